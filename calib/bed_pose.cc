@@ -9,6 +9,7 @@
 #include "calib/bed_lift.h"
 #include "calib/consensus_fit.h"
 #include "calib/point_fit.h"
+#include "calib/refused.h"
 
 namespace veneer::calib {
 namespace {
@@ -52,8 +53,6 @@ std::string list(const std::vector<int>& ids) {
 }
 
 const char* face_words(Face face) { return face == Face::kShow ? "show face" : "back"; }
-
-Error refused(std::string sentence) { return {ErrorCode::kRefused, std::move(sentence)}; }
 
 // What lies on the bed must be one panel, seen on one face, and nothing else.
 Status one_panel_only(const Sorted& sorted, const BedPoseLimits& limits) {

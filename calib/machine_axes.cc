@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/board_bow.h"
 #include "calib/point_fit.h"
 
 namespace veneer::calib {
@@ -14,8 +15,20 @@ namespace {
 using BedFromMachine = Affine2<BedFrame, MachineFrame>;
 
 struct Rings {
-  std::vector<Point<BedFrame>> bed;
+  std::vector<Point<BedFrame>> bed;  // where the board that was seen really lies
   std::vector<Point<MachineFrame>> commanded;
+  std::vector<RayToMark> rays;
+
+  // Lays the board as it is bowed, by the rings that count.
+  BoardBow lay() {
+    const BoardBow bow = fit_board_bow(rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const double lift = bow.lift(commanded[i]).count();
+      const auto& [told, at, above] = rays[i];
+      bed[i] = {at.x + (above.x - at.x) * lift, at.y + (above.y - at.y) * lift};
+    }
+    return bow;
+  }
 
   BedFromMachine fit() const { return fit_affine<BedFrame, MachineFrame>(bed, commanded); }
   FitResidual residual(const BedFromMachine& map) const {
@@ -30,9 +43,12 @@ struct Rings {
       if (d > far) far = d, worst = i;
     }
     if (far <= limit) return false;
-    bed.erase(bed.begin() + static_cast<std::ptrdiff_t>(worst));
-    commanded.erase(commanded.begin() + static_cast<std::ptrdiff_t>(worst));
+    leave_out(worst);
     return true;
+  }
+  void leave_out(std::size_t ring) {
+    const auto at = static_cast<std::ptrdiff_t>(ring);
+    bed.erase(bed.begin() + at), commanded.erase(commanded.begin() + at), rays.erase(rays.begin() + at);
   }
 };
 
@@ -40,8 +56,7 @@ Millimetres leave_out(const Rings& rings) {
   double sum = 0;
   for (std::size_t i = 0; i < rings.bed.size(); ++i) {
     Rings rest = rings;
-    rest.bed.erase(rest.bed.begin() + static_cast<std::ptrdiff_t>(i));
-    rest.commanded.erase(rest.commanded.begin() + static_cast<std::ptrdiff_t>(i));
+    rest.leave_out(i);
     sum += std::pow(distance(rest.fit() * rings.commanded[i], rings.bed[i]).count(), 2);
   }
   return Millimetres(std::sqrt(sum / static_cast<double>(rings.bed.size())));
@@ -56,9 +71,13 @@ bool well_spread(const Rings& rings) {
 }  // namespace
 
 Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const CameraModel& provisional,
-                                     const MachineAxesLimits& limits) {
+                                     Millimetres height, const MachineAxesLimits& limits) {
   Rings rings;
-  for (const auto& ring : found) rings.bed.push_back(ring.centre), rings.commanded.push_back(ring.commanded);
+  for (const auto& ring : found) {
+    const auto seen = provisional.camera_from_bed(ring.centre, height);
+    rings.bed.push_back(ring.centre), rings.commanded.push_back(ring.commanded);
+    rings.rays.push_back({ring.commanded, ring.centre, provisional.bed_from_camera(seen, height + Millimetres(1))});
+  }
   if (static_cast<int>(rings.bed.size()) < limits.min_rings || !well_spread(rings)) {
     return Error{
         ErrorCode::kInvalidArgument,
@@ -67,17 +86,20 @@ Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const Cam
                     rings.bed.size(), limits.min_rings)};
   }
   MachineAxes axes;
+  BoardBow bow = rings.lay();
   BedFromMachine map = rings.fit();
   FitResidual residual = rings.residual(map);
   // A ring spoilt by a knot may go, a tenth of them at most; more is not an accident.
   const int may_go = static_cast<int>(rings.bed.size()) / 10;
   while (axes.dropped < may_go && rings.drop_worst(map, std::max(4 * residual.rms, 0.06))) {
     ++axes.dropped;
+    bow = rings.lay();
     map = rings.fit(), residual = rings.residual(map);
   }
   axes.rms = Millimetres(residual.rms), axes.max = Millimetres(residual.max);
   axes.rings = static_cast<int>(rings.bed.size());
   axes.leave_out_rms = leave_out(rings);
+  axes.bow_x = Millimetres(-bow.bow_x), axes.bow_y = Millimetres(-bow.bow_y);
 
   // The bed frame's origin and +x are the machine's.
   const Eigen::Vector2d along_x = map.linear().col(0);

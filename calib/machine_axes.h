@@ -1,4 +1,8 @@
 // What the laser's axes really do: machine_from_bed, an affine map (axis scale and skew), from a burnt pattern.
+//
+// The board that the pattern was burnt into may be bowed by some tenths of a millimetre, which the camera sees as rings
+// that lie elsewhere: by 0.1 mm at the rim of a bed under a camera 500 mm up. The bow is fitted with the axes; how high
+// the board lies in all follows from its lying on the bed.
 #pragma once
 
 #include <span>
@@ -18,6 +22,7 @@ struct MachineAxes {
   CameraModel model;                // the camera over this BedFrame
   Millimetres rms{0}, max{0};       // what the affine leaves over, true mm
   Millimetres leave_out_rms{0};     // each ring predicted without it
+  Millimetres bow_x{0}, bow_y{0};   // of the board: its middle over its ends along either axis
   int rings = 0, dropped = 0;
 };
 
@@ -28,8 +33,9 @@ struct MachineAxesLimits {
   double max_scale_error = 0.02;  // more than 2 % is a wrong $100/$101 setting, not wear
 };
 
-// `rings` were found with `provisional`. kRefused when the residual or the scale is over the limits.
+// `rings` were found with `provisional`, in a board whose upper face lies `height` above the bed where it touches it.
+// kRefused when the residual or the scale is over the limits.
 Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> rings, const CameraModel& provisional,
-                                     const MachineAxesLimits& limits = {});
+                                     Millimetres height, const MachineAxesLimits& limits = {});
 
 }  // namespace veneer::calib

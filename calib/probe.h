@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace veneer::calib {
 
@@ -13,5 +14,8 @@ int top_level(const cv::Mat& grey, double fraction);
 
 // Bilinear; pixel centres at +0.5. Outside the picture its border counts.
 double level_at(const cv::Mat& grey, double x, double y);
+
+// The upper one of two middle values; 0 without any.
+double median(std::vector<double> values);
 
 }  // namespace veneer::calib

@@ -11,6 +11,7 @@
 #include "calib/consensus_fit.h"
 #include "calib/hole_tie.h"
 #include "calib/point_fit.h"
+#include "calib/refused.h"
 #include "calib/sheet_outline.h"
 #include "calib/sound_tiles.h"
 #include "calib/spoiled_tags.h"
@@ -24,8 +25,6 @@ std::string list_of(const std::vector<int>& ids) {
   for (std::size_t i = 0; i < ids.size() && i < 4; ++i) out += (i == 0 ? "" : ", ") + std::to_string(ids[i]);
   return ids.size() > 4 ? out + ", ..." : out;
 }
-
-Error refused(std::string message) { return {ErrorCode::kRefused, std::move(message)}; }
 
 Status check_residual(const Registration& found, const RegistrationOptions& options, const std::string& what) {
   if (!found.rms || (*found.rms <= options.max_rms && *found.max <= options.max_single)) return Ok();

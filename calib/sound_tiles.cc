@@ -6,12 +6,11 @@
 #include <set>
 #include <utility>
 
+#include "calib/refused.h"
 #include "calib/tile_join.h"
 
 namespace veneer::calib {
 namespace {
-
-Error not_taken(std::string message) { return {ErrorCode::kRefused, std::move(message)}; }
 
 // Without the tags that measure otherwise than they were printed, which are added to `spoiled`.
 TileView sound_tile(const TileView& tile, std::size_t number, const ScannerModel& scanner,
@@ -38,7 +37,7 @@ Status check_sizes(std::span<const TileView> tiles, const SoundTiles& sound, Mil
     tags += tiles[i].tags.size(), none_left = none_left || sound.tiles[i].tags.empty();
   if (!none_left && 2 * sound.spoiled.size() < tags) return Ok();
   const auto& [tile, tag, side] = sound.spoiled[0];
-  return not_taken(
+  return refused(
       fmt::format("tag {} on {} measures {:.2f} mm instead of {:.2f}: check the scan's resolution and the printed tags",
                   tag.id, tiles[tile].name, side.count(), printed.count()));
 }
@@ -64,24 +63,24 @@ Result<SoundTiles> check_tags(std::span<const TileView> tiles, const ScannerMode
     for (std::size_t i = 0; i < tile.tags.size(); ++i) {
       const int id = tile.tags[i].id;
       if (options.foreign_tags.contains(id))
-        return not_taken(fmt::format("tag {} on {} belongs to another sheet: lay only the wanted panel on the glass",
-                                     id, tile.name));
+        return refused(fmt::format("tag {} on {} belongs to another sheet: lay only the wanted panel on the glass", id,
+                                   tile.name));
       if (i > 0 && tile.tags[i - 1].id == id)
-        return not_taken(fmt::format("tag {} is seen twice on {}: remove the copy", id, tile.name));
+        return refused(fmt::format("tag {} is seen twice on {}: remove the copy", id, tile.name));
     }
     out.tiles.push_back(sound_tile(tile, out.tiles.size(), scanner, options, out.spoiled));
   }
   if (const Status sizes = check_sizes(tiles, out, options.tag_size); !sizes) return sizes.error();
   const std::size_t found = seen_ids(out.tiles).size();
   if (found < options.min_tags && !out.spoiled.empty())
-    return not_taken(
+    return refused(
         fmt::format("tag {} on {} measures {:.2f} mm instead of {:.2f}, and without it {} of at least {} tags "
                     "are left: wipe it clean, or replace it, and scan again",
                     out.spoiled[0].tag.id, tiles[out.spoiled[0].tile].name, out.spoiled[0].side.count(),
                     options.tag_size.count(), found, options.min_tags));
   if (found < options.min_tags)
-    return not_taken(fmt::format("{} shows {} of at least {} tags: lay the panel fully on the glass and scan again",
-                                 tiles[0].name, found, options.min_tags));
+    return refused(fmt::format("{} shows {} of at least {} tags: lay the panel fully on the glass and scan again",
+                               tiles[0].name, found, options.min_tags));
   return out;
 }
 

@@ -16,7 +16,7 @@ constexpr double kSmallestArea = 150;  // mm2 of a strip
 
 // A region of the map, and the sides that a gap has told: they are known to half a millimetre, the others to the
 // coarse places' two or three.
-struct Part {
+struct StripPart {
   cv::Rect box;
   bool left = false, right = false, top = false, bottom = false;
   int depth = 0;
@@ -68,7 +68,7 @@ class Finder {
   }
 
   // Recursive X-Y cut (Nagy and Seth 1984).
-  void split(const Part& part) {
+  void split(const StripPart& part) {
     const cv::Rect& box = part.box;
     const SlabRegion upright{box.x, box.br().x, box.y, box.br().y}, lying{box.y, box.br().y, box.x, box.br().x};
     if (part.depth < 6) {
@@ -103,10 +103,10 @@ class Finder {
   }
 
   // `known`: the gaps end where strips do.
-  void split_at(const std::vector<StripGap>& gaps, const Part& part, const SlabRegion& region, bool exchanged,
+  void split_at(const std::vector<StripGap>& gaps, const StripPart& part, const SlabRegion& region, bool exchanged,
                 bool known) {
     for (std::size_t i = 0; i <= gaps.size(); ++i) {
-      Part inner = part;
+      StripPart inner = part;
       ++inner.depth;
       const int from = i > 0 ? static_cast<int>(gaps[i - 1].to) : region.left;
       const int to = i < gaps.size() ? static_cast<int>(gaps[i].from) : region.right;
@@ -121,7 +121,7 @@ class Finder {
   // The outer rows and columns of the box are dropped while less than this share of them is not board: of one strip
   // most is not, of several that end at different heights some.
   static constexpr double kMost = 0.4, kSome = 0.08;
-  Part tighten(Part part, double most) const {
+  StripPart tighten(StripPart part, double most) const {
     const cv::Rect box = part.box;
     const double x = double(view_.planes[0].cols) / places_.cols, y = double(view_.planes[0].rows) / places_.rows;
     const cv::Rect blocks =
@@ -152,7 +152,7 @@ class Finder {
     return part;
   }
 
-  void finish(const Part& part) {
+  void finish(const StripPart& part) {
     const cv::Rect& box = part.box;
     const double px = view_.px_per_mm;
     if (box.empty() || std::min(box.width, box.height) < kNarrowestStrip * px || box.area() < kSmallestArea * px * px)

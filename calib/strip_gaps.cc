@@ -8,10 +8,10 @@ namespace {
 constexpr double kGapFrom = 0.35, kGapTo = 6;  // mm
 constexpr double kShown = 0.7;                 // mm; a narrower gap is blurred with its neighbours
 constexpr double kSlant = 0.5;                 // mm by which the sides of a gap may come nearer to each other
-constexpr double kRoughest = 0.05;             // of a gap's lightness from slab to slab, logarithm
+constexpr double kRoughestGap = 0.05;          // of a gap's lightness from slab to slab, logarithm
 constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
 constexpr double kStrongEdge = 0.7;            // logarithm
-constexpr double kBeside = 6;                  // mm beside a gap that it is compared with
+constexpr double kBesideGap = 6;               // mm beside a gap that it is compared with
 
 // Whether the colour is the board's, lit or shaded.
 bool board_or_its_shade(const BoardValue& v, const SlabView& view) {
@@ -29,15 +29,15 @@ struct GapRules {
   int slant = 0;        // columns that a side may cross, where the two sides of a gap do not lie in parallel
   explicit GapRules(const SlabView& view)
       : shown(static_cast<int>(kShown * view.px())),
-        beside(static_cast<int>(kBeside * view.px())),
-        roughest(kRoughest + view.spread()[0]),
+        beside(static_cast<int>(kBesideGap * view.px())),
+        roughest(kRoughestGap + view.spread()[0]),
         lit(std::max(0.1, 3 * view.spread()[0])),
         hue(std::min(view.hue()[0], view.hue()[1])),
         slant(static_cast<int>(std::lround(kSlant * view.px()))) {}
 };
 
 // What a region shows along lines of one tilt, column by column.
-struct Profile {
+struct GapProfile {
   std::vector<double> board;      // share of the slabs that have the board's colour, lit or shaded
   std::vector<BoardValue> level;  // means
   std::vector<double> rough;      // how much lightness changes from slab to slab
@@ -106,9 +106,9 @@ struct Profile {
   }
 };
 
-Profile profile_of(const SlabRegion& region, const Stretch& stretch, double tilt, double share) {
+GapProfile profile_of(const SlabRegion& region, const Stretch& stretch, double tilt, double share) {
   const int count = stretch.slabs(), width = region.right - region.left;
-  Profile out;
+  GapProfile out;
   out.share = share;
   for (int x = 0; x < width; ++x) {
     int like = 0;
@@ -128,7 +128,7 @@ Profile profile_of(const SlabRegion& region, const Stretch& stretch, double tilt
   return out;
 }
 
-void add_sides(Profile& profile, const SlabRegion& region, const Stretch& stretch, double tilt) {
+void add_sides(GapProfile& profile, const SlabRegion& region, const Stretch& stretch, double tilt) {
   const int width = region.right - region.left;
   for (int x = 0; x < width; ++x) profile.step.push_back(step_along(stretch, region.left + x, tilt, profile.share));
   for (int x = 1; x + 1 < width; ++x) {
@@ -150,7 +150,7 @@ std::vector<StripGap> find_gaps(const SlabView& view, const SlabRegion& region, 
   std::vector<StripGap> all;
   const GapRules rules(view);
   for (double tilt = -kSteepest; tilt <= kSteepest; tilt += tilt_step) {
-    Profile profile = profile_of(region, stretch, tilt, share);
+    GapProfile profile = profile_of(region, stretch, tilt, share);
     add_sides(profile, region, stretch, tilt);
     const auto& sides = profile.sides;
     for (std::size_t i = 0; i < sides.size(); ++i)
@@ -184,9 +184,9 @@ std::vector<StripGap> find_ragged_gaps(const SlabView& view, const SlabRegion& r
   constexpr double kWood = 0.5;        // share of the slabs that show the board, below which there is wood
   const Stretch stretch(view, region.top, region.bottom);
   const int width = region.right - region.left, narrowest = static_cast<int>(kNarrowestStrip * view.px()),
-            beside = static_cast<int>(kBeside * view.px());
+            beside = static_cast<int>(kBesideGap * view.px());
   if (width < 2 * narrowest) return {};
-  const Profile profile = profile_of(region, stretch, 0, kNearlyAll);
+  const GapProfile profile = profile_of(region, stretch, 0, kNearlyAll);
   const auto has_wood = [&](int from, int to) {
     return std::any_of(profile.board.begin() + std::max(0, from), profile.board.begin() + std::min(width, to),
                        [](double share) { return share < kWood; });

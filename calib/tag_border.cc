@@ -31,7 +31,7 @@ struct SideProfile {
   double white() const { return (levels[levels.size() - 1] + levels[levels.size() - 2]) / 2; }
 };
 
-struct Side {
+struct BorderSide {
   Vec outwards;
   int half = 0;  // steps to either end of a profile
   double step = 0;
@@ -39,9 +39,9 @@ struct Side {
 };
 
 // Corners run counter-clockwise on the screen, where y is down: outwards is to the left of i + 1 -> i.
-Side look_across(const cv::Mat& grey, const Vec& from, const Vec& to, double reach, double step) {
+BorderSide look_across(const cv::Mat& grey, const Vec& from, const Vec& to, double reach, double step) {
   const Vec along = (to - from).normalized();
-  Side side{Vec(-along.y(), along.x()), static_cast<int>(reach / step), step, {}};
+  BorderSide side{Vec(-along.y(), along.x()), static_cast<int>(reach / step), step, {}};
   const double length = (to - from).norm();
   const int places = std::clamp(static_cast<int>(length), 8, 200);
   for (int i = 0; i < places; ++i) {
@@ -55,19 +55,13 @@ Side look_across(const cv::Mat& grey, const Vec& from, const Vec& to, double rea
   return side;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-struct Levels {
+struct BorderLevels {
   double black = 0, white = 0;
   double contrast() const { return white - black; }
 };
 constexpr double kLeastContrast = 15;  // grey levels
 
-Levels usual_levels(const Side& side) {
+BorderLevels usual_levels(const BorderSide& side) {
   std::vector<double> black, white;
   for (const SideProfile& profile : side.profiles) black.push_back(profile.black()), white.push_back(profile.white());
   return {median(std::move(black)), median(std::move(white))};
@@ -123,8 +117,8 @@ std::vector<Vec> straight_ones(const std::vector<Vec>& points, double tolerance,
 // white exactly once.
 std::optional<EdgeLine> find_edge(const cv::Mat& grey, const Vec& from, const Vec& to, double cell) {
   constexpr double kAgree = 0.5;  // of all places along the side
-  const Side side = look_across(grey, from, to, 0.5 * cell, 0.5);
-  const Levels usual = usual_levels(side);
+  const BorderSide side = look_across(grey, from, to, 0.5 * cell, 0.5);
+  const BorderLevels usual = usual_levels(side);
   if (usual.contrast() < kLeastContrast) return std::nullopt;
   const double middle = (usual.black + usual.white) / 2;
   std::vector<Vec> points;
@@ -146,7 +140,7 @@ std::optional<EdgeLine> find_edge(const cv::Mat& grey, const Vec& from, const Ve
 
 // Where black turns white across one place. The area of the rise tells the place of the step whatever the (symmetric)
 // blur.
-Vec step_of(const Side& side, const SideProfile& profile, const Levels& levels) {
+Vec step_of(const BorderSide& side, const SideProfile& profile, const BorderLevels& levels) {
   double bright = 0;  // trapezoidal area over the black level
   for (std::size_t k = 0; k < profile.levels.size(); ++k)
     bright += (k == 0 || k + 1 == profile.levels.size() ? 0.5 : 1.0) * (profile.levels[k] - levels.black);
@@ -157,11 +151,11 @@ Vec step_of(const Side& side, const SideProfile& profile, const Levels& levels) 
 std::optional<EdgeLine> refine_edge(const cv::Mat& grey, const Vec& from, const Vec& to, double cell) {
   constexpr double kStain = 0.1;  // of the contrast: there black or white is not what it is elsewhere
   constexpr double kFaint = 0.4;  // of the contrast: what lies there is hardly seen through
-  const Side side = look_across(grey, from, to, std::clamp(0.4 * cell, 1.5, 4.0), 0.25);
-  const Levels usual = usual_levels(side);
+  const BorderSide side = look_across(grey, from, to, std::clamp(0.4 * cell, 1.5, 4.0), 0.25);
+  const BorderLevels usual = usual_levels(side);
   if (usual.contrast() < kLeastContrast) return std::nullopt;
   std::vector<const SideProfile*> clean;
-  Levels mean;
+  BorderLevels mean;
   for (const SideProfile& profile : side.profiles) {
     const double limit = kStain * usual.contrast();
     if (std::abs(profile.black() - usual.black) > limit || std::abs(profile.white() - usual.white) > limit) continue;
@@ -175,7 +169,7 @@ std::optional<EdgeLine> refine_edge(const cv::Mat& grey, const Vec& from, const 
   } else {
     // Half of it is stained: each place by its own black and white, though they are noisier.
     for (const SideProfile& profile : side.profiles)
-      if (const Levels own{profile.black(), profile.white()}; own.contrast() >= kFaint * usual.contrast())
+      if (const BorderLevels own{profile.black(), profile.white()}; own.contrast() >= kFaint * usual.contrast())
         points.push_back(step_of(side, profile, own));
   }
   if (const auto straight = straight_ones(points, 0.06, points.size() / 2); !straight.empty())

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "calib/probe.h"
@@ -11,18 +12,11 @@ namespace veneer::calib {
 namespace {
 
 constexpr double kWorkPxPerMm = 6;
-constexpr double kWarmer = 0.09;   // log(red / blue) by which wood exceeds board and lid
-constexpr double kBlack = 4;       // grey levels added before a ratio is formed: the scanner's own black
-constexpr double kOutermost = 12;  // mm of margin from which the board is learnt
+constexpr double kWarmer = 0.09;     // log(red / blue) by which wood exceeds board and lid
+constexpr double kBlack = 4;         // grey levels added before a ratio is formed: the scanner's own black
+constexpr double kOuterMargin = 12;  // mm of margin from which the board is learnt
 
 double warmth(const cv::Vec3b& bgr) { return std::log((bgr[2] + kBlack) / (bgr[0] + kBlack)); }
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -74,7 +68,7 @@ cv::Mat mark_fiducials(const Raster<PanelFrame>& map, const PanelFiducials& fidu
 }
 
 WoodColour WoodColour::learn(const WorkMap& work, const cv::Mat& fiducials) {
-  const int margin = static_cast<int>(kOutermost * work.px_per_mm), skip = static_cast<int>(1.5 * work.px_per_mm);
+  const int margin = static_cast<int>(kOuterMargin * work.px_per_mm), skip = static_cast<int>(1.5 * work.px_per_mm);
   const cv::Mat darkest = darkest_channel(work.bgr);
   WoodColour colour;
   colour.white = top_level(darkest, 0.003);
@@ -90,8 +84,9 @@ WoodColour WoodColour::learn(const WorkMap& work, const cv::Mat& fiducials) {
           low > 0.8 * high)
         board.push_back(warmth(pixel));
     }
-  colour.ratio =
-      std::exp(std::max(board.size() > 100 ? median(board) : 0.0, lid.size() > 100 ? median(lid) : 0.0) + kWarmer);
+  colour.ratio = std::exp(
+      std::max(board.size() > 100 ? median(std::move(board)) : 0.0, lid.size() > 100 ? median(std::move(lid)) : 0.0) +
+      kWarmer);
   return colour;
 }
 

@@ -24,24 +24,24 @@ constexpr double kOpeningArea = 15;   // mm2; a larger fault may be an opening
 constexpr double kThinnest = 2;       // mm of an opening; a crack is thinner
 constexpr double kShaded = 0.6;       // mm of the wood's own colour that the shade of an opening's side has
 constexpr double kShadeFrom = 2.5;    // mm from an opening that its side may shade
-constexpr double kMixed = 0.15;       // mm
+constexpr double kMixedRim = 0.15;    // mm
 constexpr double kLargestRound = 11;  // mm across
 
 // Colours of the planes in steps: lightness, and the two opponent colours.
-constexpr std::array<double, 3> kStep = {0.10, 0.055, 0.055}, kLowest = {-3.5, -1.2, -1.2};
+constexpr std::array<double, 3> kHueStep = {0.10, 0.055, 0.055}, kLowest = {-3.5, -1.2, -1.2};
 constexpr std::array<int, 3> kBins = {60, 44, 44};
-constexpr int kReach = 2;  // steps from an own colour within which a colour is still the wood's
+constexpr int kHueReach = 2;  // steps from an own colour within which a colour is still the wood's
 
 int bin_of(const BoardView& view, int r, int c) {
   int bin = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const int at = static_cast<int>((view.planes[k].at<float>(r, c) - kLowest[k]) / kStep[k]);
+    const int at = static_cast<int>((view.planes[k].at<float>(r, c) - kLowest[k]) / kHueStep[k]);
     bin = bin * kBins[k] + std::clamp(at, 0, kBins[k] - 1);
   }
   return bin;
 }
 
-// Sets every colour within kReach steps of one that is set.
+// Sets every colour within kHueReach steps of one that is set.
 void widen(std::vector<std::uint8_t>& own) {
   const std::array<int, 3> stride = {kBins[1] * kBins[2], kBins[2], 1};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -49,7 +49,7 @@ void widen(std::vector<std::uint8_t>& own) {
     for (int i = 0; i < static_cast<int>(own.size()); ++i) {
       if (before[static_cast<std::size_t>(i)] == 0) continue;
       const int at = i / stride[k] % kBins[k];
-      for (int d = -kReach; d <= kReach; ++d)
+      for (int d = -kHueReach; d <= kHueReach; ++d)
         if (at + d >= 0 && at + d < kBins[k]) own[static_cast<std::size_t>(i + d * stride[k])] = 1;
     }
   }
@@ -414,7 +414,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   }
   out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.
-  cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));
+  cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixedRim * px));
   return out;
 }
 

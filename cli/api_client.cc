@@ -16,6 +16,7 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
+#include <charconv>
 #include <limits>
 #include <optional>
 #include <random>
@@ -89,8 +90,12 @@ class Exchange {
     loop_.run();
     if (failed_) return *failed_;
     const auto& response = parser_.get();
-    return ApiResponse{static_cast<int>(response.result_int()), std::string(response[http::field::content_type]),
-                       response.body()};
+    ApiResponse out{static_cast<int>(response.result_int()), std::string(response[http::field::content_type]),
+                    response.body()};
+    const std::string_view age = response[http::field::age];
+    std::int64_t seconds = 0;
+    if (std::from_chars(age.data(), age.data() + age.size(), seconds).ec == std::errc()) out.age_s = seconds;
+    return out;
   }
 
  private:
@@ -267,13 +272,19 @@ Result<nlohmann::json> ApiClient::post(const std::string& target, const nlohmann
 }
 
 Result<std::string> ApiClient::get_bytes(const std::string& target) const {
+  auto picture = get_picture(target);
+  if (!picture) return picture.error();
+  return std::move(picture->bytes);
+}
+
+Result<SentPicture> ApiClient::get_picture(const std::string& target) const {
   auto response = raw("GET", kPrefix + target, "", "");
   if (!response) return response.error();
   if (response->status >= 400) {
     return error_from(nlohmann::json::parse(response->body, nullptr, false),
                       "veneerd answered with HTTP status " + std::to_string(response->status));
   }
-  return std::move(response->body);
+  return SentPicture{std::move(response->body), response->age_s};
 }
 
 Result<nlohmann::json> ApiClient::wait_task(std::int64_t task, const OnProgress& on_progress) const {

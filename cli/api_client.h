@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,6 +35,12 @@ struct ApiResponse {
   int status = 0;
   std::string content_type;
   std::string body;
+  std::optional<std::int64_t> age_s = {};  // of what the cell has had for a while (Age)
+};
+
+struct SentPicture {
+  std::string bytes;
+  std::optional<std::int64_t> age_s;
 };
 
 class ApiClient {
@@ -52,6 +59,7 @@ class ApiClient {
                                  const std::string& content_type) const;
   // A picture or another file.
   Result<std::string> get_bytes(const std::string& target) const;
+  Result<SentPicture> get_picture(const std::string& target) const;
   // Whatever came back, also with an error status; `path` is whole ("/api/v1/...", "/console"). For tests.
   Result<ApiResponse> raw(const std::string& method, const std::string& path, const std::string& body,
                           const std::string& content_type,

@@ -90,6 +90,7 @@ void add_fiducial_commands(CLI::App& app, CommandContext& context);    // fiduci
 void add_job_commands(CLI::App& app, CommandContext& context);         // job new|plan|list|start|hold|..., task
 void add_piece_commands(CLI::App& app, CommandContext& context);       // piece show|at
 void add_laser_commands(CLI::App& app, CommandContext& context);       // laser test-pattern|run|jog|here|override
+void add_bed_commands(CLI::App& app, CommandContext& context);         // bed look|glance|picture
 void add_scanner_commands(CLI::App& app, CommandContext& context);     // scanner list
 void add_device_commands(CLI::App& app, CommandContext& context);      // device list|find|choose, restart
 void add_fact_commands(CLI::App& app, CommandContext& context);        // material ..., panel set

@@ -34,7 +34,7 @@ std::string home_words(const json& laser) {
 // The one that somebody chose; what is written in the configuration, its writer knows.
 std::string chosen_words(const json& laser) {
   if (text_or(laser, "set_by", "") != "choice") return "";
-  return fmt::format("chosen: {} {}", text_or(laser, "kind", ""), text_or(laser, "port", ""));
+  return "chosen: " + joined({text_or(laser, "kind", ""), text_or(laser, "port", "")}, " ");
 }
 
 std::string laser_words(const json& laser) {

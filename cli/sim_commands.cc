@@ -134,6 +134,10 @@ void add_sim_commands(CLI::App& app, CommandContext& context) {
   sim->add_subcommand("nudge", "Move the sheet on the bed a little")->callback([&context] {
     call(context, "nudge", json::object());
   });
+  const auto measured = std::make_shared<std::string>();
+  CLI::App* measure = sim->add_subcommand("measure", "Hold a caliper to a sheet: its thickness");
+  measure->add_option("SHEET", *measured, "Its name")->required();
+  measure->callback([measured, &context] { call(context, "measure", {{"sheet", *measured}}); });
   sim->add_subcommand("burn-log", "What has been burnt, in short")->callback([&context] {
     call(context, "burn-log", json::object());
   });

@@ -31,7 +31,7 @@ function tabWords(id) {
 
 export function showFrame(screens, current) {
   const {cell} = model;
-  put($("nav"), ...screens.map(({id}) => link(`#${id}`, tabWords(id), {"aria-current": id === current ? "page" : null, class: id === "alarms" && countOf("new") ? "new" : ""})));
+  put($("nav"), ...screens.map(({id}) => link(`${location.pathname}#${id}`, tabWords(id), {"aria-current": id === current ? "page" : null, class: id === "alarms" && countOf("new") ? "new" : ""})));
   $("theme").hidden = $("language").hidden = false;
   const you = [t(`you.${model.role || "viewer"}`), model.session.user].filter(Boolean).join(" · ");
   if ($("role").textContent !== you) $("role").textContent = you;
@@ -83,6 +83,14 @@ export function showAge() {
   $("dead").hidden = !dead || performance.now() < 6000;
   if (dead) $("dead").textContent = model.cell ? t("dead.since", {span: span(age / 1000)}) : t("dead.never");
 }
+
+// ---- past all that stands on every screen ---------------------------------------------------------------------------
+
+$("skip").textContent = t("skip");
+$("skip").addEventListener("click", (event) => {
+  event.preventDefault();  // what stands behind the # is a screen's name
+  $("main").focus();
+});
 
 // ---- light and dark -------------------------------------------------------------------------------------------------
 

@@ -10,6 +10,9 @@ export function holds(ring, x, y) {
   return inside;
 }
 
+// Of its upright box.
+export const middleOf = (ring) => [0, 1].map((i) => (Math.min(...ring.map((p) => p[i])) + Math.max(...ring.map((p) => p[i]))) / 2);
+
 // Half the side of the largest upright square about the point that no side of the ring crosses. On a side max(|x|, |y|)
 // is least at an end, or where x or y is 0, or where both are as large.
 function roomAt(ring, x, y) {

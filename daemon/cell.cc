@@ -213,6 +213,9 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                            c.follow_state();
                                            c.broadcast_status();
                                          });
+  c.glances = std::make_unique<BedGlances>(
+      BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner, c.config, real_clock},
+      [&c] { return c.runner->may_be_watched(); });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
@@ -258,20 +261,8 @@ void Cell::look_for_lost_choice() {
   const bool open = config.laser.set_by == SetBy::kNobody || config.scanner.set_by == SetBy::kNobody ||
                     config.camera.set_by == SetBy::kNobody;
   if (!open || config.devices.chosen) return;
-  // The number of the newest row; 0 where there is none.
-  const auto newest = [](Repositories& r, const char* what) -> Result<std::int64_t> {
-    const auto rows = r.audit.read({.what = what}, 1);
-    if (!rows) return rows.error();
-    return rows->empty() ? 0 : rows->front().id;
-  };
-  database->async(
-      [newest](Repositories& r) -> Result<bool> {
-        const auto chosen = newest(r, "device.choose"), failed = newest(r, "device.choose.failed");
-        if (!chosen) return chosen.error();
-        if (!failed) return failed.error();
-        return *chosen > *failed;
-      },
-      [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
+  database->async([](Repositories& r) { return r.audit.devices_were_chosen(); },
+                  [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
 }
 
 void Cell::refresh_counts() { counter_->count(); }
@@ -315,7 +306,7 @@ void Cell::end_leases() {
   });
 }
 
-json Cell::status() const {
+json Cell::status(Role told) const {
   const CellView& view = runner->view();
   const LaserStatus laser = devices.laser->status();
   json out = {
@@ -332,7 +323,8 @@ json Cell::status() const {
   if (!laser.connected) out["laser"]["why_not_connected"] = laser.why_not_connected;
   out["laser"]["controller"] = controller_at(config.laser);
   out["laser"]["kind"] = config.laser.kind;
-  out["laser"]["port"] = config.laser.kind == "sim" ? json() : json(config.laser.port);
+  const bool has_place = config.laser.kind != "sim" && told >= Role::kOperator;
+  out["laser"]["port"] = has_place ? json(config.laser.port) : json();
   out["laser"]["set_by"] = to_string(config.laser.set_by);
   out["laser"]["refusal"] = laser.refusal.empty() ? json() : json(laser.refusal);
   if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
@@ -451,7 +443,9 @@ Status Cell::audit_now(const std::string& who, const std::string& what, const st
 }
 
 void Cell::broadcast_status() {
-  if (runner && hub.clients() > 0) hub.broadcast_passing(json{{"type", "status"}, {"status", status()}});
+  if (!runner || hub.clients() == 0) return;
+  hub.broadcast_passing(json{{"type", "status"}, {"status", status()}},
+                        json{{"type", "status"}, {"status", status(Role::kViewer)}});
 }
 
 }  // namespace veneer::daemon

@@ -19,6 +19,7 @@
 #include "daemon/config.h"
 #include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_service.h"
+#include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cell_counts.h"
@@ -70,7 +71,8 @@ class Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  nlohmann::json status() const;
+  // A viewer is not told where the laser is plugged in.
+  nlohmann::json status(Role told = Role::kOperator) const;
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
@@ -104,6 +106,7 @@ class Cell {
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;
   std::unique_ptr<BedWatcher> bed;
+  std::unique_ptr<BedGlances> glances;
   std::unique_ptr<CutPlanner> cuts;
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().

@@ -1,5 +1,7 @@
 #include "db/audit.h"
 
+#include <fmt/format.h>
+
 #include "db/audit_chain.h"
 #include "db/sql.h"
 
@@ -31,6 +33,18 @@ Result<std::vector<AuditEntry>> Audit::read(const AuditFilter& filter, int count
     std::vector<AuditEntry> out;
     while (rows.executeStep()) out.push_back(read_audit(rows));
     return out;
+  });
+}
+
+Result<bool> Audit::devices_were_chosen() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<bool> {
+    // The last condition is the index's own, word for word, or SQLite does not see that the index suffices.
+    SQLite::Statement row(connection,
+                          fmt::format("SELECT coalesce(sum(CASE what WHEN '{0}' THEN 1 ELSE -1 END), 0) > 0 FROM audit "
+                                      "WHERE what IN ('{0}', '{1}')",
+                                      kDeviceChosen, kDeviceNotChosen));
+    row.executeStep();
+    return row.getColumn(0).getInt() != 0;
   });
 }
 

@@ -27,6 +27,10 @@ struct AuditEntry {
 // Who did what the program did by itself.
 inline constexpr const char* kDaemon = "veneerd";
 
+// What a choice of a device is noted as, before it is kept; and again when it could not be.
+inline constexpr const char* kDeviceChosen = "device.choose";
+inline constexpr const char* kDeviceNotChosen = "device.choose.failed";
+
 // The last row: its number and hash. Written down elsewhere, it proves later that nothing before it was rewritten.
 struct AuditHead {
   std::int64_t id = 0;  // 0 and "" of a log without rows
@@ -49,6 +53,8 @@ class Audit {
   Status append(const AuditEntry& entry);
   Result<std::vector<AuditEntry>> read(const AuditFilter& filter, int count);  // newest first
   Result<std::vector<AuditEntry>> latest(int count) { return read({}, count); }
+  // Whether any choice of a device was kept, by an index: as far as is known, more were made than failed.
+  Result<bool> devices_were_chosen();
   Result<AuditHead> head();
 
  private:

@@ -10,7 +10,8 @@
 namespace veneer::db {
 namespace {
 
-constexpr const char* kColumns = "SELECT id, kind, issued_at, expires_at, rms_mm, payload FROM certificates ";
+constexpr const char* kCertificateColumns =
+    "SELECT id, kind, issued_at, expires_at, rms_mm, payload FROM certificates ";
 
 CertificateKind kind_of(const std::string& name) {
   for (const auto kind : {CertificateKind::kScanner, CertificateKind::kCamera, CertificateKind::kAxes})
@@ -35,7 +36,7 @@ std::optional<std::string> laser_at(SQLite::Database& connection, CertificateId 
 
 // The one of its kind that was issued last.
 std::optional<CertificateRecord> read_last(SQLite::Database& connection, CertificateKind kind) {
-  SQLite::Statement rows(connection, std::string(kColumns) + "WHERE kind = ? ORDER BY id DESC LIMIT 1");
+  SQLite::Statement rows(connection, std::string(kCertificateColumns) + "WHERE kind = ? ORDER BY id DESC LIMIT 1");
   rows.bind(1, to_string(kind));
   if (!rows.executeStep()) return std::nullopt;
   return read(rows);
@@ -130,7 +131,8 @@ Result<std::vector<CertificateRecord>> Certificates::list() { return list({}, -1
 
 Result<std::vector<CertificateRecord>> Certificates::list(CertificateId before, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<CertificateRecord>> {
-    SQLite::Statement rows(connection, std::string(kColumns) + "WHERE ?1 = 0 OR id < ?1 ORDER BY id DESC LIMIT ?2");
+    SQLite::Statement rows(connection,
+                           std::string(kCertificateColumns) + "WHERE ?1 = 0 OR id < ?1 ORDER BY id DESC LIMIT ?2");
     SQLite::bind(rows, before.value, limit);
     std::vector<CertificateRecord> out;
     while (rows.executeStep()) out.push_back(read(rows));

@@ -18,17 +18,10 @@ namespace {
 constexpr const char* kGone = "gone_not_booked";
 constexpr const char* kStillThere = "booked_not_gone";
 
-DifferenceVerdict verdict_of(const std::string& name) {
+DifferenceVerdict difference_verdict_of(const std::string& name) {
   for (const auto verdict : {DifferenceVerdict::kWrittenOff, DifferenceVerdict::kAccepted, DifferenceVerdict::kGrown})
     if (name == to_string(verdict)) return verdict;
   return DifferenceVerdict::kNotSeenAgain;  // the schema allows no fifth
-}
-
-Box<PanelFrame> bounds_of(const Region<PanelFrame>& shape) {
-  Box<PanelFrame> out;
-  for (const auto& ring : shape.rings())
-    for (const auto& p : ring) out.add(p);
-  return out;
 }
 
 // A difference and the box around it, which is asked about often.
@@ -102,8 +95,9 @@ std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& 
     difference.pieces_json = text(rows.getColumn(5));
     difference.found_at = text(rows.getColumn(6));
     if (!rows.getColumn(7).isNull())
-      difference.decision = DifferenceRecord::Decision{verdict_of(text(rows.getColumn(7))), text(rows.getColumn(8)),
-                                                       text(rows.getColumn(9)), text(rows.getColumn(10))};
+      difference.decision =
+          DifferenceRecord::Decision{difference_verdict_of(text(rows.getColumn(7))), text(rows.getColumn(8)),
+                                     text(rows.getColumn(9)), text(rows.getColumn(10))};
   }
   return out;
 }

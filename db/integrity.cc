@@ -16,13 +16,6 @@
 namespace veneer::db {
 namespace {
 
-std::vector<std::string> texts_of(SQLite::Database& connection, const std::string& query) {
-  SQLite::Statement rows(connection, query);
-  std::vector<std::string> out;
-  while (rows.executeStep()) out.push_back(text(rows.getColumn(0)));
-  return out;
-}
-
 // One text for each table, index, trigger and view. The R*Tree's own tables are SQLite's, and statistics may be there.
 std::vector<std::string> schema_of(SQLite::Database& connection) {
   return texts_of(connection,

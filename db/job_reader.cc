@@ -177,14 +177,23 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit, bool archi
   });
 }
 
-Result<std::vector<JobRecord>> JobStore::with_work() {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
+Result<std::vector<JobWork>> JobStore::with_work() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobWork>> {
     // At most one allocation of a piece is neither released nor scrap, and it is the newest.
-    SQLite::Statement rows(connection, std::string(kJobColumns) +
-                                           "WHERE archived = 0 AND j.id IN (SELECT job FROM allocations WHERE state IN "
-                                           "('reserved', 'cutting', 'suspect')) ORDER BY j.id");
-    std::vector<JobRecord> out;
-    while (rows.executeStep()) out.push_back(read_job(connection, rows));
+    SQLite::Statement rows(
+        connection,
+        "SELECT j.id, j.name, j.state, w.state, w.pieces FROM (SELECT job, state, count(*) AS pieces "
+        "FROM allocations WHERE state IN ('reserved', 'cutting', 'suspect') GROUP BY job, state) AS w "
+        "JOIN jobs AS j ON j.id = w.job WHERE coalesce((SELECT archived FROM archivings WHERE job = "
+        "j.id ORDER BY id DESC LIMIT 1), 0) = 0 ORDER BY j.id");
+    std::vector<JobWork> out;
+    while (rows.executeStep()) {
+      const JobId job{rows.getColumn(0).getInt64()};
+      if (out.empty() || out.back().id != job)
+        out.push_back({job, text(rows.getColumn(1)), job_state_of(text(rows.getColumn(2)))});
+      const bool suspect = piece_state_of(text(rows.getColumn(3))) == PieceState::kSuspect;
+      (suspect ? out.back().suspect : out.back().open) += rows.getColumn(4).getInt();
+    }
     return out;
   });
 }

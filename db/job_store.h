@@ -84,6 +84,15 @@ struct JobRecord {
   int missing() const;
 };
 
+// A job with something to do at its pieces.
+struct JobWork {
+  JobId id;
+  std::string name;
+  JobState state = JobState::kPlanned;
+  int open = 0;  // reserved or being cut
+  int suspect = 0;
+};
+
 // One loading of one panel: from the proven pose to the end of the motion.
 struct RunRecord {
   RunId id;
@@ -205,8 +214,9 @@ class JobStore {
   Result<std::vector<JobRecord>> list();  // in order of id
   // At most `limit` of them, behind `after`; `archived`: those too.
   Result<std::vector<JobRecord>> list(JobId after, int limit, bool archived = true);
-  // Those in sight of which pieces are reserved, being cut or suspect.
-  Result<std::vector<JobRecord>> with_work();
+  // Those in sight with pieces that are reserved, being cut or suspect, in order of id. Of an index alone, however many
+  // pieces there are.
+  Result<std::vector<JobWork>> with_work();
   Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.

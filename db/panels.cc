@@ -27,7 +27,9 @@ constexpr const char* kPanelColumns =
     "p.id) LEFT JOIN splits AS s ON s.retirement = r.id ";
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
-FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
+FiducialKind fiducial_kind_of(const std::string& name) {
+  return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag;
+}
 
 PanelRecord read_panel(SQLite::Statement& row) {
   PanelRecord panel;
@@ -434,8 +436,8 @@ Result<std::vector<FiducialRecord>> Panels::fiducials(const PanelId& panel) {
     while (rows.executeStep()) {
       const auto corners = read_ring(text(rows.getColumn(3)));
       if (!corners) throw damaged("a fiducial of panel " + panel.value);
-      out.push_back({kind_of(text(rows.getColumn(0))), rows.getColumn(1).getInt(), face_of(text(rows.getColumn(2))),
-                     from_micro<PanelFrame>(*corners)});
+      out.push_back({fiducial_kind_of(text(rows.getColumn(0))), rows.getColumn(1).getInt(),
+                     face_of(text(rows.getColumn(2))), from_micro<PanelFrame>(*corners)});
     }
     return out;
   });

@@ -16,13 +16,6 @@ Region<PanelFrame> moved(const Region<PanelFrame>& area, const Isometry2<PanelFr
   return Region<PanelFrame>(micro::unite(out, {}));
 }
 
-Box<PanelFrame> bounds_of(const Region<PanelFrame>& area) {
-  Box<PanelFrame> box;
-  for (const auto& ring : area.rings())
-    for (const auto& point : ring) box.add(point);
-  return box;
-}
-
 bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres apart) {
   return a.min.x <= b.max.x + apart && b.min.x <= a.max.x + apart && a.min.y <= b.max.y + apart &&
          b.min.y <= a.max.y + apart;

@@ -13,7 +13,7 @@
 namespace veneer::db {
 namespace {
 
-ProposalVerdict verdict_of(const std::string& name) {
+ProposalVerdict proposal_verdict_of(const std::string& name) {
   for (const auto verdict : {ProposalVerdict::kAccepted, ProposalVerdict::kReplaced})
     if (name == to_string(verdict)) return verdict;
   return ProposalVerdict::kRefused;  // the schema allows no fourth
@@ -41,7 +41,7 @@ std::vector<std::string> texts_in(SQLite::Database& connection, const std::strin
 
 std::string list_of(const std::vector<int>& numbers) { return fmt::format("[{}]", fmt::join(numbers, ",")); }
 
-constexpr const char* kColumns =
+constexpr const char* kProposalColumns =
     "SELECT p.id, p.panel, p.after, p.who, p.made_at, p.map_file, p.mask_file, p.read_file, p.read_sha256, "
     "p.scan_files, p.tags, p.width_um, p.height_um, p.usable_um2, p.lost_um2, p.gained_um2, p.warnings, v.verdict, "
     "v.overruled, v.panel, v.mask_version, v.who, v.note, v.at FROM proposals AS p LEFT JOIN proposal_verdicts AS v ON "
@@ -63,7 +63,7 @@ ProposalRecord read(SQLite::Database& connection, SQLite::Statement& row) {
   out.warnings_json = text(row.getColumn(16));
   if (row.getColumn(17).isNull()) return out;
   auto& decision = out.decision.emplace(ProposalRecord::Decision{});
-  decision.verdict = verdict_of(text(row.getColumn(17)));
+  decision.verdict = proposal_verdict_of(text(row.getColumn(17)));
   decision.overruled = texts_in(connection, text(row.getColumn(18)));
   if (const auto panel = text_or_null(row.getColumn(19))) decision.panel = PanelId{*panel};
   if (!row.getColumn(20).isNull()) decision.mask_version = row.getColumn(20).getInt();
@@ -187,7 +187,7 @@ Status Proposals::refuse(ProposalId proposal, const std::string& who, const std:
 
 Result<ProposalRecord> Proposals::find(ProposalId proposal) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<ProposalRecord> {
-    SQLite::Statement row(connection, std::string(kColumns) + "WHERE p.id = ?");
+    SQLite::Statement row(connection, std::string(kProposalColumns) + "WHERE p.id = ?");
     row.bind(1, proposal.value);
     if (!row.executeStep())
       return Error{ErrorCode::kNotFound,
@@ -198,8 +198,8 @@ Result<ProposalRecord> Proposals::find(ProposalId proposal) {
 
 Result<std::vector<ProposalRecord>> Proposals::list(bool decided) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ProposalRecord>> {
-    SQLite::Statement rows(connection,
-                           std::string(kColumns) + (decided ? "" : "WHERE v.proposal IS NULL ") + "ORDER BY p.id DESC");
+    SQLite::Statement rows(connection, std::string(kProposalColumns) + (decided ? "" : "WHERE v.proposal IS NULL ") +
+                                           "ORDER BY p.id DESC");
     std::vector<ProposalRecord> out;
     while (rows.executeStep()) out.push_back(read(connection, rows));
     return out;

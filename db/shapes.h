@@ -30,6 +30,15 @@ std::optional<MicroRing> read_outline(std::string_view text);
 inline std::int64_t to_um2(SquareMillimetres area) { return std::llround(area.count() * 1e6); }
 inline SquareMillimetres from_um2(std::int64_t um2) { return SquareMillimetres(static_cast<double>(um2) / 1e6); }
 
+// The box around an area; the empty box without wood.
+template <class Frame>
+Box<Frame> bounds_of(const Region<Frame>& area) {
+  Box<Frame> box;
+  for (const auto& ring : area.rings())
+    for (const auto& p : ring) box.add(p);
+  return box;
+}
+
 template <class Frame>
 MicroRing to_micro(const std::vector<Point<Frame>>& points) {
   MicroRing ring;

@@ -199,6 +199,13 @@ void register_functions(SQLite::Database& connection) {
   connection.createFunction("veneer_kerf", 3, true, nullptr, &without_exceptions<kerf_function>);
 }
 
+std::vector<std::string> texts_of(SQLite::Database& connection, const std::string& query) {
+  SQLite::Statement rows(connection, query);
+  std::vector<std::string> out;
+  while (rows.executeStep()) out.push_back(text(rows.getColumn(0)));
+  return out;
+}
+
 SQLite::Exception damaged(const std::string& what) { return {what + " cannot be read", SQLITE_CORRUPT}; }
 
 }  // namespace veneer::db

@@ -11,6 +11,7 @@
 #include <string>
 #include <system_error>
 #include <type_traits>
+#include <vector>
 
 #include "base/frames.h"
 #include "base/result.h"
@@ -79,6 +80,8 @@ void without_exceptions(sqlite3_context* context, int count, sqlite3_value** arg
 void register_functions(SQLite::Database& connection);
 
 inline std::string text(const SQLite::Column& column) { return column.getString(); }
+// The first column of every row.
+std::vector<std::string> texts_of(SQLite::Database& connection, const std::string& query);
 inline std::optional<std::string> text_or_null(const SQLite::Column& column) {
   if (column.isNull()) return std::nullopt;
   return column.getString();

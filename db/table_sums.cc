@@ -7,18 +7,11 @@
 namespace veneer::db {
 namespace {
 
-constexpr const char* kSums = "table_sums";
+constexpr const char* kSumTable = "table_sums";
 
 struct Sum {
   std::int64_t rows = 0, sum = 0;
 };
-
-std::vector<std::string> texts_of(SQLite::Database& connection, const std::string& query) {
-  SQLite::Statement rows(connection, query);
-  std::vector<std::string> out;
-  while (rows.executeStep()) out.push_back(text(rows.getColumn(0)));
-  return out;
-}
 
 Sum count(SQLite::Database& connection, const std::string& table) {
   Sum out;
@@ -50,7 +43,7 @@ std::vector<std::string> tables_with_checksums(SQLite::Database& connection) {
 
 void keep_sums(SQLite::Database& connection) {
   auto tables = tables_with_checksums(connection);
-  if (std::erase(tables, kSums) == 0) return;
+  if (std::erase(tables, kSumTable) == 0) return;
   for (const auto& old : texts_of(connection,
                                   "SELECT name FROM sqlite_schema WHERE type = 'trigger' AND name LIKE 'sums\\_%' "
                                   "ESCAPE '\\'"))
@@ -72,7 +65,7 @@ void keep_sums(SQLite::Database& connection) {
 
 std::string first_wrong_sum(SQLite::Database& connection) {
   auto tables = tables_with_checksums(connection);
-  std::erase(tables, kSums);
+  std::erase(tables, kSumTable);
   for (const auto& table : tables) {
     const Sum found = count(connection, table);
     SQLite::Statement row(connection, "SELECT rows, sum FROM table_sums WHERE name = ?");

@@ -17,7 +17,7 @@ Error no_plain_file(const std::filesystem::path& path) {
                   path.string())};
 }
 
-Error cannot_write(const std::filesystem::path& path) {
+Error cannot_record(const std::filesystem::path& path) {
   return {ErrorCode::kUnavailable,
           fmt::format("the file {} cannot be written: check its folder and permissions", path.string())};
 }
@@ -32,13 +32,13 @@ Status RecordingFile::open(const std::filesystem::path& path) {
   // It may be another one by now: a pipe is not waited for, a terminal not taken, and what was opened is looked at.
   constexpr mode_t kMode = 0666;
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, kMode);
-  if (descriptor < 0) return cannot_write(path);
+  if (descriptor < 0) return cannot_record(path);
   const bool plain = ::fstat(descriptor, &there) == 0 && S_ISREG(there.st_mode);
   const bool emptied = plain && ::ftruncate(descriptor, 0) == 0;
   if (emptied) file_.reset(::fdopen(descriptor, "wb"));
   if (file_) return Ok();
   ::close(descriptor);
-  return plain ? cannot_write(path) : no_plain_file(path);
+  return plain ? cannot_record(path) : no_plain_file(path);
 }
 
 void RecordingFile::write(std::string_view bytes) noexcept {

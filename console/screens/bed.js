@@ -2,11 +2,11 @@
 // frame, and where a panel that takes several set-ups is to be laid. All lines come in fractions of the picture's width
 // and height.
 import {h, svg} from "../dom.js";
-import {ago, t} from "../words.js";
+import {t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, model, piecesOf} from "../model.js";
-import {picture} from "../pictures.js";
-import {card, empty} from "../parts.js";
+import {card} from "../parts.js";
+import {bedView} from "../watch.js";
 
 // While the panel that was looked at lies there.
 const kPanelStates = ["Suspended", "Unsuspending", "Execute", "Completing", "Holding", "Held", "Unholding", "Stopping"];
@@ -50,8 +50,6 @@ export function bedCard() {
   followToolpath();
   const drawn = lines();
   return card(t("bed"),
-    model.bedAt > 0 && h("p.dim.age", {}, ago(performance.now() - model.bedAt)),
-    h("div.view", {}, picture("/bed.jpg", t("bed.alt"), {version: String(model.bedLooks)}), empty(t("bed.none")),
-      svg("svg", {viewBox: "0 0 1 1", preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn)),
+    ...bedView(t("bed.none"), svg("svg", {viewBox: "0 0 1 1", preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn)),
     drawn.length > 0 && h("p.key.dim", {}, h("i.key-line-cut"), t("key.cut_line"), h("i.key-done"), t("key.done"), h("i.key-line-engrave"), t("key.engrave"), h("i.key-line-frame"), t("key.frame")));
 }

@@ -52,7 +52,7 @@ function machine(cell) {
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
   if (laser.refusal) rows.push(fact(t("no_beam"), laser.refusal, true));
   if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
-  if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), `${t(`kind.${laser.kind}`)}, ${laser.port}`));
+  if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), [t(`kind.${laser.kind}`), laser.port].filter(Boolean).join(", ")));
   rows.push(fact(t("lid"), t(`lid.${cell.lid || "unknown"}`), cell.lid === "open"));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
   if (turned.length) rows.push(fact(t("overrides"), turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));

@@ -1,9 +1,9 @@
 // What the bed camera sees at this moment, for whoever lays something down.
 import {h} from "../dom.js";
-import {ago, t} from "../words.js";
+import {asSentence, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
-import {button, empty} from "../parts.js";
-import {picture} from "../pictures.js";
+import {button} from "../parts.js";
+import {bedView} from "../watch.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 
 const kRest = ["Stopped", "Idle", "Complete", "Aborted"];
@@ -23,5 +23,5 @@ export function sightWords() {
 
 export const bedPicture = () => [
   workRow("bed"),
-  h("div.view", {}, picture("/bed.jpg", t("bed.alt"), {version: String(model.bedLooks)}), empty(t("bed.none_yet"))),
-  h("p.dim", {}, [sightWords(), model.bedAt > 0 ? ago(performance.now() - model.bedAt) : ""].filter(Boolean).join(" – "))];
+  ...bedView(t("bed.none_yet")),
+  sightWords() && h("p.dim", {}, asSentence(sightWords()))];

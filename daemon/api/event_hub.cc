@@ -20,6 +20,12 @@ std::string name_of_life() {
   return token ? token->substr(0, 12) : utc_timestamp();
 }
 
+// An event is an object with a type, so there is a property for the comma to part it from.
+std::shared_ptr<const std::string> with_number(std::string event, std::int64_t seq) {
+  event.insert(1, "\"seq\":" + std::to_string(seq) + ",");
+  return std::make_shared<const std::string>(std::move(event));
+}
+
 }  // namespace
 
 EventHub::EventHub(EventHubOptions options, Logger log)
@@ -39,15 +45,22 @@ void EventHub::broadcast_passing(const nlohmann::json& event) { broadcast_passin
 
 void EventHub::broadcast_passing_text(std::string event) { send_all(numbered(std::move(event))); }
 
-// An event is an object with a type, so there is a property for the comma to part it from.
-std::shared_ptr<const std::string> EventHub::numbered(std::string event) {
-  event.insert(1, "\"seq\":" + std::to_string(++last_seq_) + ",");
-  return std::make_shared<const std::string>(std::move(event));
+void EventHub::broadcast_passing(const nlohmann::json& event, const nlohmann::json& to_viewers) {
+  const auto all = numbered(event_text(event));
+  send_all(all, with_number(event_text(to_viewers), last_seq_));
 }
 
-void EventHub::send_all(const std::shared_ptr<const std::string>& message) {
+std::shared_ptr<const std::string> EventHub::numbered(std::string event) {
+  return with_number(std::move(event), ++last_seq_);
+}
+
+void EventHub::send_all(const std::shared_ptr<const std::string>& message) { send_all(message, message); }
+
+void EventHub::send_all(const std::shared_ptr<const std::string>& to_operators,
+                        const std::shared_ptr<const std::string>& to_viewers) {
   const auto everyone = clients_;  // a slow one leaves while we speak
-  for (const auto& client : everyone) client->send(message);
+  for (const auto& client : everyone)
+    client->send(client->caller().role >= Role::kOperator ? to_operators : to_viewers);
 }
 
 void EventHub::keep(std::shared_ptr<const std::string> message) {

@@ -58,6 +58,8 @@ class EventHub {
   void broadcast_text(std::string event);
   // What the next one makes void; to be made only when somebody listens.
   void broadcast_passing(const nlohmann::json& event);
+  // One event that says less to viewers.
+  void broadcast_passing(const nlohmann::json& event, const nlohmann::json& to_viewers);
   void broadcast_passing_text(std::string event);
   std::size_t clients() const { return clients_.size(); }
   // Closes those whose sign-in has ended.
@@ -79,6 +81,8 @@ class EventHub {
   };
   std::shared_ptr<const std::string> numbered(std::string event);
   void send_all(const std::shared_ptr<const std::string>& message);
+  void send_all(const std::shared_ptr<const std::string>& to_operators,
+                const std::shared_ptr<const std::string>& to_viewers);
   void keep(std::shared_ptr<const std::string> message);
   bool is_kept_since(const EventPlace& seen) const;
 

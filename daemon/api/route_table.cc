@@ -130,6 +130,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getTask", "GET", "/api/v1/tasks/{id}", Role::kViewer},
     ApiOperation{"cancelTask", "DELETE", "/api/v1/tasks/{id}", Role::kOperator},
     ApiOperation{"getBedPicture", "GET", "/api/v1/bed.jpg", Role::kViewer},
+    ApiOperation{"getBedGlance", "GET", "/api/v1/bed/glance.jpg", Role::kViewer},
     ApiOperation{"getBedToolpath", "GET", "/api/v1/bed/toolpath", Role::kViewer},
     ApiOperation{"newConsoleLink", "POST", "/api/v1/console-links", Role::kOperator, Takes::kJson},
     ApiOperation{"endConsoleLinks", "DELETE", "/api/v1/console-links", Role::kAdmin},

@@ -16,11 +16,10 @@
 namespace veneer::daemon {
 namespace {
 
-Status write_shown(const cv::Mat& picture, const std::string& file) {
-  constexpr int kWidth = 1600;
+Status write_shown(const cv::Mat& picture, int width, const std::string& file) {
   cv::Mat small = picture;
-  if (picture.cols > kWidth)
-    cv::resize(picture, small, {kWidth, picture.rows * kWidth / picture.cols}, 0, 0, cv::INTER_AREA);
+  if (picture.cols > width)
+    cv::resize(picture, small, {width, std::max(1, picture.rows * width / picture.cols)}, 0, 0, cv::INTER_AREA);
   constexpr int kQuality = 85;
   if (const auto bytes = planner::encode_jpeg(small, kQuality)) {
     std::ofstream out(file, std::ios::binary);
@@ -92,7 +91,8 @@ Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path&
   } else if (order.camera) {
     shown = prove_pose(order, *picture, out);
   }
-  if (const Status written = write_shown(shown, (folder / kMadeBedPicture).string()); !written) return written.error();
+  if (const Status written = write_shown(shown, order.shown_px, (folder / kMadeBedPicture).string()); !written)
+    return written.error();
   return out;
 }
 

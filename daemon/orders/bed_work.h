@@ -2,6 +2,7 @@
 // files.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,9 +35,11 @@ struct LookAtBed {
   std::optional<calib::CameraParameters> camera;
   Millimetres height{0};  // of the panel's upper face over the bed
   std::vector<BedPanel> panels;
+  int shown_px = 1600;  // width of the picture for people, at most
 };
 // JPEG for people in the work's folder, with what was found drawn in.
 inline constexpr const char* kMadeBedPicture = "bed.jpg";
+inline constexpr std::uintmax_t kMostBedPictureBytes = 16 << 20;
 struct SeenPose {
   PanelId panel;
   Face face_up = Face::kBack;

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
+json null_when_empty(const std::string& text) { return text.empty() ? json() : json(text); }
 
 json alarm_json(const Alarm& alarm) {
   return {{"id", alarm.id},
@@ -22,9 +22,9 @@ json alarm_json(const Alarm& alarm) {
           {"sentence", alarm.what.sentence},
           {"state", to_string(alarm.state)},
           {"since", alarm.since},
-          {"until", or_null(alarm.until)},
-          {"acknowledged_by", or_null(alarm.seen_by)},
-          {"acknowledged_at", or_null(alarm.seen_at)}};
+          {"until", null_when_empty(alarm.until)},
+          {"acknowledged_by", null_when_empty(alarm.seen_by)},
+          {"acknowledged_at", null_when_empty(alarm.seen_at)}};
 }
 
 // A page is put together on the loop that answers STOP: a short one.

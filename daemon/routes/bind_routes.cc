@@ -15,8 +15,8 @@ void bind_routes(Router& router, Cell& cell) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
     return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
   });
-  bind_unit_routes(
-      router, {*c.runner, c.metrics, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
+  bind_unit_routes(router, {*c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks, *c.queries,
+                            [&c](Role told) { return c.status(told); }});
   const auto panel_changed = [&c, on_reactor](const std::optional<PanelId>& panel) {
     on_reactor([&c, panel] {
       c.refresh_counts();

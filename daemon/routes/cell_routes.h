@@ -14,6 +14,7 @@
 #include "daemon/config.h"
 #include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_service.h"
+#include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
@@ -40,11 +41,12 @@ struct UnitServices {
   JobRunner& unit;
   Metrics& metrics;
   BedWatcher& bed;
+  BedGlances& glances;
   CutPlanner& cuts;
   DatabaseCheck& integrity;
   TaskRegistry& tasks;
   QueryPool& queries;
-  std::function<nlohmann::json()> status;
+  std::function<nlohmann::json(Role told)> status;
 };
 void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before the reply is made.

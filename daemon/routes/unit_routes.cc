@@ -59,6 +59,19 @@ void reply_large(const UnitServices& s, const ApiRequest& request, const Reply& 
   });
 }
 
+// The age is asked for anew each time; a client that has the picture learns it too.
+void glance(const UnitServices& s, const ApiRequest& request, const Reply& reply) {
+  s.glances.ask(request.gone, [s, request, reply](const Result<BedGlances::Picture>& seen) {
+    if (!seen) return reply(ApiReply::error(seen.error()));
+    const auto age = std::chrono::duration_cast<std::chrono::seconds>(s.glances.age(**seen));
+    s.queries.ask(request, reply, [picture = *seen, age](Repositories&) {
+      ApiReply out = ApiReply::bytes(picture->jpeg, "image/jpeg");
+      out.headers.emplace_back("Age", std::to_string(age.count()));
+      return out;
+    });
+  });
+}
+
 }  // namespace
 
 ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
@@ -70,7 +83,9 @@ ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
 }
 
 void bind_unit_routes(Router& router, const UnitServices& s) {
-  router.bind("getStatus", [s](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(s.status())); });
+  router.bind("getStatus", [s](const ApiRequest& request, const Reply& reply) {
+    reply(ApiReply::json(s.status(request.caller.role)));
+  });
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
   router.bind("stop", [s](const ApiRequest& request, const Reply& reply) {
     reply(stop_at_once(s.unit, s.metrics, request.caller));
@@ -80,6 +95,7 @@ void bind_unit_routes(Router& router, const UnitServices& s) {
         s, request, reply, [&bed = s.bed] { return bed.picture(); }, "image/jpeg",
         "the bed has not been photographed since the daemon started");
   });
+  router.bind("getBedGlance", [s](const ApiRequest& request, const Reply& reply) { glance(s, request, reply); });
   router.bind("getBedToolpath", [s](const ApiRequest& request, const Reply& reply) {
     reply_large(
         s, request, reply, [&cuts = s.cuts] { return cuts.toolpath(); }, "application/json",

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "base/clock.h"
-#include "base/files.h"
 #include "daemon/orders/bed_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/services/panel_library.h"
@@ -216,16 +215,10 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
   if (!seen && (seen.error().code == ErrorCode::kUnavailable || seen.error().code == ErrorCode::kInternal))
     seen = have_done<BedSeen>(workers_, std::move(order), look, quietly, ending_.get_token());
   if (!seen) return seen.error();
-  const auto made = folder->path() / kMadeBedPicture;
-  std::error_code unknown;
-  constexpr std::uintmax_t kMostBytes = 16 << 20;
-  // A worker may have left anything there, a link to another file too.
-  if (std::filesystem::symlink_status(made, unknown).type() == std::filesystem::file_type::regular &&
-      std::filesystem::file_size(made, unknown) <= kMostBytes)
-    if (auto bytes = read_whole(made)) {
-      const std::lock_guard lock(picture_mutex_);
-      picture_ = *std::move(bytes);
-    }
+  if (auto bytes = folder->made(kMadeBedPicture, kMostBedPictureBytes)) {
+    const std::lock_guard lock(picture_mutex_);
+    picture_ = *std::move(bytes);
+  }
   if (!stale) return seen;
   return Error{
       ErrorCode::kRefused,

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "daemon/unit/cell_view.h"
 
 namespace veneer::daemon {
 namespace {
@@ -12,11 +11,10 @@ namespace {
 Status count_work(Repositories& r, CellCounts& counts) {
   const auto jobs = r.jobs.with_work();
   if (!jobs) return jobs.error();
-  for (const db::JobRecord& job : *jobs) {
-    const JobRest rest = rest_of(job);
-    if (rest.suspect > 0) counts.suspects.push_back({job.id, rest.suspect});
-    if (!counts.job && rest.open > 0 && job.state != db::JobState::kRunning)
-      counts.job = CellNeeds::Waiting{job.id.value, job.name, rest.open};
+  for (const db::JobWork& job : *jobs) {
+    if (job.suspect > 0) counts.suspects.push_back({job.id, job.suspect});
+    if (!counts.job && job.open > 0 && job.state != db::JobState::kRunning)
+      counts.job = CellNeeds::Waiting{job.id.value, job.name, job.open};
   }
   return Ok();
 }

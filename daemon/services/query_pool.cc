@@ -107,7 +107,10 @@ ApiReply QueryPool::made(const Question& question, Repositories& repositories) {
     ApiReply reply = question.work(repositories);
     if (reply.status != 200) return reply;
     if (reply.etag.empty()) reply.etag = etag_of(reply.body);
-    return etag_matches(question.if_none_match, reply.etag) ? ApiReply::not_modified(reply.etag) : reply;
+    if (!etag_matches(question.if_none_match, reply.etag)) return reply;
+    ApiReply same = ApiReply::not_modified(reply.etag);
+    same.headers = std::move(reply.headers);
+    return same;
   } catch (...) {
     return ApiReply::error(error_of_exception());
   }

@@ -9,8 +9,8 @@ namespace {
 
 // So many panels at one look: after an upgrade all are due.
 constexpr int kMostAtOnce = 10'000;
-constexpr int kSavedAfter = 100;    // panels, when many have to be counted: a kill loses no more
-constexpr int kPictureWidth = 640;  // pictures are kept for good, and small copies of maps and masks are as wide
+constexpr int kSavedAfter = 100;  // panels, when many have to be counted: a kill loses no more
+constexpr int kKeptWidth = 640;   // pictures are kept for good, and small copies of maps and masks are as wide
 
 }  // namespace
 
@@ -62,7 +62,7 @@ void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) 
   db::RemnantRecord record = to_record(due.panel, panel->mask_version, (*counted)->of, (*counted)->remnant);
   record.run = due.run;
   record.at = utc_timestamp();
-  const auto picture = picture_of_remnant(library_, *panel, *live, (*counted)->remnant, kPictureWidth);
+  const auto picture = picture_of_remnant(library_, *panel, *live, (*counted)->remnant, kKeptWidth);
   const auto stored = picture ? library_.store_picture(*picture, "panels/" + due.panel.value, "remnant")
                               : Result<PanelLibrary::Stored>(picture.error());
   if (stored) record.picture_file = stored->file;

@@ -20,7 +20,7 @@ using nlohmann::json;
 constexpr int kFormat = 2;
 // So many numbers are kept of a panel, and so many texts: three of each wood that it has, or they would be counted at
 // every look. What is of woods that it had goes when there are more.
-constexpr std::size_t kMostNumbers = 64, kMostTexts = 1000;
+constexpr std::size_t kMostKeptNumbers = 64, kMostKeptTexts = 1000;
 
 void add_to(std::string& wood, db::AllocationId allocation) { wood += fmt::format(" {}", allocation.value); }
 
@@ -125,7 +125,7 @@ void StockMemory::keep(const PanelId& panel, const std::string& name, const std:
                        std::vector<double> numbers) {
   const std::lock_guard lock(mutex_);
   auto& kept = panels_[panel].numbers;
-  if (kept.size() >= kMostNumbers && !kept.contains(name)) kept.clear();
+  if (kept.size() >= kMostKeptNumbers && !kept.contains(name)) kept.clear();
   kept[name] = {of, std::move(numbers)};
 }
 
@@ -149,7 +149,7 @@ std::optional<std::string> StockMemory::find_text(const PanelId& panel, const st
 void StockMemory::keep_text(const PanelId& panel, const std::string& name, const std::string& of, std::string text) {
   const std::lock_guard lock(mutex_);
   auto& kept = panels_[panel].texts;
-  if (kept.size() >= kMostTexts && !kept.contains(name)) kept.clear();
+  if (kept.size() >= kMostKeptTexts && !kept.contains(name)) kept.clear();
   kept[name] = {of, std::move(text)};
   to_save_ = true;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace veneer::daemon {
 namespace {
@@ -225,7 +226,17 @@ std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json&
   constexpr double kMostOff = 0.03;  // mm rms
   constexpr double kLeastCovered = 0.7;
   std::vector<std::string> out;
-  if (kind != db::CertificateKind::kScanner || !payload.is_object()) return out;
+  if (!payload.is_object()) return out;
+  if (kind == db::CertificateKind::kAxes) {
+    constexpr double kMostBowed = 0.5;  // mm
+    const double bowed = std::max(std::abs(payload.value("bow_x_mm", 0.0)), std::abs(payload.value("bow_y_mm", 0.0)));
+    if (bowed > kMostBowed)
+      out.push_back(
+          fmt::format("the board it was burnt into is bowed by {:.1f} mm, and how high it lay is not known to better "
+                      "than a part of that: calibrate the laser again with a flat board",
+                      bowed));
+  }
+  if (kind != db::CertificateKind::kScanner) return out;
   if (payload.value("scans", 0) == 1)
     out.emplace_back(
         "it was made of one scan, so nothing tells how far off the next one will be: calibrate with two "
@@ -364,6 +375,8 @@ json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<
           {"rms_mm", axes.rms.count()},
           {"max_mm", axes.max.count()},
           {"left_out_rms_mm", axes.leave_out_rms.count()},
+          {"bow_x_mm", axes.bow_x.count()},
+          {"bow_y_mm", axes.bow_y.count()},
           {"rings", axes.rings}};
 }
 

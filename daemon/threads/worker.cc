@@ -59,6 +59,7 @@ Worker::~Worker() {
     stopping_ = true;
   }
   wake_.notify_one();
+  what_gives_way().request_stop();
   thread_.join();
 }
 
@@ -79,6 +80,31 @@ bool Worker::try_post(WaitingRoom room, std::function<void()> work, std::functio
     waiting_bytes_ += bytes;
   }
   wake_.notify_one();
+  what_gives_way().request_stop();
+  return true;
+}
+
+// A copy, since whoever waits for its stop is called by request_stop(), and must not find the mutex taken.
+std::stop_source Worker::what_gives_way() {
+  const std::lock_guard lock(mutex_);
+  return gives_way_;
+}
+
+bool Worker::try_post_giving_way(std::function<void(const std::stop_token&)> work) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (busy_ || stopping_ || !queue_.empty()) return false;
+    if (!gives_way_.stop_possible() || gives_way_.stop_requested()) gives_way_ = std::stop_source();
+    const auto begin = [this, work = std::move(work), stop = gives_way_.get_token()] {
+      {
+        const std::lock_guard begun(mutex_);
+        busy_ = false;  // who has heard that it is done may post the next one, though this thread is not back yet
+      }
+      work(stop);
+    };
+    queue_.push_back({begin, {}, 0});
+  }
+  wake_.notify_one();
   return true;
 }
 
@@ -95,11 +121,13 @@ void Worker::run(const std::string& name, int nice) {
     Posted next;
     {
       std::unique_lock lock(mutex_);
+      busy_ = false;
       wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
       if (queue_.empty()) return;
       next = std::move(queue_.front());
       queue_.pop_front();
       waiting_bytes_ -= next.bytes;
+      busy_ = true;
     }
     do_posted(next.work, next.failed);
   }

@@ -13,6 +13,7 @@
 #include <future>
 #include <limits>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <type_traits>
@@ -59,6 +60,9 @@ class Worker {
   // waits.
   [[nodiscard]] bool try_post(WaitingRoom room, std::function<void()> work,
                               std::function<void(const Error&)> failed = {}, std::size_t bytes = 0);
+  // Work that is done only while nothing else is to be: taken when nothing but its like is under way and nothing waits,
+  // else false. Its token is stopped as soon as anything else is posted, which then waits for what it cannot break off.
+  [[nodiscard]] bool try_post_giving_way(std::function<void(const std::stop_token&)> work);
   // Whether try_post() would take it now.
   bool has_room(WaitingRoom room, std::size_t bytes = 0) const;
 
@@ -89,13 +93,16 @@ class Worker {
     std::size_t bytes = 0;
   };
   bool fits(WaitingRoom room, std::size_t bytes) const;
+  std::stop_source what_gives_way();
   void run(const std::string& name, int nice);
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Posted> queue_;       // guarded by mutex_
-  std::size_t waiting_bytes_ = 0;  // of queue_; guarded by mutex_
-  bool stopping_ = false;          // guarded by mutex_
+  std::deque<Posted> queue_;                      // guarded by mutex_
+  std::size_t waiting_bytes_ = 0;                 // of queue_; guarded by mutex_
+  bool busy_ = false;                             // with work that does not give way; guarded by mutex_
+  std::stop_source gives_way_{std::nostopstate};  // of the last work that gives way; guarded by mutex_
+  bool stopping_ = false;                         // guarded by mutex_
   std::thread thread_;
 };
 

@@ -405,6 +405,27 @@ Status JobRunner::at_rest() const {
   return Ok();
 }
 
+Status JobRunner::may_be_watched() const {
+  const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
+  switch (view_.state) {
+    case CellState::kHeld:
+      return Ok();
+    case CellState::kStopped:
+    case CellState::kIdle:
+    case CellState::kComplete:
+    case CellState::kAborted:
+      break;
+    case CellState::kSuspended:
+      return refuse("the cell waits for a panel and looks at the bed by itself: its last look is GET /bed.jpg");
+    default:
+      return refuse(fmt::format("the cell is {}, and the head may move: wait until it rests", to_string(view_.state)));
+  }
+  const LaserStatus laser = parts().laser.status();
+  if (activity_ || jogging_ || laser.beam_on || !stands_still(laser))
+    return refuse("the head moves: wait until it stands still");
+  return Ok();
+}
+
 Status JobRunner::set_overrides(const LaserOverrides& wanted) {
   if (!overrides_belong_to(view_.state)) {
     // A laser that has none says so, whatever the cell does; to any other this is what it has already.

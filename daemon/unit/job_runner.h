@@ -102,6 +102,9 @@ class JobRunner : private ActivityHost {
   // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an
   // abort that nobody has cleared: what a program that ends now would break off or forget.
   Status at_rest() const;
+  // kConflict, with a sentence, while the head moves or may move, and while the unit looks at the bed again and again
+  // by itself: no pictures for people who only watch then.
+  Status may_be_watched() const;
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }

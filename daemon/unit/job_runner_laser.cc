@@ -7,6 +7,16 @@
 #include "daemon/unit/job_runner.h"
 
 namespace veneer::daemon {
+namespace {
+
+// Who was told to resume, and says that it is held.
+std::string why_still_held(const LaserStatus& laser) {
+  if (!laser.refusal.empty()) return "the machine stays held: " + laser.refusal;
+  if (lid_is_open(laser)) return "the machine stays held: close the lid, then Unhold";
+  return "the machine stays held and does not say why: look at its switches and its display, then Unhold";
+}
+
+}  // namespace
 
 void JobRunner::on_laser(const LaserEvent& event) {
   using namespace laser_event;
@@ -77,7 +87,7 @@ void JobRunner::on_held() {
       return answer(Ok());
     case CellState::kUnholding:
       if (told_before) return;
-      enter(CellState::kHeld, "the machine stays held: close the lid, then Unhold");
+      enter(CellState::kHeld, why_still_held(parts().laser.status()));
       return answer(Error{ErrorCode::kRefused, view_.reason});
     case CellState::kExecute:
     case CellState::kStopping:

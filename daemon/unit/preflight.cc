@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace veneer::daemon {
@@ -151,6 +152,57 @@ Stand stand_of(std::span<const KeepOut> keep_out, const Box<MachineFrame>& trave
   return out;
 }
 
+// Outside of all zones, or in some that it can leave straight on.
+bool gets_out(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& at) {
+  const Stand in = stand_of(keep_out, travel, at);
+  return in.box.empty() || in.left || in.right || in.down || in.up;
+}
+
+const KeepOut* zone_entered(std::span<const KeepOut> keep_out, const Point<MachineFrame>& from,
+                            const Point<MachineFrame>& to) {
+  const auto found = std::ranges::find_if(
+      keep_out, [&](const KeepOut& zone) { return !zone.area.contains(from) && crosses(zone.area, from, to); });
+  return found == keep_out.end() ? nullptr : &*found;
+}
+
+// Where nothing leads straight out: the shortest way along one axis to a place from which something does, past an edge
+// of a zone. Never into a zone that the head does not stand in.
+struct FirstLeg {
+  Millimetres dx{0}, dy{0};
+};
+std::optional<FirstLeg> first_leg(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel,
+                                  const Point<MachineFrame>& from) {
+  constexpr Millimetres kPast{0.5};
+  std::optional<FirstLeg> best;
+  const auto length = [](const FirstLeg& leg) { return std::abs(leg.dx.count()) + std::abs(leg.dy.count()); };
+  const auto consider = [&](const FirstLeg& leg) {
+    const Point<MachineFrame> to{from.x + leg.dx, from.y + leg.dy};
+    if (best && length(*best) <= length(leg)) return;
+    if (travel.contains(to) && zone_entered(keep_out, from, to) == nullptr && gets_out(keep_out, travel, to))
+      best = leg;
+  };
+  for (const auto& [name, area] : keep_out) {
+    for (const Millimetres x : {area.min.x - kPast, area.max.x + kPast}) consider({x - from.x, Millimetres(0)});
+    for (const Millimetres y : {area.min.y - kPast, area.max.y + kPast}) consider({Millimetres(0), y - from.y});
+  }
+  return best;
+}
+
+// "12.5 mm to the left".
+std::string words_for(const FirstLeg& leg) {
+  if (leg.dx != Millimetres(0))
+    return fmt::format("{:.1f} mm to the {}", std::abs(leg.dx.count()), leg.dx < Millimetres(0) ? "left" : "right");
+  return fmt::format("{:.1f} mm to the {}", std::abs(leg.dy.count()), leg.dy < Millimetres(0) ? "front" : "back");
+}
+
+// Is a jog this leg, the beginning of it, or farther on where the head gets out as well?
+bool is_on(const FirstLeg& leg, Millimetres dx, Millimetres dy, bool gets_out_there) {
+  const bool along_x = leg.dx != Millimetres(0);
+  const double wanted = (along_x ? leg.dx : leg.dy).count(), gone = (along_x ? dx : dy).count();
+  if ((along_x ? dy : dx) != Millimetres(0) || wanted * gone < 0) return false;
+  return std::abs(gone) <= std::abs(wanted) || gets_out_there;
+}
+
 // Does a step along one axis, `low` and `high` from its sides, lead out by the nearer of those that can be reached?
 bool leads_out(Millimetres step, Millimetres low, Millimetres high, bool to_low, bool to_high) {
   if (step == Millimetres(0)) return true;
@@ -163,17 +215,24 @@ bool leads_out(Millimetres step, Millimetres low, Millimetres high, bool to_low,
 Status check_jog(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& from,
                  Millimetres dx, Millimetres dy) {
   const Point<MachineFrame> to{from.x + dx, from.y + dy};
-  for (const auto& [name, area] : keep_out)
-    if (!area.contains(from) && crosses(area, from, to))
-      return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", name)};
+  if (const KeepOut* zone = zone_entered(keep_out, from, to))
+    return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", zone->name)};
   const Stand in = stand_of(keep_out, travel, from);
   if (in.box.empty()) return Ok();
-  if (!in.left && !in.right && !in.down && !in.up)
-    return Error{
-        ErrorCode::kRefused,
-        fmt::format("the head stands in the zone \"{}\", and zones or the ends of its travel lie on all sides: "
-                    "switch the machine off and move its head by hand, or correct [[keep_out]]",
-                    in.name)};
+  if (!in.left && !in.right && !in.down && !in.up) {
+    const auto leg = first_leg(keep_out, travel, from);
+    if (!leg)
+      return Error{
+          ErrorCode::kRefused,
+          fmt::format("the head stands in the zone \"{}\", and zones or the ends of its travel lie on all sides: "
+                      "switch the machine off and move its head by hand, or correct [[keep_out]]",
+                      in.name)};
+    if (is_on(*leg, dx, dy, gets_out(keep_out, travel, to))) return Ok();
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the head stands in the zone \"{}\", and nothing leads straight out: jog it {} first, and "
+                             "out of the zone from there",
+                             in.name, words_for(*leg))};
+  }
   if (!leads_out(dx, from.x - in.box.min.x, in.box.max.x - from.x, in.left, in.right) ||
       !leads_out(dy, from.y - in.box.min.y, in.box.max.y - from.y, in.down, in.up))
     return Error{ErrorCode::kRefused,

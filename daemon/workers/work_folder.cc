@@ -5,6 +5,8 @@
 
 #include <system_error>
 
+#include "base/files.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -39,6 +41,15 @@ WorkFolder& WorkFolder::operator=(WorkFolder&& o) noexcept {
 }
 
 WorkFolder::~WorkFolder() { remove_whole(path_); }
+
+std::optional<std::string> WorkFolder::made(const std::string& name, std::uintmax_t most_bytes) const {
+  const auto file = path_ / name;
+  std::error_code unknown;
+  if (std::filesystem::symlink_status(file, unknown).type() != std::filesystem::file_type::regular ||
+      std::filesystem::file_size(file, unknown) > most_bytes)
+    return std::nullopt;
+  return read_whole(file);
+}
 
 void remove_left_work(const std::filesystem::path& data_dir) { remove_whole(work_dir(data_dir)); }
 

@@ -4,7 +4,10 @@
 // Any thread but the reactor. A value; moves only.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "base/result.h"
@@ -20,6 +23,9 @@ class WorkFolder {
   ~WorkFolder();
 
   const std::filesystem::path& path() const { return path_; }
+  // What the work has made under this name. Nothing when it is larger, or no plain file: work may have left anything
+  // there, a link to another file too.
+  std::optional<std::string> made(const std::string& name, std::uintmax_t most_bytes) const;
 
  private:
   explicit WorkFolder(std::filesystem::path path) : path_(std::move(path)) {}

@@ -43,6 +43,12 @@ std::vector<fs::path> matching(const fs::path& pattern) {
 PictureSource::PictureSource(std::string pattern) : pattern_(std::move(pattern)) {}
 
 Result<NamedPicture> PictureSource::next() {
+  auto picture = peek();
+  if (picture) last_ = picture->file;
+  return picture;
+}
+
+Result<NamedPicture> PictureSource::peek() const {
   const std::vector<fs::path> files = matching(pattern_);
   if (files.empty())
     return Error{
@@ -50,7 +56,6 @@ Result<NamedPicture> PictureSource::next() {
         fmt::format("no picture matches \"{}\": put one there or change the device in the configuration", pattern_)};
   auto file = std::upper_bound(files.begin(), files.end(), last_);
   if (file == files.end()) file = files.begin();
-  last_ = *file;
   std::error_code unknown;  // then it is as old as can be
   const auto changed = fs::last_write_time(*file, unknown);
   NamedPicture picture{*file, {}};

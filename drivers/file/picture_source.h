@@ -24,6 +24,8 @@ class PictureSource {
 
   // kUnavailable when nothing matches.
   Result<NamedPicture> next();
+  // The one that next() would give, which it gives still.
+  Result<NamedPicture> peek() const;
   const std::string& pattern() const { return pattern_; }
 
  private:

@@ -10,7 +10,7 @@
 namespace veneer::grbl {
 namespace {
 
-constexpr std::string_view kBanner = "\r\nGrbl 1.1h (recording into a file) ['$' for help]\r\n";
+constexpr std::string_view kRecordingBanner = "\r\nGrbl 1.1h (recording into a file) ['$' for help]\r\n";
 
 bool is_realtime(unsigned char byte) {
   return byte == '?' || byte == '!' || byte == '~' || byte == 0x18 || byte >= 0x80;
@@ -111,7 +111,7 @@ void RecordingController::reset() {
   modes_ = {};
   overrides_ = {100, 100, 100};
   held_ = checking_ = false;
-  say(std::string(kBanner));
+  say(std::string(kRecordingBanner));
 }
 
 void RecordingController::execute(const std::string& line) {

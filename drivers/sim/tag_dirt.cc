@@ -16,7 +16,7 @@ Vec2 centre_of(const TrueTag& tag) { return (tag.corners[0] + tag.corners[2]) * 
 
 // Lays `colour` over the face around `centre`: opaque by cover(distance from it in mm, both ways), 0 to 1.
 template <class Cover>
-void lay_over(Sheet& sheet, SheetFace face, Vec2 centre, double reach_mm, cv::Vec3f colour, const Cover& cover) {
+void lay_dirt(Sheet& sheet, SheetFace face, Vec2 centre, double reach_mm, cv::Vec3f colour, const Cover& cover) {
   cv::Mat& raster = face == SheetFace::kShow ? sheet.front : sheet.back;
   const Vec2 low = sheet.pixel(centre + Vec2{-reach_mm, reach_mm}),
              high = sheet.pixel(centre + Vec2{reach_mm, -reach_mm});
@@ -35,7 +35,7 @@ void lay_over(Sheet& sheet, SheetFace face, Vec2 centre, double reach_mm, cv::Ve
 void blot(Sheet& sheet, SheetFace face, Vec2 at, double radius, const cv::Vec3f& colour, double opaque,
           Random& random) {
   const double lobes = 3 + random.below(4), phase = random.uniform(0, 2 * kPi);
-  lay_over(sheet, face, at, radius * 1.4, colour, [=](Vec2 d) {
+  lay_dirt(sheet, face, at, radius * 1.4, colour, [=](Vec2 d) {
     const double rim = radius * (1 + 0.25 * std::sin(lobes * std::atan2(d.y, d.x) + phase));
     return opaque * std::clamp((rim - length(d)) / (0.3 * radius) + 0.5, 0.0, 1.0);
   });
@@ -44,7 +44,7 @@ void blot(Sheet& sheet, SheetFace face, Vec2 at, double radius, const cv::Vec3f&
 // A strip of masking tape over one half.
 void paste_over(Sheet& sheet, const TrueTag& tag, Random& random) {
   const double way = random.uniform(0, 2 * kPi), c = std::cos(way), s = std::sin(way);
-  lay_over(sheet, tag.face, centre_of(tag), 14, {150, 205, 226}, [=](Vec2 d) {
+  lay_dirt(sheet, tag.face, centre_of(tag), 14, {150, 205, 226}, [=](Vec2 d) {
     const double across = c * d.x + s * d.y, along = -s * d.x + c * d.y;
     return across > 0 && across < 12 && std::abs(along) < 13 ? 0.97 : 0.0;
   });

@@ -132,8 +132,9 @@ const TwinService::Command* TwinService::find(const json& request) {
         {"turn_deg", Type::kNumber, false}}},
       {"lift", false, &TwinService::lift, {{"from"}, {"leave_bridges", Type::kFlag, false}}},
       {"nudge", false, &TwinService::nudge, {}},
+      {"measure", false, &TwinService::measure, {{"sheet"}}},
       {"scan", false, &TwinService::scan, {{"dpi", Type::kNumber, false}}},
-      {"camera", false, &TwinService::camera, {}}};
+      {"camera", false, &TwinService::camera, {{"glance", Type::kFlag, false}}}};
   const auto name = request.find("cmd");
   if (name == request.end() || !name->is_string()) return nullptr;
   const auto at = std::find_if(kCommands.begin(), kCommands.end(),
@@ -254,6 +255,17 @@ TwinService::Reply TwinService::lift(const json& r) {
 
 TwinService::Reply TwinService::nudge(const json&) { return done(world_.nudge()); }
 
+// A caliper, which is off by up to 0.02 mm and shows hundredths.
+TwinService::Reply TwinService::measure(const json& r) {
+  constexpr double kCaliper = 0.02, kShown = 0.01;
+  if (const Status made = make_if_usual(r.at("sheet")); !made.ok()) return made.error();
+  const auto sheet = world_.sheet(r.at("sheet"));
+  if (!sheet.ok()) return sheet.error();
+  Random hand(world_.truth().settings.seed, "caliper", static_cast<std::uint64_t>(world_.next_picture("caliper")));
+  const double reading = (*sheet)->thickness_mm + hand.spread(kCaliper);
+  return json{{"thickness_mm", std::round(reading / kShown) * kShown}};
+}
+
 TwinService::Reply TwinService::scan(const json& r) {
   const double dpi = r.value("dpi", 300.0);
   if (!(dpi >= 75 && dpi <= 600)) return invalid(fmt::format("the scanner cannot scan at {} dpi: use 75 to 600", dpi));
@@ -277,9 +289,26 @@ TwinService::Reply TwinService::scan(const json& r) {
   return json{{"file", file.string()}, {"dpi", dpi}, {"capture", truth.capture}};
 }
 
-TwinService::Reply TwinService::camera(const json&) {
+// For somebody who only watches: small, and not among the numbered pictures, whose noise and light are drawn by their
+// number: nothing comes out otherwise because somebody watched.
+TwinService::Reply TwinService::glance(const BedView& view) {
+  if (!glancing_eye_) {
+    constexpr double kSmaller = 0.25;
+    CameraTruth small = world_.truth().camera;
+    small.width_px = std::max(1, static_cast<int>(small.width_px * kSmaller));
+    small.height_px = std::max(1, static_cast<int>(small.height_px * kSmaller));
+    for (double* length : {&small.fx, &small.fy, &small.cx, &small.cy}) *length *= kSmaller;
+    glancing_eye_.emplace(small, world_.truth().settings.bed);
+  }
+  cv::Mat picture = glancing_eye_->picture(view, world_.truth().settings.seed, world_.truth().settings.rough);
+  if (camera_dark_) picture *= 0.02;
+  const fs::path file = world_.state_dir() / "captures" / "glance.ppm";
+  if (Status s = write_picture(file, picture); !s.ok()) return s.error();
+  return json{{"file", file.string()}};
+}
+
+TwinService::Reply TwinService::camera(const json& r) {
   if (camera_dead_) return Error{ErrorCode::kUnavailable, "the bed camera does not answer: check its cable"};
-  const int number = world_.next_picture("camera");
   const std::optional<PlacedSheet> lies = world_.snapshot(Spot::kBed);
   BedView view;
   json record = {{"schema_version", 1}, {"sheet", nullptr}};
@@ -292,6 +321,8 @@ TwinService::Reply TwinService::camera(const json&) {
               {"bed_from_sheet", to_json(view.bed_from_sheet)},
               {"face_height_mm", view.face_height_mm}};
   }
+  if (r.value("glance", false)) return glance(view);
+  const int number = world_.next_picture("camera");
   const std::uint64_t seed = Random(world_.truth().settings.seed, "camera", static_cast<std::uint64_t>(number)).next();
   if (!eye_) eye_.emplace(world_.truth().camera, world_.truth().settings.bed);
   cv::Mat picture = eye_->picture(view, seed, world_.truth().settings.rough);

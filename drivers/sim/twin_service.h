@@ -42,8 +42,10 @@ class TwinService {
   Status make_if_usual(const std::string& sheet);
   Reply lift(const nlohmann::json& request);
   Reply nudge(const nlohmann::json& request);
+  Reply measure(const nlohmann::json& request);
   Reply scan(const nlohmann::json& request);
   Reply camera(const nlohmann::json& request);
+  Reply glance(const BedView& view);
   Reply lid(const nlohmann::json& request);
   Reply fault(const nlohmann::json& request);
   Reply power(const nlohmann::json& request);
@@ -55,7 +57,7 @@ class TwinService {
 
   World& world_;
   LaserBench& laser_;
-  std::optional<BedCamera> eye_;  // of the worker
+  std::optional<BedCamera> eye_, glancing_eye_;  // of the worker
   Logger log_;
   std::atomic<bool> scanner_dead_{false}, camera_dead_{false}, camera_dark_{false};
   double drifted_ = 0;

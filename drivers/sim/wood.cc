@@ -4,13 +4,13 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "base/units.h"
 #include "drivers/sim/noise.h"
 #include "drivers/sim/random.h"
 
 namespace veneer::sim {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;
 constexpr double kRadiusStep = 0.02;  // mm per entry of the tables over the ring radius
 
 double smoothstep(double low, double high, double x) {
@@ -165,7 +165,7 @@ cv::Mat curl_figure(Strip& s) {
   for (int r = 0; r < small.height; ++r) {
     for (int c = 0; c < small.width; ++c) {
       const double phase = r / px / s.wood.curl_length + 0.55 * bend.at<float>(r, c) + 1.4 * sway.at<float>(r, c);
-      const double wave = std::sin(kTurn * phase) + 0.3 * std::sin(kTurn * 2.1 * phase + 1);
+      const double wave = std::sin(2 * kPi * phase) + 0.3 * std::sin(2 * kPi * 2.1 * phase + 1);
       out.at<float>(r, c) = static_cast<float>(s.wood.curl * wave * smoothstep(-0.5, 0.6, strength.at<float>(r, c)));
     }
   }

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kReachShare = 0.375;     // of the smallest patch's side
 constexpr double kGap = 1.25;             // of the least width: what lines that run aslant need straight across
-constexpr int kRounds = 2;                // of columns and rows: "two repetitions to be sufficient"
+constexpr int kCutRounds = 2;             // of columns and rows: "two repetitions to be sufficient"
 constexpr Millimetres kCurveError{0.06};  // fitted curves lie this far beside the pixels that were chosen
 // What rounding to whole micrometres may take of FreeWood::kSlack.
 constexpr Millimetres kRounding{0.001};
@@ -125,7 +125,7 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
   std::vector<std::vector<FaceCost>> own(members_.size());
   for (std::size_t a = 0; a < members_.size(); ++a) {
     for (const std::size_t i : members_[a]) own[a].push_back(costs[i]);
-    recut_all(cut[a], own[a], cut_options(), kRounds);
+    recut_all(cut[a], own[a], cut_options(), kCutRounds);
   }
   const double stride = std::max(3.0, problem_.artworks.front().grid.resolution.to_px(kStride).count());
   const double unit = stride * reach_ * 2 * mean_cost(costs);
@@ -137,7 +137,7 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
     Smoothed out{cut, {}};
     std::vector<CurveLength> lengths(cut.size());
     (void)run_parallel(cut.size(), options_.threads, {}, [&](std::size_t a) {
-      smooth_all(out.lines[a], own[a], cut_options(), stride, bend * unit, kRounds);
+      smooth_all(out.lines[a], own[a], cut_options(), stride, bend * unit, kCutRounds);
       lengths[a] =
           curve_length(curved_layout(out.lines[a], width_of(a), problem_.artworks[a].grid, options_.smoothness));
     });

@@ -15,9 +15,9 @@ struct Joint {
   Point<ArtworkFrame> at;
 };
 
-class Builder {
+class CurveBuilder {
  public:
-  Builder(const CutLines& lines, Millimetres width, const PixelGrid& grid, Smoothness smoothness)
+  CurveBuilder(const CutLines& lines, Millimetres width, const PixelGrid& grid, Smoothness smoothness)
       : lines_(lines), grid_(grid), smoothness_(smoothness), joints_(lines.lines.size() + 4) {
     out_.width = width, out_.height = grid.height;
   }
@@ -160,7 +160,7 @@ class Builder {
 }  // namespace
 
 Partition curved_layout(const CutLines& lines, Millimetres width, const PixelGrid& grid, Smoothness smoothness) {
-  return Builder(lines, width, grid, smoothness).run();
+  return CurveBuilder(lines, width, grid, smoothness).run();
 }
 
 CurveLength curve_length(const Partition& partition) {

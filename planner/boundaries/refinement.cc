@@ -13,10 +13,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kCuts = 4;               // after wood was chosen, at most
-constexpr double kEnough = 0.002;      // share of the cost that a step must gain for another one to follow
-constexpr double kHandy = 16.0 / 9.0;  // least area of a piece, in squares of its least width
-constexpr std::size_t kNamed = 8;      // pieces in a warning
+constexpr int kCuts = 4;           // after wood was chosen, at most
+constexpr double kEnough = 0.002;  // share of the cost that a step must gain for another one to follow
+constexpr std::size_t kNamed = 8;  // pieces in a warning
 
 class Refiner {
  public:
@@ -28,7 +27,7 @@ class Refiner {
         threads_(threads),
         progress_(progress),
         stop_(stop),
-        limits_{options.min_width, options.min_width * options.min_width * kHandy},
+        limits_{options.min_width, options.min_width * options.min_width * kHandyArea},
         cuts_(problem, matcher.panels(),
               {options.overlap, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0, limits_, threads}) {
     out_.patches = std::move(placements);

@@ -10,9 +10,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kRowStep = 6;                     // of a coarse measurement
-constexpr double kHot = 0.006, kCold = 0.0002;  // first and last temperature, in mean costs of a patch
-constexpr std::uint64_t kLeg = 2048;            // iterations between looks at the stop token
+constexpr int kRowStep = 6;                                   // of a coarse measurement
+constexpr double kRematchHot = 0.006, kRematchCold = 0.0002;  // first and last temperature, in mean costs of a patch
+constexpr std::uint64_t kRematchLeg = 2048;                   // iterations between looks at the stop token
 
 // Every kRowStep-th row of a patch.
 PatchPixels some_rows(const PatchPixels& pixels) {
@@ -133,10 +133,11 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
   const Score start = score_of(before);
   const double mean = start.cost / std::max<double>(1, static_cast<double>(count - start.unfilled));
   GlobalSearch search(footprints, matcher_.panels(), std::move(lists), state, options_.seed + round);
-  const Cooling cooling{kHot * mean, kCold * mean, options_.iterations * count};
+  const Cooling cooling{kRematchHot * mean, kRematchCold * mean, options_.iterations * count};
   while (search.iteration() < cooling.iterations && !stop.stop_requested())
     search.run(cooling,
-               std::min({search.iteration() + kLeg, cooling.next_stage(search.iteration()), cooling.iterations}), stop);
+               std::min({search.iteration() + kRematchLeg, cooling.next_stage(search.iteration()), cooling.iterations}),
+               stop);
   if (stop.stop_requested()) return cancelled();
   const Chosen& best = search.best();
   PatchPlacements out = placements;

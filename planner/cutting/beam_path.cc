@@ -68,13 +68,13 @@ std::optional<Point<BedFrame>> hole_lead(const Ring<BedFrame>& ring, std::size_t
 }
 
 // A ring walked from one of its vertices, with the distance walked at each point; the first point comes last again.
-struct Walk {
+struct RingWalk {
   Polyline<BedFrame> points;
   std::vector<double> at;
 };
 
-Walk walk_from(const Ring<BedFrame>& ring, std::size_t vertex) {
-  Walk walk;
+RingWalk walk_from(const Ring<BedFrame>& ring, std::size_t vertex) {
+  RingWalk walk;
   double sum = 0;
   for (std::size_t k = 0; k <= ring.size(); ++k) {
     const auto& p = ring[(vertex + k) % ring.size()];
@@ -85,7 +85,7 @@ Walk walk_from(const Ring<BedFrame>& ring, std::size_t vertex) {
   return walk;
 }
 
-Point<BedFrame> point_at(const Walk& walk, double s) {
+Point<BedFrame> point_at(const RingWalk& walk, double s) {
   const auto after = std::upper_bound(walk.at.begin(), walk.at.end(), s);
   if (after == walk.at.end()) return walk.points.back();
   const auto k = static_cast<std::size_t>(after - walk.at.begin());
@@ -94,7 +94,7 @@ Point<BedFrame> point_at(const Walk& walk, double s) {
   return point<BedFrame>(a.x.count() + (b.x - a.x).count() * t, a.y.count() + (b.y - a.y).count() * t);
 }
 
-Polyline<BedFrame> part_of(const Walk& walk, double from, double to) {
+Polyline<BedFrame> part_of(const RingWalk& walk, double from, double to) {
   constexpr double kSame = 1e-6;
   Polyline<BedFrame> part = {point_at(walk, from)};
   for (std::size_t k = 0; k < walk.points.size(); ++k)
@@ -196,7 +196,7 @@ std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t 
 }
 
 std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options) {
-  const Walk walk = walk_from(ring, 0);
+  const RingWalk walk = walk_from(ring, 0);
   const double around = walk.at.back(), least = options.width.count() + 2 * kCornerClearance;
   // How far the ring bends where a bridge would stand; radians.
   const auto bend_at = [&](double place) {
@@ -289,7 +289,7 @@ Millimetres narrowest_width(const Ring<BedFrame>& ring) {
 std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door& door,
                                           const std::vector<double>& bridges, Millimetres bridge_gap,
                                           const LeadOptions& options) {
-  const Walk walk = walk_from(ring, door.vertex);
+  const RingWalk walk = walk_from(ring, door.vertex);
   const double around = walk.at.back(), half = bridge_gap.count() / 2;
   const double door_at = walk_from(ring, 0).at[door.vertex];
   std::vector<double> middles;

@@ -10,7 +10,7 @@ constexpr double kRing = 4, kKeyRing = 8, kLineLength = 20, kClear = 5;
 constexpr std::array<double, 4> kLineOffsets = {-10.5, -4.5, 2.5, 10.5};
 // A cell must hold the lines, the clearance on both sides, and the rings at its corners.
 constexpr double kLeastPitch = 2 * kLineOffsets.back() + 2 * kClear + kRing;
-constexpr double kFlatness = 0.002;
+constexpr double kPatternFlatness = 0.002;
 
 int cells_along(double length, double pitch) {
   const int wished = std::max(1, static_cast<int>(std::lround(length / pitch)));
@@ -20,7 +20,7 @@ int cells_along(double length, double pitch) {
 
 Polyline<MachineFrame> circle(const PatternRing& ring) {
   const double radius = ring.diameter.count() / 2;
-  const int sides = static_cast<int>(std::ceil(kPi / std::acos(1 - kFlatness / radius)));
+  const int sides = static_cast<int>(std::ceil(kPi / std::acos(1 - kPatternFlatness / radius)));
   Polyline<MachineFrame> path;
   for (int i = 0; i <= sides; ++i) {
     const double angle = 2 * kPi * (i % sides) / sides;

@@ -11,12 +11,12 @@ namespace {
 
 // Curves come flattened to 0.01 mm (partition.h): where one of them is wider than half a millimetre it turns less at a
 // point. What turns more is a corner.
-constexpr double kCorner = 25 * kPi / 180;
+constexpr double kCornerTurn = 25 * kPi / 180;
 constexpr std::size_t kFewestChords = 3;  // of a curve
 constexpr double kLongestChord = 0.5;     // mm between points that a curve is held to
 
 PlanePoint plane(const Point<BedFrame>& p) { return {p.x.count(), p.y.count()}; }
-Point<BedFrame> on_bed(const PlanePoint& p) { return point<BedFrame>(p.x, p.y); }
+Point<BedFrame> bed_point(const PlanePoint& p) { return point<BedFrame>(p.x, p.y); }
 
 double turn(const Point<BedFrame>& a, const Point<BedFrame>& b, const Point<BedFrame>& c) {
   const double before = std::atan2((b.y - a.y).count(), (b.x - a.x).count());
@@ -44,7 +44,8 @@ void add_run(std::span<const Point<BedFrame>> run, std::vector<PathSegment>& out
     }
     const std::vector<Cubic> cubics = fit_cubics(dense, kCurveFit.count(), Smoothness::kG0);
     if (!cubics.empty() && cubics.size() < chords) {
-      for (const Cubic& cubic : cubics) out.push_back({true, on_bed(cubic[1]), on_bed(cubic[2]), on_bed(cubic[3])});
+      for (const Cubic& cubic : cubics)
+        out.push_back({true, bed_point(cubic[1]), bed_point(cubic[2]), bed_point(cubic[3])});
       return;
     }
   }
@@ -61,7 +62,7 @@ std::vector<PathSegment> segments_of(const Polyline<BedFrame>& path, bool closed
   std::vector<PathSegment> out;
   const std::span<const Point<BedFrame>> points(whole);
   for (std::size_t from = 0, i = 1; i < whole.size(); ++i) {
-    if (i + 1 < whole.size() && turn(whole[i - 1], whole[i], whole[i + 1]) <= kCorner) continue;
+    if (i + 1 < whole.size() && turn(whole[i - 1], whole[i], whole[i + 1]) <= kCornerTurn) continue;
     add_run(points.subspan(from, i - from + 1), out);
     from = i;
   }

@@ -10,9 +10,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kGain = 1e-9;     // mm; below it a change is rounding, and could go on for ever
-constexpr double kHeat = 1000;     // mm; what burning a neighbour right away counts: no detour is as long
-constexpr std::size_t kNear = 10;  // sites around one that are tried as its neighbours in the tour
+constexpr double kGain = 1e-9;          // mm; below it a change is rounding, and could go on for ever
+constexpr double kHeat = 1000;          // mm; what burning a neighbour right away counts: no detour is as long
+constexpr std::size_t kNearSites = 10;  // sites around one that are tried as its neighbours in the tour
 // Ways through up to fifty sites find their best sooner: within 0.1 % of what all kicks reach. They also end when so
 // many in a row were in vain: 0.1 % longer at thirty sites, the same below twenty and above sixty.
 constexpr std::size_t kKicks = 1500, kKicksPerSite = 30, kVainKicksPerSite = 12;
@@ -198,7 +198,7 @@ class Tour {
         const CutVisit from{i, 0};
         if (k != i) others.emplace_back(leg(&from, {k, 0}), k);
       }
-      const auto count = static_cast<std::ptrdiff_t>(std::min(kNear, others.size()));
+      const auto count = static_cast<std::ptrdiff_t>(std::min(kNearSites, others.size()));
       std::partial_sort(others.begin(), others.begin() + count, others.end());
       for (std::ptrdiff_t k = 0; k < count; ++k) near_[i].push_back(others[static_cast<std::size_t>(k)].second);
     }

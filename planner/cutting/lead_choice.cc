@@ -15,7 +15,7 @@ namespace veneer::planner {
 namespace {
 
 // Wood deeper than this is as good as any other.
-constexpr double kDeep = 4;
+constexpr double kDeepBegin = 4;
 // Beginnings whose depths differ by less are as good as each other.
 constexpr double kAsGood = 0.3;
 
@@ -55,7 +55,7 @@ Taken taken(const Region<PanelFrame>& area) {
   return out;
 }
 
-struct Candidate {
+struct LeadCandidate {
   std::size_t vertex = 0;  // of the beam's ring
   Point<PanelFrame> begin;
   Ring<PanelFrame> burnt;
@@ -71,17 +71,17 @@ class Chooser {
   }
 
   // The longest that have room, those that lie least deep in free wood first.
-  Result<std::vector<Candidate>> candidates(std::size_t i) const {
+  Result<std::vector<LeadCandidate>> candidates(std::size_t i) const {
     const LeadPiece& piece = pieces_[i];
     const auto ring = beam_ring(on_bed(piece.outline), beam_offset(piece.recipe, options_.fit_clearance));
     if (!ring.ok()) return ring.error();
     const Region<PanelFrame> own(piece.outline);
-    std::vector<Candidate> out;
+    std::vector<LeadCandidate> out;
     for (const Millimetres length : {options_.leads.length, options_.leads.length / 2}) {
       for (const std::size_t vertex : door_vertices(*ring))
         for (const auto& lead : leads_into(*ring, vertex, length)) {
           if (!leads_surely_to(*ring, vertex, lead)) continue;
-          Candidate candidate{vertex, on_panel(lead), on_panel(lead_burn(lead, (*ring)[vertex], room_.kerf)), 0};
+          LeadCandidate candidate{vertex, on_panel(lead), on_panel(lead_burn(lead, (*ring)[vertex], room_.kerf)), 0};
           if (!free_for(i, candidate.burnt) || overlaps(Region<PanelFrame>(candidate.burnt), own) ||
               closes_a_bay(piece, candidate.burnt))
             continue;
@@ -90,7 +90,8 @@ class Chooser {
         }
       if (!out.empty()) break;
     }
-    std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.depth < b.depth; });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const LeadCandidate& a, const LeadCandidate& b) { return a.depth < b.depth; });
     return out;
   }
 
@@ -122,7 +123,7 @@ class Chooser {
   }
 
   double depth(std::size_t i, const Point<PanelFrame>& p) const {
-    double least = kDeep;
+    double least = kDeepBegin;
     Box<PanelFrame> at;
     at.add(p);
     for (std::size_t k = 0; k < taken_.size(); ++k) {
@@ -162,7 +163,7 @@ class Chooser {
 // Of each piece's candidates that cost no more wood than need be, the one by which the head's way is short: where it
 // begins on them, in the order of burning.
 Result<std::vector<std::pair<std::size_t, Point<PanelFrame>>>> short_way(
-    const std::vector<LeadPiece>& pieces, const std::vector<std::vector<Candidate>>& candidates,
+    const std::vector<LeadPiece>& pieces, const std::vector<std::vector<LeadCandidate>>& candidates,
     const ToolpathOptions& options) {
   std::vector<ToolpathPiece> laid;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -173,7 +174,7 @@ Result<std::vector<std::pair<std::size_t, Point<PanelFrame>>>> short_way(
     piece.artwork_up = pieces[i].artwork_up;
     piece.recipe = pieces[i].recipe;
     std::set<std::size_t> doors;
-    for (const Candidate& c : candidates[i])
+    for (const LeadCandidate& c : candidates[i])
       if (c.depth <= candidates[i].front().depth + kAsGood && doors.insert(c.vertex).second)
         piece.leads.push_back(on_bed(c.begin));
   }
@@ -202,7 +203,7 @@ Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPi
   std::vector<std::optional<LeadIn>> out(pieces.size());
   if (options.leads.length.count() <= 0 || pieces.empty()) return out;
   Chooser chooser(pieces, room, options);
-  std::vector<std::vector<Candidate>> candidates;
+  std::vector<std::vector<LeadCandidate>> candidates;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     auto of_piece = chooser.candidates(i);
     if (!of_piece.ok())
@@ -215,9 +216,9 @@ Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPi
     const std::size_t i = piece;
     // Two pieces may have wished for the same waste: the second takes what is next best.
     auto& list = candidates[i];
-    std::stable_partition(list.begin(), list.end(), [&b = begin](const Candidate& c) { return c.begin == b; });
+    std::stable_partition(list.begin(), list.end(), [&b = begin](const LeadCandidate& c) { return c.begin == b; });
     const auto best =
-        std::find_if(list.begin(), list.end(), [&](const Candidate& c) { return chooser.free_for(i, c.burnt); });
+        std::find_if(list.begin(), list.end(), [&](const LeadCandidate& c) { return chooser.free_for(i, c.burnt); });
     if (best == list.end()) continue;
     LeadIn& lead = out[i].emplace(LeadIn{best->begin, Region<PanelFrame>(best->burnt)});
     chooser.take(lead.burnt);

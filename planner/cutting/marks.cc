@@ -14,7 +14,7 @@ namespace {
 
 // In glyph units, a sixth of the height: room between characters so that burnt lines never touch, under them, and
 // between two lines of them.
-constexpr double kGap = 1.5, kBarDepth = kMarkBarDepth * kGlyphHeight, kLineGap = (kMarkLineStep - 1) * kGlyphHeight;
+constexpr double kBarGap = 1.5, kBarDepth = kMarkBarDepth * kGlyphHeight, kLineGap = (kMarkLineStep - 1) * kGlyphHeight;
 // As long as a capital is high, so that a bar under lines of one character is no stroke of another.
 constexpr double kLeastBar = kGlyphHeight;
 
@@ -38,7 +38,7 @@ std::optional<Text> compose(std::initializer_list<std::string_view> lines) {
     for (const char c : line) {
       const Glyph* glyph = find_glyph(c);
       if (glyph == nullptr) return std::nullopt;
-      if (right > 0) right += kGap;
+      if (right > 0) right += kBarGap;
       for (const auto& stroke : glyph->strokes) {
         auto& placed = text.strokes.emplace_back(stroke);
         for (GlyphPoint& p : placed) p = {p.x + right, p.y + baseline};
@@ -151,7 +151,7 @@ struct Room {
   Keeps keeps = Keeps::kBox;
 };
 
-struct Fit {
+struct GlyphSpot {
   GlyphPoint centre;
   double height = 0;
 };
@@ -174,7 +174,7 @@ double height_at(const Turned& outline, GlyphPoint centre, const Text& text, con
   return low;
 }
 
-Fit best_fit(const Turned& outline, const Text& text, const Room& room) {
+GlyphSpot best_fit(const Turned& outline, const Text& text, const Room& room) {
   const MarkOptions& options = room.options;
   GlyphPoint low = outline.front(), high = outline.front();
   for (const GlyphPoint& p : outline) {
@@ -185,7 +185,7 @@ Fit best_fit(const Turned& outline, const Text& text, const Room& room) {
   constexpr int kSteps = 20;
   const double unit = options.min_height.count() / kGlyphHeight, margins = 2 * options.margin.count();
   if (high.x - low.x < text.width * unit + margins || high.y - low.y < text.height() * unit + margins) return {};
-  Fit best;
+  GlyphSpot best;
   double best_off = 0;
   const auto consider = [&](GlyphPoint centre) {
     if (!inside(outline, centre)) return;
@@ -205,7 +205,7 @@ Fit best_fit(const Turned& outline, const Text& text, const Room& room) {
   return best;
 }
 
-Mark place(const Text& text, const Fit& fit, double up) {
+Mark place(const Text& text, const GlyphSpot& fit, double up) {
   Mark mark;
   mark.height = Millimetres(fit.height);
   mark.up = Radians(up);
@@ -288,7 +288,7 @@ Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, 
       const double up = artwork_up.count() + turn;
       const Turned turned = turn_outline(outline, up);
       for (const Text& way : ways)
-        if (const Fit fit = best_fit(turned, way, room); fit.height > 0) return place(way, fit, up);
+        if (const GlyphSpot fit = best_fit(turned, way, room); fit.height > 0) return place(way, fit, up);
     }
   return Error{ErrorCode::kRefused,
                fmt::format("the mark \"{}\" does not fit on its piece at {:.1f} mm", text, options.min_height.count())};

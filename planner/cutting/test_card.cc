@@ -10,9 +10,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kText = 2.4;    // height of a label, mm
-constexpr double kFieldGap = 3;  // between fields, and around the card
-constexpr double kLabels = 9.5;  // the column and the row of labels
+constexpr double kLabelHeight = 2.4;  // height of a label, mm
+constexpr double kFieldGap = 3;       // between fields, and around the card
+constexpr double kLabels = 9.5;       // the column and the row of labels
 
 Error wrong(std::string_view what) {
   return {ErrorCode::kInvalidArgument, fmt::format("a test card cannot be made like this: {}", what)};
@@ -36,7 +36,7 @@ double text_width(std::string_view text) {
   double width = 0;
   for (const char c : text)
     if (const Glyph* glyph = find_glyph(c)) width += glyph->width + 1.4;
-  return std::max(0.0, width - 1.4) * kText / kGlyphHeight;
+  return std::max(0.0, width - 1.4) * kLabelHeight / kGlyphHeight;
 }
 
 class CardMaker {
@@ -54,9 +54,9 @@ class CardMaker {
         stroke.power = options_.labels.engrave_power;
         stroke.air = options_.labels.engrave_air;
         for (const GlyphPoint& p : line)
-          stroke.path.push_back(at(x + p.x * kText / kGlyphHeight, y + p.y * kText / kGlyphHeight));
+          stroke.path.push_back(at(x + p.x * kLabelHeight / kGlyphHeight, y + p.y * kLabelHeight / kGlyphHeight));
       }
-      x += (glyph->width + 1.4) * kText / kGlyphHeight;
+      x += (glyph->width + 1.4) * kLabelHeight / kGlyphHeight;
     }
   }
 
@@ -134,7 +134,9 @@ Result<TestCard> make_test_card(const TestCardOptions& asked) {
   const double step = options.side.count() + kFieldGap;
   const double left = kLabels + kFieldGap;
   CardMaker card(options);
-  const auto row_y = [&](std::size_t row) { return kFieldGap + kText + kFieldGap + step * static_cast<double>(row); };
+  const auto row_y = [&](std::size_t row) {
+    return kFieldGap + kLabelHeight + kFieldGap + step * static_cast<double>(row);
+  };
   const auto column_x = [&](std::size_t column) { return left + step * static_cast<double>(column); };
   for (std::size_t column = 0; column < options.speeds.size(); ++column) {
     const std::string text = fmt::format("{:.0f}", options.speeds[column].count());
@@ -142,7 +144,8 @@ Result<TestCard> make_test_card(const TestCardOptions& asked) {
   }
   for (std::size_t row = 0; row < options.powers.size(); ++row) {
     const std::string text = fmt::format("{:.0f}", options.powers[row].count() * 100);
-    card.label(text, kLabels + kFieldGap / 2 - text_width(text), row_y(row) + (options.side.count() - kText) / 2);
+    card.label(text, kLabels + kFieldGap / 2 - text_width(text),
+               row_y(row) + (options.side.count() - kLabelHeight) / 2);
   }
   // What the numbers are, and how wide the fields: above the highest row.
   const double top = row_y(options.powers.size());

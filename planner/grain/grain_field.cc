@@ -12,7 +12,7 @@ constexpr double kWoodReach = 2;               // mm, of the sum over wood
 constexpr float kFaintest = 1e-4F;             // change of tone per pixel, squared: less is noise
 constexpr double kCalm = 0.08;                 // change of tone within a patch: half as sure as where there is none
 constexpr std::array kReaches{0.7, 2.0, 6.0};  // patches over which a picture's edges are summed
-constexpr std::array kWeights{1.0, 0.3, 0.05};
+constexpr std::array kReachWeights{1.0, 0.3, 0.05};
 
 // Of the tone's change: (xx - yy, 2 xy, xx + yy), a pixel a millimetre.
 cv::Mat tensor_of(const cv::Mat& grey, ScanResolution resolution) {
@@ -58,7 +58,7 @@ cv::Mat grain_of_picture(const cv::Mat& grey, ScanResolution resolution, Millime
     cv::Mat wide;
     cv::GaussianBlur(tensor, wide, {}, std::max(0.5, kReaches[i] * patch.count()), 0, cv::BORDER_REPLICATE);
     if (i == 0) near = wide;
-    sum += kWeights[i] * wide;
+    sum += kReachWeights[i] * wide;
   }
   // How much the tone changes within a patch.
   const double px_per_patch = resolution.to_px(patch).count();

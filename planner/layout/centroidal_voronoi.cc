@@ -12,10 +12,11 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kBand = 48;        // rows that are drawn at once
-constexpr float kReach = 1.3F;   // pyramids are drawn up to this height; pixels that they leave are asked of all sites
-constexpr float kCorner = 1.5F;  // from the middle of a square section to its corner, in half sides: 1.414
-constexpr float kRound = 0.03F;  // share of the Euclidean distance
+constexpr int kBand = 48;  // rows that are drawn at once
+constexpr float kPyramidReach =
+    1.3F;  // pyramids are drawn up to this height; pixels that they leave are asked of all sites
+constexpr float kPyramidCorner = 1.5F;  // from the middle of a square section to its corner, in half sides: 1.414
+constexpr float kRound = 0.03F;         // share of the Euclidean distance
 
 // A pyramid in pixels.
 struct Pyramid {
@@ -87,7 +88,7 @@ class Lloyd {
             beta / size,
             1 / (beta * size),
             kRound / (size * size),
-            kCorner * kReach * size * stretch};
+            kPyramidCorner * kPyramidReach * size * stretch};
   }
 
   Status draw(const std::stop_token& stop) {
@@ -104,7 +105,7 @@ class Lloyd {
 
   void draw_band(int top, int bottom, std::vector<Moment>& moments) {
     const int cols = out_.labels.cols;
-    z_.rowRange(top, bottom).setTo(kReach);  // nothing farther than this is known to be the lowest
+    z_.rowRange(top, bottom).setTo(kPyramidReach);  // nothing farther than this is known to be the lowest
     out_.labels.rowRange(top, bottom).setTo(-1);
     for (std::size_t i = 0; i < pyramids_.size(); ++i) {
       const Pyramid& pyramid = pyramids_[i];

@@ -18,6 +18,8 @@ struct FabricationLimits {
   Millimetres width{1.5};     // no part is thinner
   SquareMillimetres area{4};  // no piece is smaller
 };
+// The least area of a piece that can be handled, in squares of its least width: those above are such limits.
+inline constexpr double kHandyArea = 16.0 / 9.0;
 
 enum class FabricationFault { kCrossesItself, kTooSmall, kNeck, kThin };
 // What is wrong, as it follows "piece A1-1 ": "is thinner than 1.5 mm in places".

@@ -8,21 +8,21 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kOutside = -1;
+constexpr int kNoLabel = -1;
 
 // Steps along pixels' sides, turning left each: right, up, left, down. Rows count downwards.
-struct Step {
+struct SideStep {
   int column, row;
   cv::Point left, right;  // the pixels beside the step, from the corner where it begins
 };
-constexpr int kSteps = 4;
-const std::array<Step, kSteps> kStep{
+constexpr int kSideSteps = 4;
+const std::array<SideStep, kSideSteps> kSideStep{
     {{1, 0, {0, -1}, {0, 0}}, {0, -1, {-1, -1}, {0, -1}}, {-1, 0, {-1, 0}, {-1, -1}}, {0, 1, {0, 0}, {-1, 0}}}};
 
 // A row of steps between two joints.
 struct Chain {
   std::vector<cv::Point> corners;  // both joints included
-  int left = kOutside, right = kOutside;
+  int left = kNoLabel, right = kNoLabel;
 };
 
 class Tracer {
@@ -35,7 +35,7 @@ class Tracer {
     for (int r = 0; r <= labels_.rows; ++r)
       for (int c = 0; c <= labels_.cols; ++c) {
         if (!is_joint({c, r})) continue;
-        for (int s = 0; s < kSteps; ++s)
+        for (int s = 0; s < kSideSteps; ++s)
           if (is_border({c, r}, s) && (walked_.at<std::uint8_t>(r, c) & (1 << s)) == 0) out.push_back(walk({c, r}, s));
       }
     return out;
@@ -44,15 +44,15 @@ class Tracer {
  private:
   int label(const cv::Point& p) const {
     const bool inside = p.x >= 0 && p.y >= 0 && p.x < labels_.cols && p.y < labels_.rows;
-    return inside ? labels_.at<int>(p) : kOutside;
+    return inside ? labels_.at<int>(p) : kNoLabel;
   }
   bool is_border(const cv::Point& corner, int s) const {
-    const Step& step = kStep[static_cast<std::size_t>(s)];
+    const SideStep& step = kSideStep[static_cast<std::size_t>(s)];
     return label(corner + step.left) != label(corner + step.right);
   }
   bool is_joint(const cv::Point& corner) const {
     int borders = 0;
-    for (int s = 0; s < kSteps; ++s) borders += is_border(corner, s) ? 1 : 0;
+    for (int s = 0; s < kSideSteps; ++s) borders += is_border(corner, s) ? 1 : 0;
     const bool at_corner = (corner.x == 0 || corner.x == labels_.cols) && (corner.y == 0 || corner.y == labels_.rows);
     return borders > 2 || at_corner;
   }
@@ -61,17 +61,17 @@ class Tracer {
   }
 
   Chain walk(cv::Point corner, int s) {
-    const Step& first = kStep[static_cast<std::size_t>(s)];
+    const SideStep& first = kSideStep[static_cast<std::size_t>(s)];
     Chain out{{corner}, label(corner + first.left), label(corner + first.right)};
     while (true) {
       mark(corner, s);
-      corner += cv::Point(kStep[static_cast<std::size_t>(s)].column, kStep[static_cast<std::size_t>(s)].row);
-      mark(corner, (s + 2) % kSteps);
+      corner += cv::Point(kSideStep[static_cast<std::size_t>(s)].column, kSideStep[static_cast<std::size_t>(s)].row);
+      mark(corner, (s + 2) % kSideSteps);
       out.corners.push_back(corner);
       if (is_joint(corner)) return out;
       for (const int turn : {1, 0, 3})
-        if (is_border(corner, (s + turn) % kSteps)) {
-          s = (s + turn) % kSteps;
+        if (is_border(corner, (s + turn) % kSideSteps)) {
+          s = (s + turn) % kSideSteps;
           break;
         }
     }
@@ -81,10 +81,10 @@ class Tracer {
   cv::Mat walked_;  // bits of steps, at each corner
 };
 
-class Builder {
+class LabelBuilder {
  public:
-  Builder(const cv::Mat& labels, Millimetres width, Millimetres height, Smoothness smoothness,
-          const std::vector<Straightening>& straightening)
+  LabelBuilder(const cv::Mat& labels, Millimetres width, Millimetres height, Smoothness smoothness,
+               const std::vector<Straightening>& straightening)
       : labels_(labels),
         smoothness_(smoothness),
         straightening_(straightening),
@@ -93,7 +93,7 @@ class Builder {
 
   Partition run() {
     const auto face = [](int label) {
-      return label == kOutside ? PartitionEdge::kOutside : static_cast<std::size_t>(label);
+      return label == kNoLabel ? PartitionEdge::kOutside : static_cast<std::size_t>(label);
     };
     for (const Chain& chain : chains_) {
       PartitionEdge& edge = out_.edges.emplace_back(edge_of(chain));
@@ -150,7 +150,7 @@ class Builder {
 
   PartitionEdge edge_of(const Chain& chain) const {
     const Point<ArtworkFrame> from = joint(chain.corners.front()), to = joint(chain.corners.back());
-    if (chain.left == kOutside || chain.right == kOutside) return on_the_border(from, to);
+    if (chain.left == kNoLabel || chain.right == kNoLabel) return on_the_border(from, to);
     const Straightening how = of(chain);
     constexpr int kPasses = 16, kClosePasses = 2;
     std::vector<PlanePoint> path = path_of(chain, how == Straightening::kFree    ? kPasses
@@ -212,7 +212,7 @@ class Builder {
 
 Partition partition_of_labels(const cv::Mat& labels, Millimetres width, Millimetres height, Smoothness smoothness,
                               const std::vector<Straightening>& straightening) {
-  return Builder(labels, width, height, smoothness, straightening).run();
+  return LabelBuilder(labels, width, height, smoothness, straightening).run();
 }
 
 }  // namespace veneer::planner

@@ -12,9 +12,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kRounds = 12;        // of mending; what is still wrong then is left to the caller, holes are filled
-constexpr double kSharpTip = 0.7;  // of a corner of 45 degrees, in widths beyond the body; fabrication.h allows 0.81
-constexpr double kInPixel = 0.5;   // a pixel's centre lies so far from its border
+constexpr int kMendingRounds = 12;  // of mending; what is still wrong then is left to the caller, holes are filled
+constexpr double kSharpTip = 0.7;   // of a corner of 45 degrees, in widths beyond the body; fabrication.h allows 0.81
+constexpr double kInPixel = 0.5;    // a pixel's centre lies so far from its border
 
 // Disjoint sets of numbers; the lowest stands for the others.
 class Unions {
@@ -382,7 +382,7 @@ void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier) {
 }
 
 int clean_regions(cv::Mat& labels, const LabelLimits& limits) {
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMendingRounds; ++round) {
     part_everywhere(labels);
     bool changed = absorb_small(labels, number_regions(labels), limits.area);
     changed |= for_each_region(

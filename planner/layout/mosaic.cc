@@ -18,7 +18,7 @@ constexpr double kEdgeWidth = 0.3;   // tiles: how thick edges are drawn that ti
 constexpr double kSmoothing = 0.35;  // tiles: see direction_field()
 constexpr double kRough = 0.5;       // pixels: rest of the first iterations, before edges are drawn
 constexpr int kClosing = 4;          // iterations without edges, which close the joints (section 6)
-constexpr double kDeep = 0.2;        // sides: an edge that runs farther than this inside a tile ...
+constexpr double kDeepInside = 0.2;  // sides: an edge that runs farther than this inside a tile ...
 constexpr double kLong = 0.5;        // sides: ... for so long straddles it
 
 // Values in the order of their size, from 0 to 1.
@@ -90,7 +90,7 @@ double straddling_share(const cv::Mat& cells, const cv::Mat& edges) {
         if (!counting)
           ++area[i];
         else if (edges.at<std::uint8_t>(r, c) != 0 &&
-                 static_cast<double>(depth.at<float>(r, c)) > kDeep * std::sqrt(area[i]))
+                 static_cast<double>(depth.at<float>(r, c)) > kDeepInside * std::sqrt(area[i]))
           ++deep[i];
       }
   int straddling = 0;

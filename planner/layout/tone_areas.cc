@@ -8,7 +8,7 @@ namespace veneer::planner {
 namespace {
 
 constexpr double kDetail = 0.4;  // patches: what is smaller than this is smoothed away
-constexpr int kRounds = 50;
+constexpr int kMeansRounds = 50;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::vector<int> tone_groups(const std::array<double, 256>& histogram, int group
   }
   means.erase(std::unique(means.begin(), means.end()), means.end());
   std::vector<int> ends;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMeansRounds; ++round) {
     std::vector<int> now;
     for (std::size_t g = 0; g + 1 < means.size(); ++g) now.push_back(static_cast<int>((means[g] + means[g + 1]) / 2));
     now.push_back(255);

@@ -12,12 +12,6 @@
 namespace veneer::planner {
 namespace {
 
-// Slack of tests that may only clear places which the exact rule refuses too, in pixels.
-constexpr double kTolerance = 1e-6;
-
-// As in place_bits.cc.
-constexpr double kMiddleDoubt = 2;
-
 std::uint16_t rounded_down(double value) {
   return static_cast<std::uint16_t>(std::clamp(std::floor(value), 0.0, 65535.0));
 }
@@ -165,11 +159,11 @@ void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::siz
       return *std::max_element(v.begin() + first, v.begin() + last);
     };
     const auto at = static_cast<std::size_t>(base_[row] + begin_[row] + cell);
-    mean.low[at] = rounded_down(least(e.sum_low) * scale - kTolerance);
-    mean.high[at] = rounded_up(most(e.sum_high) * scale + kTolerance);
-    // The root's own rounding is covered by kTolerance.
-    deviation.low[at] = rounded_down(std::sqrt(std::max(least(e.spread_low), 0.0)) * scale - kTolerance);
-    deviation.high[at] = rounded_up(std::sqrt(std::max(most(e.spread_high), 0.0)) * scale + kTolerance);
+    mean.low[at] = rounded_down(least(e.sum_low) * scale - kClearSlack);
+    mean.high[at] = rounded_up(most(e.sum_high) * scale + kClearSlack);
+    // The root's own rounding is covered by kClearSlack.
+    deviation.low[at] = rounded_down(std::sqrt(std::max(least(e.spread_low), 0.0)) * scale - kClearSlack);
+    deviation.high[at] = rounded_up(std::sqrt(std::max(most(e.spread_high), 0.0)) * scale + kClearSlack);
   }
 }
 
@@ -189,7 +183,7 @@ Status CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPi
   std::vector<std::int32_t> change(stride * (static_cast<std::size_t>(height) + 1), 0);
   const double inscribed =
       picture.resolution.to_px(blocked.side).count() / 2 / (std::abs(lattice_.cos()) + std::abs(lattice_.sin())) -
-      kTolerance;
+      kClearSlack;
   for (const Point<PanelFrame>& centre : blocked.centres) {
     if (!windows_.filled) break;
     double column = 0, row = 0, x = 0, y = 0;
@@ -215,11 +209,11 @@ Status CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPi
         double column = 0, row = 0;
         lattice_.to_panel(dx, y + dy, column, row);
         on_panel.keep_on_panel(lattice_, column + beyond, row + beyond, picture.pixels.cols + 2 * beyond,
-                               picture.pixels.rows + 2 * beyond, kTolerance);
+                               picture.pixels.rows + 2 * beyond, kClearSlack);
       }
     }
-    const int first = static_cast<int>(std::ceil(on_panel.low - kTolerance));
-    const int last = on_panel.high < on_panel.low - 1 ? -1 : static_cast<int>(std::floor(on_panel.high + kTolerance));
+    const int first = static_cast<int>(std::ceil(on_panel.low - kClearSlack));
+    const int last = on_panel.high < on_panel.low - 1 ? -1 : static_cast<int>(std::floor(on_panel.high + kClearSlack));
     std::int32_t covering = 0;
     const int cell_row = y / windows_.y.cell;
     const auto base = base_[static_cast<std::size_t>(cell_row)];
@@ -254,7 +248,7 @@ void CellIndex::remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<
                        Millimetres kerf) {
   // As PlaceBits::remove().
   if (!windows_.filled) return;
-  const double grow = picture.resolution.to_px(kerf).count() - kTolerance;
+  const double grow = picture.resolution.to_px(kerf).count() - kClearSlack;
   const double left = windows_.left - grow, right = windows_.right + grow;
   const double top = windows_.top - grow, bottom = windows_.bottom + grow;
   const BandedPolygon shape = on_lattice(taken, picture, lattice_);

@@ -29,6 +29,12 @@ struct BlockAxis {
 };
 BlockAxis choose_blocks(int window);
 
+// Slack of tests that may only clear places which the exact rule refuses too, in pixels.
+inline constexpr double kClearSlack = 1e-6;
+// The middle of an outline's bounding box lies in its convex hull, so on the panel; windows of a class differ by so
+// many pixels.
+inline constexpr double kMiddleDoubt = 2;
+
 // Windows that share an index: patches of one size.
 struct WindowClass {
   BlockAxis x, y;

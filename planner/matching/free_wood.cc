@@ -10,21 +10,21 @@
 namespace veneer::planner {
 namespace {
 
-struct Vector {
+struct MmVector {
   double x, y;
 };
 
-Vector between(const Point<PanelFrame>& a, const Point<PanelFrame>& b) {
+MmVector between(const Point<PanelFrame>& a, const Point<PanelFrame>& b) {
   return {(b.x - a.x).count(), (b.y - a.y).count()};
 }
 
-double dot(const Vector& v, const Point<PanelFrame>& p) { return v.x * p.x.count() + v.y * p.y.count(); }
+double dot(const MmVector& v, const Point<PanelFrame>& p) { return v.x * p.x.count() + v.y * p.y.count(); }
 
 // Whether a side of `a` has all of `b` on its outer side.
 bool separated_by_a_side(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const Vector along = between(a[i], a[(i + 1) % a.size()]);
-    const Vector outwards{along.y, -along.x};
+    const MmVector along = between(a[i], a[(i + 1) % a.size()]);
+    const MmVector outwards{along.y, -along.x};
     const double reach = dot(outwards, a[i]);
     if (std::all_of(b.begin(), b.end(), [&](const auto& p) { return dot(outwards, p) >= reach; })) return true;
   }
@@ -46,10 +46,10 @@ Ring<PanelFrame> grown(const Ring<PanelFrame>& outline, Millimetres by) {
   out.reserve(outline.size());
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const Vector in = between(outline[(i + n - 1) % n], outline[i]);
-    const Vector on = between(outline[i], outline[(i + 1) % n]);
+    const MmVector in = between(outline[(i + n - 1) % n], outline[i]);
+    const MmVector on = between(outline[i], outline[(i + 1) % n]);
     const double in_length = std::hypot(in.x, in.y), on_length = std::hypot(on.x, on.y);
-    const Vector n1{in.y / in_length, -in.x / in_length}, n2{on.y / on_length, -on.x / on_length};
+    const MmVector n1{in.y / in_length, -in.x / in_length}, n2{on.y / on_length, -on.x / on_length};
     const double k = by.count() / (1 + n1.x * n2.x + n1.y * n2.y);
     out.push_back({outline[i].x + Millimetres(k * (n1.x + n2.x)), outline[i].y + Millimetres(k * (n1.y + n2.y))});
   }

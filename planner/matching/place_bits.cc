@@ -9,13 +9,6 @@
 namespace veneer::planner {
 namespace {
 
-// Slack of tests that may only clear places which the exact rule refuses too, in pixels.
-constexpr double kTolerance = 1e-6;
-
-// The middle of an outline's bounding box lies in its convex hull, so on the panel; windows of a class differ by a
-// pixel.
-constexpr double kMiddleDoubt = 2;
-
 // Bits [first, last) of a row.
 template <class Change>
 void for_bits(std::uint64_t* row, int first, int last, Change change) {
@@ -80,11 +73,11 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
         double column = 0, down = 0;
         lattice_.to_panel(dx, y + dy, column, down);
         inside.keep_on_panel(lattice_, column + beyond, down + beyond, panel.width + 2 * beyond,
-                             panel.height + 2 * beyond, kTolerance);
+                             panel.height + 2 * beyond, kClearSlack);
       }
     }
-    int first = static_cast<int>(std::ceil(inside.low - kTolerance));
-    int last = static_cast<int>(std::floor(inside.high + kTolerance)) + 1;
+    int first = static_cast<int>(std::ceil(inside.low - kClearSlack));
+    int last = static_cast<int>(std::floor(inside.high + kClearSlack)) + 1;
     if (inside.high < inside.low - 1 || last <= first) first = last = 0;
     on_panel.emplace_back(first, last);
     begin_.push_back(first / 64 * 64);
@@ -104,7 +97,7 @@ Status PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& 
   // spread over the shorter sides, all pixels at once.
   const double inscribed =
       picture.resolution.to_px(blocked.side).count() / 2 / (std::abs(lattice_.cos()) + std::abs(lattice_.sin())) -
-      kTolerance;
+      kClearSlack;
   const int across = std::max(1, static_cast<int>(std::floor(covered.right - covered.left + 2 * inscribed)));
   const int down = std::max(1, static_cast<int>(std::floor(covered.bottom - covered.top + 2 * inscribed)));
   const int pad_columns = (across + 63) / 64 * 64, pad_rows = down;
@@ -163,7 +156,7 @@ cv::Rect PlaceBits::remove(const std::vector<Ring<PanelFrame>>& taken, const Ras
   if (!windows_.filled) return {};
   // Places whose rectangle overlaps the taken outline form the Minkowski sum of the outline and the mirrored rectangle;
   // its part in one row of places is what the outline's part within reach of the rectangle covers, widened.
-  const Reach covered = reach(picture.resolution.to_px(kerf).count() - kTolerance);
+  const Reach covered = reach(picture.resolution.to_px(kerf).count() - kClearSlack);
   const BandedPolygon shape = on_lattice(taken, picture, lattice_);
   const int first = std::clamp(static_cast<int>(std::ceil(shape.top() - covered.bottom)), 0, height());
   const int end = std::clamp(static_cast<int>(std::floor(shape.bottom() - covered.top)) + 1, first, height());

@@ -82,6 +82,7 @@ class Morph {
     if (made.ok() && options_.triangles) {
       SplitCells cells = split(made->partition, tones, edges);
       made->partition = std::move(cells.partition), made->figures.split = cells.count;
+      made->figures.edges_after = share_on(edges, borders(made->lines) | borders(cells.cuts));
     }
     return made;
   }
@@ -237,8 +238,10 @@ class Morph {
       if (first != bad.end()) {
         const auto face = static_cast<int>(first - bad.begin());
         return unusable(fmt::format(
-            "the pinned vertices leave the piece in row {}, column {} no room to be cut: pin them farther apart",
-            face / size_.columns + 1, face % size_.columns + 1));
+            "the pinned vertices leave the piece between the vertices of rows {} and {}, columns {} and {} no room to "
+            "be "
+            "cut: pin them farther apart",
+            face / size_.columns, face / size_.columns + 1, face % size_.columns, face % size_.columns + 1));
       }
     }
     for (CutLine& line : out.lines.lines) line.curved = line.at;
@@ -286,14 +289,41 @@ class Morph {
     return out;
   }
 
-  MorphFigures figures(const MorphedGrid& made, const EdgeImage& edges) const {
-    MorphFigures out;
+  // The same of straight lines across cells.
+  cv::Mat borders(const std::vector<PartitionEdge>& cuts) const {
+    cv::Mat out(raster_, CV_8UC1, cv::Scalar(0));
+    const auto place = [&](const Point<ArtworkFrame>& p) {
+      return PlanePoint{p.x.count() * px_per_mm_, (height_ - p.y).count() * px_per_mm_};
+    };
+    for (const PartitionEdge& cut : cuts) {
+      PlanePoint from = place(cut.curve.front()), to = place(cut.curve.back());
+      const bool steep = std::abs(to.y - from.y) > std::abs(to.x - from.x);
+      if (steep) std::swap(from.x, from.y), std::swap(to.x, to.y);
+      if (from.x > to.x) std::swap(from, to);
+      for (int i = static_cast<int>(std::ceil(from.x - 0.5)); i + 0.5 <= to.x; ++i) {
+        const double at = from.y + (to.y - from.y) * (i + 0.5 - from.x) / (to.x - from.x);
+        for (const int near : {-1, 0, 1}) {
+          const cv::Point pixel(i, static_cast<int>(std::floor(at)) + near);
+          const cv::Point in = steep ? cv::Point(pixel.y, pixel.x) : pixel;
+          if (std::abs(pixel.y + 0.5 - at) <= 1 && cv::Rect({0, 0}, raster_).contains(in))
+            out.at<std::uint8_t>(in) = 255;
+        }
+      }
+    }
+    return out;
+  }
+
+  // Which share of the edges' pixels lies on these borders; 0 without any edge.
+  static double share_on(const EdgeImage& edges, const cv::Mat& borders) {
     const cv::Mat all = edges.upright | edges.level;
     const double count = cv::countNonZero(all);
-    if (count > 0) {
-      out.edges_before = cv::countNonZero(all & borders(straight_)) / count;
-      out.edges_after = cv::countNonZero(all & borders(made.lines)) / count;
-    }
+    return count > 0 ? cv::countNonZero(all & borders) / count : 0;
+  }
+
+  MorphFigures figures(const MorphedGrid& made, const EdgeImage& edges) const {
+    MorphFigures out;
+    out.edges_before = share_on(edges, borders(straight_));
+    out.edges_after = share_on(edges, borders(made.lines));
     // Each edge's ends are vertices; those of a grid have two to four edges each, so that each is looked at once.
     std::map<std::pair<int, int>, Millimetres> moves;
     const auto note = [&](const Point<ArtworkFrame>& at) {

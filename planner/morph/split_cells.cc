@@ -26,7 +26,7 @@ constexpr double kSharpest = 0.72;     // radians, 41 degrees: between a cut and
 constexpr int kAsideSteps = 3;
 constexpr double kAsideStep = 0.05;
 constexpr std::size_t kTries = 12;  // cuts that are asked whether they can be made, the best first
-constexpr std::size_t kSamples = 24;
+constexpr std::size_t kSplitSamples = 24;
 
 // One face of the grid and its ways to be cut.
 class Cell {
@@ -147,9 +147,9 @@ class Cell {
   bool has_edge(const PartitionEdge& cut) const {
     const Cubic cubic{px_of(cut.curve[0]), px_of(cut.curve[1]), px_of(cut.curve[2]), px_of(cut.curve[3])};
     std::size_t beside = 0;
-    for (std::size_t k = 0; k < kSamples; ++k)
-      beside += edge_near(at(cubic, (static_cast<double>(k) + 0.5) / kSamples)) ? 1 : 0;
-    return static_cast<double>(beside) >= kAlongEdge * kSamples;
+    for (std::size_t k = 0; k < kSplitSamples; ++k)
+      beside += edge_near(at(cubic, (static_cast<double>(k) + 0.5) / kSplitSamples)) ? 1 : 0;
+    return static_cast<double>(beside) >= kAlongEdge * kSplitSamples;
   }
   bool edge_near(const PlanePoint& p) const {
     for (int r = static_cast<int>(std::floor(p.y - kBeside)); r <= static_cast<int>(std::floor(p.y + kBeside)); ++r)
@@ -216,6 +216,7 @@ SplitCells split_cells(const Partition& cells, const cv::Mat& tones, const cv::M
     }
     ++out.count, out.tones[f] = cuts[f]->tones;
     cut.edges.push_back(cuts[f]->edge);
+    out.cuts.push_back(cuts[f]->edge);
     auto halves = Cell(cells, f, tones, edges, grid, limits).halves(cuts[f]->from, cut.edges.size() - 1);
     if (middle_height(cut, halves[1]) > middle_height(cut, halves[0])) std::swap(halves[0], halves[1]);
     for (std::vector<DirectedEdge>& half : halves) cut.faces.push_back({std::move(half)});

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "planner/layout/fabrication.h"
 #include "planner/layout/partition.h"
@@ -23,9 +24,10 @@ struct SplitLimits {
 };
 
 struct SplitCells {
-  Partition partition;    // the upper half of a cell takes its place among the faces, the lower one follows
-  std::size_t count = 0;  // cells that were split
-  HalfTones tones;        // of the cells as they were, the halves' mean tones where they were split
+  Partition partition;              // the upper half of a cell takes its place among the faces, the lower one follows
+  std::size_t count = 0;            // cells that were split
+  std::vector<PartitionEdge> cuts;  // where, a straight line each
+  HalfTones tones;                  // of the cells as they were, the halves' mean tones where they were split
 };
 
 // `cells`: its faces have four sides. `tones`: CV_32FC1, 0 to 1, and `edges`: CV_8UC1, not 0 on lines a pixel wide,

@@ -9,11 +9,11 @@
 namespace veneer::planner {
 namespace {
 
-using Shares = std::array<double, 256>;
+using GreyShares = std::array<double, 256>;
 
 // Share of pixels at or below each value.
-Shares cumulated(const GreyHistogram& histogram) {
-  Shares shares{};
+GreyShares cumulated(const GreyHistogram& histogram) {
+  GreyShares shares{};
   std::partial_sum(histogram.counts.begin(), histogram.counts.end(), shares.begin());
   const double all = shares.back();
   for (double& s : shares) s /= all;
@@ -21,7 +21,7 @@ Shares cumulated(const GreyHistogram& histogram) {
 }
 
 // The value at which the source's share reaches `share`, linear between the values that occur.
-float value_at(const Shares& source, const GreyHistogram& histogram, double share) {
+float value_at(const GreyShares& source, const GreyHistogram& histogram, double share) {
   int below = -1;
   for (int i = 0; i < 256; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -63,8 +63,8 @@ void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight)
 double GreyHistogram::total() const { return std::accumulate(counts.begin(), counts.end(), 0.0); }
 
 std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHistogram& source) {
-  const Shares target_shares = cumulated(target);
-  const Shares source_shares = cumulated(source);
+  const GreyShares target_shares = cumulated(target);
+  const GreyShares source_shares = cumulated(source);
   std::array<float, 256> table{};
   for (std::size_t i = 0; i < table.size(); ++i) table[i] = value_at(source_shares, source, target_shares[i]);
   return table;

@@ -11,14 +11,14 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kTones = ColourCounts::kTones, kSide = ColourCounts::kSide, kCells = ColourCounts::kCells;
+constexpr int kTones = ColourCounts::kTones, kSide = ColourCounts::kSide, kColourCells = ColourCounts::kCells;
 constexpr float kLeastA = -16, kLeastB = -8, kCellUnits = 4;  // of the cells of colours; wood lies well within
 constexpr int kCountedStep = 2;                               // one row and column in so many is counted
 
 // Which colour a tone has is told by the wood of about this tone and colour.
 constexpr double kToneBlur = 1.5, kCellBlur = 1.0;
 // What a turn of the line costs: (units of CIELAB from tone to tone)^2, in shares of the wood.
-constexpr double kTurnCost = 0.0006;
+constexpr double kHueTurnCost = 0.0006;
 constexpr double kNearLine = 12;  // units of CIELAB within which wood belongs to the line
 
 int cell_of(const cv::Vec2f& colour) {
@@ -57,7 +57,7 @@ ColourLine smooth_line(const ColourLine& sums, const std::array<double, kTones>&
 double spread_around(const ColourCounts& counts, const ColourLine& line) {
   double sum = 0, weight = 0;
   for (int t = 0; t < kTones; ++t)
-    for (int c = 0; c < kCells; ++c) {
+    for (int c = 0; c < kColourCells; ++c) {
       const double there = counts.at(t, c);
       if (there <= 0) continue;
       sum += there * squared_length(ColourCounts::colour_of(c) - line[static_cast<std::size_t>(t)]), weight += there;
@@ -72,7 +72,7 @@ ColourLine means_near(const ColourCounts& counts, const ColourLine& line, double
   for (int t = 0; t < kTones; ++t) {
     const auto at = static_cast<std::size_t>(t);
     cv::Vec2d sum(0, 0);
-    for (int c = 0; c < kCells; ++c) {
+    for (int c = 0; c < kColourCells; ++c) {
       const cv::Vec2f colour = ColourCounts::colour_of(c);
       if (counts.at(t, c) <= 0 || squared_length(colour - line[at]) > reach * reach) continue;
       sum += counts.at(t, c) * cv::Vec2d(colour), weights[at] += counts.at(t, c);
@@ -84,9 +84,9 @@ ColourLine means_near(const ColourCounts& counts, const ColourLine& line, double
 
 // Shares of the wood, blurred over tones and colours: [tone] a kSide x kSide map.
 std::vector<cv::Mat> blurred_shares(const ColourCounts& wood) {
-  cv::Mat all(kTones, kCells, CV_64FC1);
+  cv::Mat all(kTones, kColourCells, CV_64FC1);
   for (int t = 0; t < kTones; ++t)
-    for (int c = 0; c < kCells; ++c) all.at<double>(t, c) = wood.at(t, c) / wood.total();
+    for (int c = 0; c < kColourCells; ++c) all.at<double>(t, c) = wood.at(t, c) / wood.total();
   cv::GaussianBlur(all, all, {1, 11}, kToneBlur, kToneBlur, cv::BORDER_CONSTANT);
   std::vector<cv::Mat> out;
   for (int t = 0; t < kTones; ++t) {
@@ -100,16 +100,16 @@ std::vector<cv::Mat> blurred_shares(const ColourCounts& wood) {
 // By dynamic programming over tones: the line with most wood on it, less its turns.
 ColourLine likeliest_line(const ColourCounts& wood) {
   const std::vector<cv::Mat> shares = blurred_shares(wood);
-  std::vector<double> best(kCells, 0), next(kCells);
-  std::vector<std::array<int, kCells>> from(kTones);
+  std::vector<double> best(kColourCells, 0), next(kColourCells);
+  std::vector<std::array<int, kColourCells>> from(kTones);
   for (int t = 0; t < kTones; ++t) {
     const auto at = static_cast<std::size_t>(t);
     const auto* share = shares[at].ptr<double>();
-    for (int c = 0; c < kCells; ++c) {
+    for (int c = 0; c < kColourCells; ++c) {
       double most = -std::numeric_limits<double>::infinity();
-      for (int before = 0; before < kCells; ++before) {
+      for (int before = 0; before < kColourCells; ++before) {
         const int down = c / kSide - before / kSide, across = c % kSide - before % kSide;
-        const double turn = kTurnCost * kCellUnits * kCellUnits * (down * down + across * across);
+        const double turn = kHueTurnCost * kCellUnits * kCellUnits * (down * down + across * across);
         const double score = best[static_cast<std::size_t>(before)] - (t > 0 ? turn : 0);
         if (score > most) most = score, from[at][static_cast<std::size_t>(c)] = before;
       }
@@ -138,7 +138,7 @@ cv::Mat chroma_of(const cv::Mat& bgr) {
   return chroma;
 }
 
-ColourCounts::ColourCounts() : counts_(static_cast<std::size_t>(kTones) * kCells) {}
+ColourCounts::ColourCounts() : counts_(static_cast<std::size_t>(kTones) * kColourCells) {}
 
 int ColourCounts::tone_of(float grey) {
   return std::clamp(static_cast<int>(grey * static_cast<float>(kTones)), 0, kTones - 1);
@@ -161,7 +161,7 @@ Status ColourCounts::add(const cv::Mat& bgr, const cv::Mat& grey, const cv::Mat&
     const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
     for (int c = 0; c < bgr.cols; c += kCountedStep)
       if (usable == nullptr || usable[c] != 0)
-        counts_[static_cast<std::size_t>(tone_of(tones[c]) * kCells + cell_of(colours[c]))] += weight;
+        counts_[static_cast<std::size_t>(tone_of(tones[c]) * kColourCells + cell_of(colours[c]))] += weight;
   }
   return Ok();
 }
@@ -193,7 +193,7 @@ GreyHistogram tones_near(const ColourCounts& wood, const ToneLine& line, double 
   GreyHistogram out;
   for (int t = 0; t < kTones; ++t) {
     double sum = 0;
-    for (int c = 0; c < kCells; ++c) {
+    for (int c = 0; c < kColourCells; ++c) {
       const double there = wood.at(t, c);
       if (there <= 0) continue;
       const double far = squared_length(ColourCounts::colour_of(c) - line.colours[static_cast<std::size_t>(t)]);

@@ -20,17 +20,17 @@ namespace {
 
 constexpr double kTurn = 6 * kPi / 180, kShift = 2;  // the widest steps: radians, working pixels
 constexpr int kHalvings = 6;                         // down to 0.1 degrees and 1/32 pixel
-constexpr double kReach = 8;                         // working pixels that a piece moves at most
-constexpr int kMostSteps = 300;                      // that are tried for a piece
+constexpr double kMostShift = 8;                     // working pixels that a piece moves at most
+constexpr int kMostTries = 300;                      // that are tried for a piece
 constexpr const char* kWave = "fine";                // of lines in the journal
 
 // A step in units of the widest: along the piece's sides, and about its centre.
-struct Step {
+struct FineStep {
   double right, up, turn;
 };
-constexpr std::array<Step, 6> kSteps{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+constexpr std::array<FineStep, 6> kFineSteps{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
 
-Pose stepped(const Pose& from, const Step& step, double turn, double shift) {
+Pose stepped(const Pose& from, const FineStep& step, double turn, double shift) {
   const double right = step.right * shift, up = step.up * shift;
   double angle = from.angle + step.turn * turn;
   if (angle < 0) angle += 2 * kPi;
@@ -101,11 +101,11 @@ class FineRotation {
     for (std::size_t i = 0; i < patches_.size(); ++i) {
       if (!patches_[i]) continue;
       const Pose& mine = *arrangement_.pose(i);
-      const double far = footprints_[i].outer() + kReach * pixel(i);
+      const double far = footprints_[i].outer() + kMostShift * pixel(i);
       for (const std::size_t j : placed) {
         const Pose& other = *arrangement_.pose(j);
         if (other.panel == mine.panel && number[j] >= number[i] &&
-            distance_between(mine, other) <= far + footprints_[j].outer() + kReach * pixel(j))
+            distance_between(mine, other) <= far + footprints_[j].outer() + kMostShift * pixel(j))
           number[i] = number[j] + 1;
       }
       out.resize(std::max(out.size(), number[i] + 1));
@@ -134,13 +134,13 @@ class FineRotation {
     Candidate best{start, patches_[patch]->cost};
     double turn = kTurn, shift = kShift * pixel(patch);
     int tried = 0;
-    for (int halvings = 0; halvings <= kHalvings && tried < kMostSteps;) {
+    for (int halvings = 0; halvings <= kHalvings && tried < kMostTries;) {
       const double before = best.cost;
-      for (const Step& step : kSteps) {
+      for (const FineStep& step : kFineSteps) {
         if (stop.stop_requested()) return std::nullopt;
         const Pose pose = stepped(best.pose, step, turn, shift);
         ++tried;
-        if (distance_between(pose, start) > kReach * pixel(patch) || !keeps_to_the_wood(patch, pose)) continue;
+        if (distance_between(pose, start) > kMostShift * pixel(patch) || !keeps_to_the_wood(patch, pose)) continue;
         const double there = cost(patch, pose, best.cost);
         if (there < best.cost) best = {pose, there};
       }

@@ -14,14 +14,13 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kPatchPixels = 24;    // side of a patch in the mosaic's raster
-constexpr double kLeastPixels = 6;     // the same, of very many
-constexpr double kMostPixels = 9e6;    // in a raster that is finer than that
-constexpr double kSizeRatio = 2;       // of the largest tile to the smallest
-constexpr double kSmallest = 0.25;     // area of the smallest patch, in wished ones
-constexpr int kToneGroups = 6;         // of an automatic segmentation
-constexpr double kLargestArea = 6;     // of it, in wished patches, about
-constexpr double kHandy = 16.0 / 9.0;  // least area of a piece, in squares of its least width
+constexpr double kPatchPixels = 24;        // side of a patch in the mosaic's raster
+constexpr double kLeastPixels = 6;         // the same, of very many
+constexpr double kMostRasterPixels = 9e6;  // in a raster that is finer than that
+constexpr double kSizeRatio = 2;           // of the largest tile to the smallest
+constexpr double kSmallest = 0.25;         // area of the smallest patch, in wished ones
+constexpr int kToneGroups = 6;             // of an automatic segmentation
+constexpr double kLargestArea = 6;         // of it, in wished patches, about
 
 cv::Size raster_of(const Artwork& artwork, double px_per_mm) {
   const auto pixels = [&](Millimetres side) {
@@ -32,7 +31,7 @@ cv::Size raster_of(const Artwork& artwork, double px_per_mm) {
 
 // Areas of one colour get one number; in the order in which colours come.
 cv::Mat labels_of(const cv::Mat& picture) {
-  const double scale = std::min(1.0, std::sqrt(kMostPixels / static_cast<double>(picture.total())));
+  const double scale = std::min(1.0, std::sqrt(kMostRasterPixels / static_cast<double>(picture.total())));
   cv::Mat colours = picture;
   if (scale < 1) cv::resize(picture, colours, {}, scale, scale, cv::INTER_NEAREST);
   std::map<std::uint32_t, int> known;
@@ -69,7 +68,7 @@ PatchRaster patch_raster(const Artwork& artwork, const PlanOptions& options) {
   const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
   const double area = (artwork.width * artwork.height).count();
   const double count = static_cast<double>(grid.rows) * grid.columns, side = std::sqrt(area / count);
-  const double finest = std::sqrt(kMostPixels / area);
+  const double finest = std::sqrt(kMostRasterPixels / area);
   const double px_per_mm = std::max(kLeastPixels / side, std::min(kPatchPixels / side, finest));
   const cv::Size size = raster_of(artwork, px_per_mm);
   PatchRaster out{{}, grid.rows * grid.columns, side * px_per_mm};
@@ -99,7 +98,7 @@ Result<cv::Mat> areas_of(const Artwork& artwork, const PlanOptions& options, Sal
 }  // namespace
 
 FabricationLimits face_limits(const PlanOptions& options) {
-  const SquareMillimetres handy = options.min_width * options.min_width * kHandy;
+  const SquareMillimetres handy = options.min_width * options.min_width * kHandyArea;
   return {options.min_width, std::max(handy, options.patch * options.patch * kSmallest)};
 }
 

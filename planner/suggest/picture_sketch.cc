@@ -24,7 +24,7 @@ constexpr double kMostLooks = 2e8;                    // places times patches, s
 constexpr double kCoarsestDpi = 10, kFinestDpi = 75;  // that wood is chosen at; make_plan takes no coarser
 constexpr double kSketchThoroughness = 1.0 / 12;
 constexpr double kMostPatches = 1200;
-constexpr double kLongestSide = 960;  // pixels of a preview
+constexpr double kLongestPreview = 960;  // pixels of a preview
 
 SketchEffort affordable(std::span<const StockPanel> stock, double patches, Millimetres patch) {
   double wood = 0;  // in patches
@@ -59,7 +59,7 @@ Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const Sto
   Result<Plan> plan = make_plan({&artwork, 1}, stock, options, {}, stop);
   if (!plan.ok()) return plan.error();
   const double longer = std::max(artwork.width, artwork.height).count();
-  const ScanResolution drawn{std::min(ScanResolution::from_dpi(kSketchDpi).px_per_mm, kLongestSide / longer)};
+  const ScanResolution drawn{std::min(ScanResolution::from_dpi(kSketchDpi).px_per_mm, kLongestPreview / longer)};
   const Result<Raster<ArtworkFrame>> preview = assemble_preview(*plan, 0, stock, drawn);
   if (!preview.ok()) return preview.error();
   if (stop.stop_requested()) return cancelled();

@@ -28,9 +28,9 @@ struct Cut {
 // Of each crop in squares; and of the crop that reads best in squares as a mosaic, whose cells take several times as
 // long to match.
 constexpr std::array kSquares{Cut{16, LayoutKind::kGrid}, Cut{26, LayoutKind::kGrid}};
-constexpr Cut kCells{18, LayoutKind::kMosaic};
+constexpr Cut kMosaicCells{18, LayoutKind::kMosaic};
 
-constexpr double kPatchPixels = 8;
+constexpr double kSketchPixels = 8;
 constexpr double kLeastDpi = 10;  // that make_plan takes
 constexpr int kAdviceRotations = 4;
 constexpr double kStockPixels = 2;    // pixels that the wood's pictures keep for each of the finest plan's
@@ -83,7 +83,7 @@ class Adviser {
           return std::pair(a.unfilled == 0, a.likeness) < std::pair(b.unfilled == 0, b.likeness);
         });
     const cv::Rect clearest = best == advice.suggestions.end() ? crops.front() : best->crop;
-    if (Status tried = try_cut(clearest, kCells, advice.suggestions); !tried.ok()) return tried.error();
+    if (Status tried = try_cut(clearest, kMosaicCells, advice.suggestions); !tried.ok()) return tried.error();
     // The widest crop first, and a crop's squares before its cells.
     std::stable_sort(advice.suggestions.begin(), advice.suggestions.end(),
                      [](const Suggestion& a, const Suggestion& b) { return a.crop.area() > b.crop.area(); });
@@ -96,7 +96,7 @@ class Adviser {
   // Nothing is looked at as finely as panels are scanned, and each plan reads all of them.
   Status keep_coarse_stock() {
     const double px_per_mm =
-        std::max(kStockPixels * kPatchPixels / limits_.smallest.count(), kPreviewSide / limits_.size.count());
+        std::max(kStockPixels * kSketchPixels / limits_.smallest.count(), kPreviewSide / limits_.size.count());
     coarse_.assign(stock_.begin(), stock_.end());
     for (StockPanel& panel : coarse_) {
       if (panel.picture.resolution.px_per_mm < 1.5 * px_per_mm) continue;
@@ -161,7 +161,7 @@ class Adviser {
     options.layout = layout, options.triangles = false, options.patch = patch,
     options.rotations = std::min(options_.rotations, kAdviceRotations);
     if (layout != LayoutKind::kGrid) options.web = std::max(options.web, limits_.cells_web);
-    options.dpi = std::min(options_.dpi, std::max(kLeastDpi, ScanResolution{kPatchPixels / patch.count()}.dpi()));
+    options.dpi = std::min(options_.dpi, std::max(kLeastDpi, ScanResolution{kSketchPixels / patch.count()}.dpi()));
     options.adaptive_levels = 0, options.refine = Refine::kNone, options.rematch = 0, options.alternatives = 0;
     options.optimize = Optimize::kGreedy, options.fine_rotation = false, options.exact = false;
     options.index_cache.clear();

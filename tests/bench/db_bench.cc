@@ -70,6 +70,16 @@ void BM_LiveAllocations(benchmark::State& state) {
 }
 BENCHMARK(BM_LiveAllocations)->Unit(benchmark::kMillisecond);
 
+// Asked at each change of the cell's state.
+void BM_CountWorkOfAJob(benchmark::State& state) {
+  const testing::TempDirectory directory;
+  Database database = panel_database(directory);
+  JobStore jobs(database);
+  if (!jobs.create(grid_job(1000), kNow).ok()) std::abort();
+  for (auto _ : state) benchmark::DoNotOptimize(jobs.with_work());
+}
+BENCHMARK(BM_CountWorkOfAJob)->Unit(benchmark::kMicrosecond);
+
 void BM_FreeWoodOfAFullPanel(benchmark::State& state) {
   std::vector<Region<PanelFrame>> areas;
   for (const auto& piece : grid_job(1000).pieces) areas.push_back(piece.allocation);

@@ -175,5 +175,27 @@ RC_GTEST_PROP(AuditChain, AnyChangeOfAnyRowIsFound, ()) {
   RC_ASSERT(checked.error().message.find("audit row ") != std::string::npos);
 }
 
+// Asked at a start: each choice is noted before it is kept, and again when it could not be.
+TEST_F(AuditChainTest, ChoicesOfDevicesThatWereKeptAreKnownWithoutAWalkThroughTheLog) {
+  const auto chosen = [this] { return must(audit().devices_were_chosen()); };
+  const auto note = [this](const char* what) {
+    VENEER_ASSERT_OK(audit().append({0, kNow, "uid 1000", what, "camera"}));
+  };
+  EXPECT_FALSE(chosen());
+  append(1);
+  const int before = cell.pages_for(chosen);
+  append(400);
+  EXPECT_FALSE(chosen());
+  EXPECT_LE(cell.pages_for(chosen), before);
+  note(kDeviceChosen);
+  note(kDeviceNotChosen);
+  EXPECT_FALSE(chosen()) << "the disk was full";
+  note(kDeviceChosen);
+  EXPECT_TRUE(chosen());
+  note(kDeviceChosen);
+  note(kDeviceNotChosen);
+  EXPECT_TRUE(chosen()) << "what was chosen before that is still kept";
+}
+
 }  // namespace
 }  // namespace veneer::db

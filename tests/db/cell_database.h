@@ -1,8 +1,10 @@
 // A database with panels and jobs of square pieces, for the tests of db.
 #pragma once
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <set>
 #include <string>
@@ -111,6 +113,22 @@ class CellDatabase {
     PanelId id = must(panels().next_panel_id());
     if (!panels().add(sheet(id), {}, {}).ok()) std::abort();
     return id;
+  }
+  // How many pages of the file SQLite looks at for it: what it costs, whatever the clock says.
+  template <class Work>
+  int pages_for(const Work& work) {
+    const auto looked_at = [this] {
+      int all = 0;
+      for (const int what : {SQLITE_DBSTATUS_CACHE_HIT, SQLITE_DBSTATUS_CACHE_MISS}) {
+        int now = 0, highest = 0;
+        sqlite3_db_status(database_.connection().getHandle(), what, &now, &highest, 1);
+        all += now;
+      }
+      return all;
+    };
+    looked_at();  // what was counted before
+    work();
+    return looked_at();
   }
   Panels panels() { return Panels(database_); }
   Ledger ledger() { return Ledger(database_); }

@@ -14,7 +14,7 @@ class JobsInSight : public PlannedJob {
  protected:
   std::vector<JobId> with_work() {
     std::vector<JobId> out;
-    for (const JobRecord& record : must(jobs.with_work())) out.push_back(record.id);
+    for (const JobWork& work : must(jobs.with_work())) out.push_back(work.id);
     return out;
   }
 };
@@ -68,7 +68,10 @@ TEST_F(JobsInSight, AnIncompleteJobIsNotArchivedWithThoseThatAreDone) {
 
 TEST_F(JobsInSight, WorkIsLeftWherePiecesAreReservedBeingCutOrSuspect) {
   EXPECT_THAT(with_work(), ElementsAre(job));
-  EXPECT_EQ(must(jobs.with_work()).front().count(PieceState::kReserved), 4);
+  const JobWork planned = must(jobs.with_work()).front();
+  EXPECT_EQ(planned.open, 4) << "A5 has no wood";
+  EXPECT_EQ(planned.suspect, 0);
+  EXPECT_EQ(planned.state, JobState::kPlanned);
   const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 70, 10, 14)}), kNow));
   EXPECT_THAT(with_work(), ElementsAre(job, second));
   VENEER_ASSERT_OK(jobs.cancel(job, kLater));
@@ -84,16 +87,40 @@ TEST_F(JobsInSight, WorkIsLeftWherePiecesAreReservedBeingCutOrSuspect) {
   VENEER_ASSERT_OK(jobs.archive(second, true, kLater));
   VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));
   EXPECT_THAT(with_work(), ElementsAre(second)) << "it came back into sight";
+  EXPECT_EQ(must(jobs.with_work()).front().open, 0);
+  EXPECT_EQ(must(jobs.with_work()).front().suspect, 1);
+}
+
+// One that is cut again is what it is by its newest wood.
+TEST_F(JobsInSight, ThePiecesToCutAndTheSuspectOnesAreCounted) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kNow));
+  const auto counted = [this] {
+    const JobWork work = must(jobs.with_work()).front();
+    return std::pair(work.open, work.suspect);
+  };
+  EXPECT_EQ(counted(), std::pair(3, 1)) << "one of the three is being cut";
+  VENEER_ASSERT_OK(jobs.book_piece(pieces[1].id, kNow));
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater));
+  EXPECT_EQ(counted(), std::pair(2, 0));
+  must(jobs.redo(job, made_again({square_piece("A1", other, 60, 60, 14)}), kLater));
+  EXPECT_EQ(counted(), std::pair(3, 0));
 }
 
 // It is asked for at each change of the cell's state, among a million pieces that are over.
 TEST_F(JobsInSight, WorkIsFoundWithoutAWalkThroughAllPieces) {
-  SQLite::Statement plan(cell.database().connection(),
-                         "EXPLAIN QUERY PLAN SELECT job FROM allocations WHERE state IN ('reserved', 'cutting', "
-                         "'suspect')");
-  std::string how;
-  while (plan.executeStep()) how += plan.getColumn(3).getString() + "\n";
-  EXPECT_THAT(how, HasSubstr("INDEX allocations_to_do"));
+  const auto pages = [this] { return cell.pages_for([this] { must(jobs.with_work()); }); };
+  const int before = pages();
+  std::vector<PlannedPatch> many;
+  for (int i = 0; i < 40; ++i)
+    many.push_back(square_piece("B" + std::to_string(i), other, 40 + 8 * (i % 8), 40 + 8 * (i / 8), 5));
+  const JobId second = must(jobs.create(job_of(many), kNow));
+  EXPECT_LT(pages() - before, 20) << "not a page and more for each of its 40 pieces, but their index";
+  VENEER_ASSERT_OK(jobs.cancel(second, kLater));
+  EXPECT_LE(pages(), before);
 }
 
 }  // namespace

@@ -24,8 +24,7 @@ constexpr double kGlassWidth = 320, kGlassHeight = 300;
 
 constexpr int kGridScans = 3;  // at different places: they cover the whole glass and average the noise
 
-// What an operator measures with a caliper: the AprilGrid sheet is a film, the bare board 2.1 mm of plywood.
-constexpr double kGridThickness = 0, kBoardThickness = 2.1;
+constexpr double kGridThickness = 0;  // of the AprilGrid sheet: it is a film
 // Nearly as wide as the bed, and no higher than the glass, so that its kerf lines can be scanned.
 constexpr double kBoardWidth = 490, kBoardHeight = 290;
 
@@ -118,11 +117,14 @@ Result<std::string> Story::calibrate_laser() {
           cell_.twin({{"cmd", "new-board"}, {"name", "board"}, {"width_mm", kBoardWidth}, {"height_mm", kBoardHeight}});
       !made)
     return made.error();
+  // Boards of one kind differ by some hundredths of a millimetre: an operator holds a caliper to this one.
+  auto caliper = cell_.twin({{"cmd", "measure"}, {"sheet", "board"}});
+  if (!caliper) return caliper.error();
+  const double thickness = caliper->value("thickness_mm", 0.0);
   if (const Status placed = place("board", "bed", "show"); !placed) return placed.error();
   if (auto homed = cell_.api().post("/commands/reset"); !homed) return homed.error();
-  auto axes =
-      task("calibrate laser", "/calibration/laser",
-           {{"height_mm", kBoardThickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
+  auto axes = task("calibrate laser", "/calibration/laser",
+                   {{"height_mm", thickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
   if (!axes) return axes.error();
   if (const Status placed = place("board", "scanner", "show", "left"); !placed) return placed.error();
   auto kerf = task("calibrate laser", "/calibration/kerf", json::object());
@@ -131,7 +133,9 @@ Result<std::string> Story::calibrate_laser() {
   report_["calibration"]["axes"] = axes->value("rms_mm", 0.0);
   const double width = (*kerf)["figures"].value("kerf_mm", 0.0);
   report_["calibration"]["kerf_mm"] = width;
-  return fmt::format("burnt rings fitted to {:.4f} mm rms, kerf {:.3f} mm", axes->value("rms_mm", 0.0), width);
+  return fmt::format("burnt rings fitted to {:.4f} mm rms, board bowed by {:.2f} and {:.2f} mm, kerf {:.3f} mm",
+                     axes->value("rms_mm", 0.0), (*axes)["figures"].value("bow_x_mm", 0.0),
+                     (*axes)["figures"].value("bow_y_mm", 0.0), width);
 }
 
 // ---- Scanning ----------------------------------------------------------------------------------------------------

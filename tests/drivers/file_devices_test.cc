@@ -69,6 +69,18 @@ TEST_F(FileDevicesTest, ACameraTellsHowOldItsPictureIs) {
   EXPECT_GT(*camera.taken_at(), an_hour_ago + std::chrono::minutes(59));
 }
 
+TEST_F(FileDevicesTest, ACameraThatIsWatchedGivesItsPicturesInTurnAllTheSame) {
+  picture("bed-1.png", 1);
+  picture("bed-2.png", 2);
+  FileCamera camera(folder());
+  EXPECT_EQ(grey(camera.glance({}).value()), 1);
+  EXPECT_TRUE(camera.taken_at());
+  EXPECT_EQ(grey(camera.glance({}).value()), 1);
+  EXPECT_EQ(grey(camera.capture().value()), 1);
+  EXPECT_EQ(grey(camera.glance({}).value()), 2);
+  EXPECT_EQ(grey(camera.capture().value()), 2);
+}
+
 TEST_F(FileDevicesTest, SeeAPictureThatWasChangedMeanwhile) {
   const auto file = picture("bed.png", 5);
   FileCamera camera(file);

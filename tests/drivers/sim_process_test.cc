@@ -8,6 +8,7 @@
 #include <boost/asio/post.hpp>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "drivers/sim/client/sim_camera.h"
@@ -133,6 +134,30 @@ TEST(TwinProcess, GivesTheCellPicturesOfTheBed) {
   EXPECT_EQ(cv::imread(picture->string()).cols, 640);
   twin.must({{"cmd", "fault"}, {"name", "camera_dead"}});
   EXPECT_EQ(camera.capture().error().code, ErrorCode::kUnavailable);
+}
+
+TEST(TwinProcess, ShowsTheBedInSmallToWhoWatchesAndCountsNoPictureOfIt) {
+  const RunningTwin twin;
+  SimCamera camera(twin.socket());
+  const auto before = cv::imread(camera.capture().value().string());
+  for (int i = 0; i < 2; ++i) {
+    const auto glance = camera.glance({});
+    ASSERT_TRUE(glance.ok()) << glance.error().message;
+    const cv::Mat small = cv::imread(glance->string());
+    ASSERT_EQ(small.size(), cv::Size(160, 120));
+    cv::Mat seen, same;
+    cv::GaussianBlur(small, seen, {}, 2);  // the honeycomb is finer than its pixels
+    cv::resize(before, same, small.size(), 0, 0, cv::INTER_AREA);
+    cv::GaussianBlur(same, same, {}, 2);
+    const cv::Rect here(4, 4, 152, 112);
+    const double off = cv::norm(seen(here), same(here), cv::NORM_L1);
+    for (const cv::Point beside : {cv::Point(2, 0), {-2, 0}, {0, 2}, {0, -2}})
+      EXPECT_LT(off, cv::norm(seen(here), same(here + beside), cv::NORM_L1)) << "the bed lies where it does";
+  }
+  EXPECT_EQ(camera.capture().value().filename(), "camera-2.ppm");
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(camera.glance(stop.get_token()).error().code, ErrorCode::kCancelled);
 }
 
 TEST(TwinProcess, TellsACellWithoutTwinWhatToStart) {

@@ -47,6 +47,18 @@ expect '^  tests as shipped$'
 expect '^  tests under sanitizers$'
 expect '^  the demo with seed [0-9]+: '
 
+# Unit tests under ThreadSanitizer: a share on each processor that this may use, whichever it is.
+mkdir -p "$place/tests/soak" "$place/build/tsan"
+touch "$place/build/tsan/build.ninja" "$place/compiling"
+echo 1 >"$place/compiling"
+printf '#!/bin/sh\n' | tee "$place/tests/soak/run.sh" >"$place/bin/taskset"
+echo "echo \"\$2\" >>'$place/shares'" >>"$place/bin/taskset"
+chmod +x "$place/tests/soak/run.sh" "$place/bin/taskset"
+allowed=$(awk '/^Cpus_allowed_list:/ { print $2 }' /proc/self/status)
+last=${allowed##*[,-]}
+PATH="$place/bin:$PATH" "$(command -v taskset)" --cpu-list "$last" "$place/dev" soak threads >/dev/null 2>&1
+[[ $(<"$place/shares") == "$last" ]] || { echo "shares on $(tr '\n' ' ' <"$place/shares")instead of $last" >&2; exit 1; }
+
 run bad 1
 expect '^dev: the build under sanitizers fails, and tests as shipped$'
 expect '^ +[0-9]+ s  building under sanitizers, what was left \(FAILED\)$'

@@ -42,6 +42,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"read_grid_view", BegunWhen::kAtRest, "calibrating", &Workers::read_grid_view},
       {"fit_camera", BegunWhen::kAtRest, "calibrating", &Workers::fit_camera},
       {"read_pattern_view", BegunWhen::kAtRest, "calibrating", &Workers::burn_rings},
+      // "scanning: ..." as well as "the scanner does not answer".
       {"scan_glass", BegunWhen::kBesideADrawing, "scann", &Workers::scan},
   };
   std::vector<Way> out;

@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
+constexpr const char* kBookedThen = "2026-01-01T00:00:00.000Z";
 constexpr int kBookedPieces = 100'000, kPiecesPerJob = 1000;
 const PanelId kBooked{"P-0001"}, kFree{"P-0002"};
 
@@ -340,7 +340,7 @@ Status book_pieces(daemon::Repositories& r) {
   panel.id = kBooked;
   panel.name = "booked";
   panel.width = panel.height = Millimetres(2000);
-  panel.created_at = kThen;
+  panel.created_at = kBookedThen;
   if (Status added = r.panels.add(panel, {}, {}); !added) return added;
   constexpr int kColumns = 320;
   constexpr double kPitch = 6, kSide = 5;
@@ -361,7 +361,7 @@ Status book_pieces(daemon::Repositories& r) {
       piece.panel = kBooked;
       piece.allocation = Region<PanelFrame>(piece.panel_outline);
     }
-    if (auto created = r.jobs.create(job, kThen); !created) return created.error();
+    if (auto created = r.jobs.create(job, kBookedThen); !created) return created.error();
   }
   return Ok();
 }
@@ -389,7 +389,7 @@ Status prepare_stop_data(const fs::path& data_dir) {
   panel.name = "free";
   panel.width = panel.height = daemon::kMapResolution.to_mm(Pixels(wood.cols));
   panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
-  panel.created_at = kThen;
+  panel.created_at = kBookedThen;
   const fs::path bed = empty_bed(data_dir);
   cv::imwrite(bed.string(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
   fs::last_write_time(bed, fs::file_time_type::clock::now() + std::chrono::hours(24 * 365));
@@ -406,7 +406,7 @@ std::string table_of_camera(const fs::path& data_dir) {
 Status certify_kerf(const fs::path& data_dir, const std::string& laser_port) {
   db::CertificateRecord kerf;
   kerf.kind = db::CertificateKind::kKerf;
-  kerf.issued_at = kThen;
+  kerf.issued_at = kBookedThen;
   kerf.expires_at = "2999-01-01T00:00:00.000Z";
   calib::KerfMeasurement measured;
   measured.mean = Millimetres(0.1);

@@ -54,7 +54,8 @@ class SimLaser final : public LaserDriver {
   }
   void resume() override {
     calls.push_back("resume");
-    if (lid_open) return say(laser_event::Held{});
+    if (on_resume) on_resume();
+    if (lid_open || stays_held || !refusal.empty()) return say(laser_event::Held{});
     say(laser_event::Resumed{});
     if (burn_at_once) finish();
   }
@@ -74,6 +75,7 @@ class SimLaser final : public LaserDriver {
     status.overrides_wanted = overrides;
     status.lid_open = lid_open;
     status.lid_openings = lid_openings;
+    status.refusal = refusal;
     return status;
   }
   // Stands where it was sent once end_jog() is called.
@@ -143,6 +145,9 @@ class SimLaser final : public LaserDriver {
   // What hold() is answered with; nothing by a driver whose strokes have ended in this very turn.
   enum class OnHold { kHeld, kNothing, kNotBegun } on_hold = OnHold::kHeld;
   std::function<void()> on_abort;     // before abort() does anything
+  std::function<void()> on_resume;    // the same
+  bool stays_held = false;            // when it is to resume
+  std::string refusal;                // why no beam may begin
   Polyline<MachineFrame> stray_path;  // what abort() tells of a job
   Millimetres stray_reach{0};
   bool can_jog = false;

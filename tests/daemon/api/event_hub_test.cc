@@ -94,6 +94,24 @@ TEST(EventHub, WhoComesBackIsSentWhatHeMissedAndNoStatusThatIsVoid) {
   EXPECT_EQ(last["seq"], seen + 3);
 }
 
+TEST(EventHub, ViewersAreToldLessInTheSameEvent) {
+  ApiServer server;
+  Listener viewer(server);
+  testing::EventListener operates(server.port(), server.console_session());
+  const std::int64_t seen = viewer.next()["seq"];
+  operates.next();
+  server.on_reactor([&] {
+    server.hub().broadcast_passing({{"type", "status"}, {"port", "usb:1a86:5512"}}, {{"type", "status"}});
+    server.hub().broadcast({{"type", "bed"}});
+  });
+  const nlohmann::json less = viewer.next(), all = operates.next();
+  EXPECT_EQ(less, nlohmann::json({{"seq", seen + 1}, {"type", "status"}}));
+  EXPECT_EQ(all["port"], "usb:1a86:5512");
+  EXPECT_EQ(all["seq"], seen + 1);
+  EXPECT_EQ(viewer.next()["seq"], seen + 2) << "none was counted twice";
+  EXPECT_EQ(operates.next()["seq"], seen + 2);
+}
+
 TEST(EventHub, WhoMissedMoreThanIsKeptIsToldSo) {
   EventHubOptions options;
   options.max_kept_events = 3;

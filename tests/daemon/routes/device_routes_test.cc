@@ -321,6 +321,45 @@ TEST_F(DeviceRoutes, NoChoiceIsKeptThatTheAuditLogCouldNotHold) {
   EXPECT_EQ(kept(), "");
 }
 
+// What was told and not kept is told, and nothing is missed at the next start.
+TEST_F(DeviceRoutes, AChoiceThatWasToldAndCouldNotBeKeptIsToldAgain) {
+  const auto were_chosen = [this] {
+    return *cell->database->call([](Repositories& r) { return r.audit.devices_were_chosen(); });
+  };
+  const fs::path in_the_way = config.store.data_dir / (std::string(kChosenDevicesName) + ".new");
+  fs::create_directories(in_the_way);  // where it is written before it gets its name
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  EXPECT_GE(status, 400);
+  EXPECT_EQ(kept(), "");
+  std::vector<std::string> told;
+  for (const db::AuditEntry& entry : audited())
+    if (entry.what.starts_with("device.")) told.push_back(entry.what);
+  EXPECT_THAT(told, ::testing::ElementsAre("device.choose.failed", "device.choose")) << "the newest first";
+  EXPECT_FALSE(were_chosen());
+  fs::remove(in_the_way);
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  EXPECT_EQ(status, 200);
+  EXPECT_TRUE(were_chosen());
+}
+
+TEST_F(DeviceRoutes, OfTwoChoicesAtOnceNoneIsLost) {
+  std::swap(router, *again);
+  const auto camera =
+      begin_asking("POST", "/api/v1/devices/camera", json{{"kind", "file"}, {"device", picture()}}.dump());
+  const auto laser = begin_asking("POST", "/api/v1/devices/laser", real_laser().dump());
+  std::swap(router, *again);
+  reactor.restart();
+  while ((!*camera || !*laser) && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  ASSERT_TRUE(*camera && *laser);
+  EXPECT_EQ((*camera)->status, 200) << (*camera)->body;
+  EXPECT_EQ((*laser)->status, 200) << (*laser)->body;
+  const auto next = load_config(config.file);
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_EQ(next->camera.device, picture());
+  EXPECT_EQ(next->laser.port, port_of("veneer/laser-AQ00ABCD"));
+}
+
 TEST_F(DeviceRoutes, WhatWasChosenStandsInTheAuditLogHoweverLongTheRequestIs) {
   json long_one = {{"confirmed", {std::string(1500, 'x')}}, {"kind", "file"}, {"device", picture()}};
   choose("camera", long_one);
@@ -417,11 +456,15 @@ TEST_F(DeviceRoutes, ThereIsAFolderForACamerasProgramAndItIsNamed) {
   EXPECT_TRUE(camera_folder("data").is_absolute()) << "a choice names a picture by its whole path";
 }
 
-TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIs) {
+TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIsAndToOperatorsWhere) {
   const json laser = answer("GET", "/api/v1/status")["laser"];
   EXPECT_EQ(laser["kind"], "lihuiyu");
   EXPECT_EQ(laser["port"], config.laser.port);
   EXPECT_EQ(laser["set_by"], "file");
+  const json seen = asked_by(Role::kViewer, "/api/v1/status")["laser"];
+  EXPECT_EQ(seen["kind"], "lihuiyu");
+  EXPECT_TRUE(seen["port"].is_null()) << seen;
+  EXPECT_EQ(asked_by(Role::kOperator, "/api/v1/status")["laser"]["port"], config.laser.port);
 }
 
 }  // namespace

@@ -120,5 +120,21 @@ TEST_F(LeaseRoutes, WhoeverWantsTheWoodNeedNotWaitForThat) {
   EXPECT_EQ(job.state, TaskState::kDone) << to_text(job);
 }
 
+// A mask has as many letters as somebody painted cells: of each plan it is told by itself.
+TEST_F(LeaseRoutes, TheListOfPlansHoldsNoMask) {
+  const auto made = cell->database->call([](Repositories& r) {
+    db::NewPlan painted = plan(40);
+    painted.options_json = R"({"large_edges":"4x2:f0","fine_edges":"4x2:0f","importance":"2x2:8f83","web_mm":2})";
+    return r.plans.add(painted, utc_timestamp());
+  });
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const json listed = body_of(ask("GET", "/api/v1/plans"))["plans"];
+  ASSERT_EQ(listed.size(), 3U);
+  EXPECT_EQ(listed[2]["options"], json({{"web_mm", 2}}));
+  EXPECT_EQ(view(3)["options"]["importance"], "2x2:8f83");
+  EXPECT_EQ(view(3)["options"]["large_edges"], "4x2:f0");
+  EXPECT_EQ(view(3)["options"]["fine_edges"], "4x2:0f");
+}
+
 }  // namespace
 }  // namespace veneer::daemon

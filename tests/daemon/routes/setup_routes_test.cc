@@ -1,6 +1,8 @@
 // The first day's operations, on a cell that is not simulated; alarms and figures.
 #include <gmock/gmock.h>
 
+#include <future>
+
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
@@ -55,6 +57,28 @@ TEST_F(SetupRoutes, AlarmsComeInPagesAndWhatIsNewerThanAllInSightStays) {
   EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all", {{"up_to", 102}}))["acknowledged"], 102);
   EXPECT_EQ(body_of(ask("GET", "/api/v1/alarms?limit=1"))["alarms"][0]["state"], "returned");
   EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all"))["acknowledged"], 1);
+}
+
+TEST_F(SetupRoutes, WatchingTheBedIsNoTaskAndIsNotedNowhere) {
+  const ApiReply reply = ask("GET", "/api/v1/bed/glance.jpg");
+  EXPECT_EQ(reply.status, 503) << reply.body;
+  EXPECT_THAT(reply.body, HasSubstr("no picture matches"));
+  EXPECT_TRUE(cell->tasks.list().empty());
+  EXPECT_TRUE(body_of(ask("GET", "/api/v1/audit"))["entries"].empty());
+}
+
+TEST_F(SetupRoutes, WatchingTheBedGivesWayToALook) {
+  std::promise<void> begun, go;
+  cell->camera_worker->post([&] {
+    begun.set_value();
+    go.get_future().wait();
+  });
+  begun.get_future().wait();
+  const ApiReply reply = ask("GET", "/api/v1/bed/glance.jpg");
+  go.set_value();
+  cell->camera_worker->call([] {});  // so that it has done with both promises
+  EXPECT_EQ(reply.status, 409) << reply.body;
+  EXPECT_THAT(reply.body, HasSubstr("the camera is at work"));
 }
 
 TEST_F(SetupRoutes, FiguresComeAsText) {

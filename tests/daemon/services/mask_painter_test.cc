@@ -10,11 +10,11 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr int kMaskColumns = 240, kMaskRows = 160;
+constexpr int kPaintColumns = 240, kPaintRows = 160;
 constexpr ScanResolution kMaskResolution{4};  // 60 x 40 mm
 
 Raster<PanelFrame> mask_of(unsigned char value) {
-  return {cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(value)), kMaskResolution, {}};
+  return {cv::Mat(kPaintRows, kPaintColumns, CV_8UC1, cv::Scalar(value)), kMaskResolution, {}};
 }
 
 Region<PanelFrame> any_outline() {

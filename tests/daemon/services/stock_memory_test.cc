@@ -22,9 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::panel_square;
 
-constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
-constexpr int kMaskColumns = 360, kMaskRows = 240;
-constexpr double kWholeMask = kMaskColumns * kMaskRows / (kMapResolution.px_per_mm * kMapResolution.px_per_mm);
+constexpr const char* kStockThen = "2026-05-01T07:30:00.000Z";
+constexpr int kStockColumns = 360, kStockRows = 240;
+constexpr double kWholeMask = kStockColumns * kStockRows / (kMapResolution.px_per_mm * kMapResolution.px_per_mm);
 
 class StockMemoryTest : public ::testing::Test {
  protected:
@@ -43,7 +43,7 @@ class StockMemoryTest : public ::testing::Test {
     }
     db::PanelRecord panel() { return must(r.panels.find({"P-0001"})); }
     void write_off(double x) {
-      if (!r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(x, 5, 6)), "burnt", kThen).ok())
+      if (!r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(x, 5, 6)), "burnt", kStockThen).ok())
         throw std::runtime_error("not written off");
     }
 
@@ -63,9 +63,10 @@ class StockMemoryTest : public ::testing::Test {
   StockMemoryTest() {
     Life stay(data());
     db::PanelRecord panel;
-    panel.id = {"P-0001"}, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
-    const auto picture = must(
-        stay.panel_library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+    panel.id = {"P-0001"}, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm,
+    panel.created_at = kStockThen;
+    const auto picture = must(stay.panel_library.store_picture(
+        cv::Mat(kStockRows, kStockColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
     panel.usable = SquareMillimetres(kWholeMask);
     if (!stay.r.panels.add(panel, {}, {}).ok()) throw std::runtime_error("not added");

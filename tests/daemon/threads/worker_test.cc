@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <new>
 #include <optional>
 #include <stdexcept>
+#include <stop_token>
+#include <thread>
 
 #include "daemon/api/tasks.h"
 #include "daemon/store/database_thread.h"
@@ -90,6 +93,54 @@ TEST(Worker, TakesNoMoreThanItsMemoryHolds) {
   go.set_value();
   worker.call([] {});
   EXPECT_TRUE(worker.has_room(room, 100)) << "what is done waits no more";
+}
+
+TEST(Worker, TakesWorkThatGivesWayOnlyWhenItHasNothingElseToDo) {
+  std::promise<void> begun, go, last;
+  std::promise<bool> stopped;
+  Worker worker("test");
+  worker.post([&] {
+    begun.set_value();
+    go.get_future().wait();
+  });
+  EXPECT_FALSE(worker.try_post_giving_way([](const std::stop_token&) {})) << "begun or not";
+  begun.get_future().wait();
+  EXPECT_FALSE(worker.try_post_giving_way([](const std::stop_token&) {}));
+  worker.post([&] { last.set_value(); });
+  go.set_value();
+  last.get_future().wait();
+  while (!worker.try_post_giving_way([&](const std::stop_token& stop) { stopped.set_value(stop.stop_requested()); }))
+    std::this_thread::yield();  // the last one is all but over
+  EXPECT_FALSE(stopped.get_future().get());
+}
+
+TEST(Worker, WorkThatGivesWayIsToldAsSoonAsThereIsOther) {
+  Worker worker("test");
+  std::promise<void> begun;
+  const auto until_told = [&](const std::stop_token& stop) {
+    std::promise<void> told;
+    const std::stop_callback when_told(stop, [&] { told.set_value(); });
+    begun.set_value();
+    told.get_future().wait();
+  };
+  ASSERT_TRUE(worker.try_post_giving_way(until_told));
+  begun.get_future().wait();
+  bool like_it = false;
+  EXPECT_TRUE(worker.try_post_giving_way([&](const std::stop_token& stop) { like_it = stop.stop_requested(); }));
+  EXPECT_EQ(worker.call([] { return 3; }), 3);
+  EXPECT_TRUE(like_it) << "what waited behind it gives way as well";
+}
+
+TEST(Worker, EndsWithoutWaitingForWorkThatGivesWay) {
+  std::promise<void> begun;
+  Worker worker("test");
+  ASSERT_TRUE(worker.try_post_giving_way([&](const std::stop_token& stop) {
+    std::promise<void> told;
+    const std::stop_callback when_told(stop, [&] { told.set_value(); });
+    begun.set_value();
+    told.get_future().wait();
+  }));
+  begun.get_future().wait();
 }
 
 TEST(Worker, FailsTheTaskWhoseWorkThrew) {

@@ -1,4 +1,5 @@
-// When the program may end for somebody's convenience: nothing moves, burns, runs or waits, and all is booked.
+// When the program may end for somebody's convenience: nothing moves, burns, runs or waits, and all is booked. And when
+// people may have pictures of the bed.
 #include <gmock/gmock.h>
 
 #include "tests/daemon/unit/job_runner_fixture.h"
@@ -90,6 +91,45 @@ TEST_F(AtRestTest, NotWhileTheDatabaseTakesItsTimeWithTheEnd) {
   }
   settle();
   EXPECT_THAT(refusal(), HasSubstr("Aborted"));
+}
+
+// ---- watching the bed -----------------------------------------------------------------------------------------------
+
+class MayBeWatchedTest : public JobRunnerTest {
+ protected:
+  std::string refusal() const {
+    const Status may = runner_->may_be_watched();
+    return may ? "" : may.error().message;
+  }
+};
+
+TEST_F(MayBeWatchedTest, WhileTheHeadRests) {
+  EXPECT_EQ(refusal(), "");
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_EQ(refusal(), "");
+}
+
+TEST_F(MayBeWatchedTest, NotWhileTheHeadIsJogged) {
+  laser_.can_jog = true;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(runner_->jog(20_mm, 0_mm, MmPerSecond(50), "test").ok());
+  settle();
+  EXPECT_EQ(refusal(), "the head moves: wait until it stands still");
+  laser_.end_jog();
+  settle();
+  EXPECT_EQ(refusal(), "");
+}
+
+TEST_F(MayBeWatchedTest, NotWhileTheUnitLooksByItselfOrCutsButWhileItIsHeldAndAfterAnAbort) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  EXPECT_THAT(refusal(), HasSubstr("looks at the bed by itself"));
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_EQ(refusal(), "the cell is Execute, and the head may move: wait until it rests");
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(refusal(), "");
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(refusal(), "");
 }
 
 }  // namespace

@@ -9,7 +9,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using P = db::PieceState;
 
 TEST_F(ProofTest, TheWoodUnderAFrameWithPowerIsWrittenOffOnce) {
   laser_.burn_at_once = true;

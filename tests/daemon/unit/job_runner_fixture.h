@@ -21,6 +21,7 @@ namespace veneer::daemon {
 
 using tests::kThen;
 using tests::LaidBed;
+using P = db::PieceState;
 
 class JobRunnerTest : public ::testing::Test {
  protected:

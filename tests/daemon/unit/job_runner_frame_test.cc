@@ -10,7 +10,6 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using P = db::PieceState;
 
 TEST_F(JobRunnerTest, TheFrameIsTracedDarkAndCutsNothing) {
   EXPECT_THAT(frame().error().message, HasSubstr("start a job"));

@@ -7,9 +7,10 @@
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using P = db::PieceState;
+using ::testing::Not;
 using OnHold = tests::SimLaser::OnHold;
 
 class HoldTest : public JobRunnerTest {
@@ -118,6 +119,24 @@ TEST_F(HoldTest, HoldAndUnholdWhileThePieceIsBookedBeginTheNextOnce) {
   settle();
   EXPECT_EQ(starts(), 2);
   EXPECT_EQ(state(), CellState::kExecute);
+}
+
+// The lid is one reason of several.
+TEST_F(HoldTest, WhatStaysHeldSaysWhatHoldsIt) {
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  const auto unhold = [this](std::function<void()> meanwhile) {
+    laser_.on_resume = std::move(meanwhile);
+    const Status unheld = command(CellCommand::kUnhold);
+    EXPECT_EQ(state(), CellState::kHeld);
+    return unheld ? std::string() : unheld.error().message;
+  };
+  EXPECT_EQ(unhold([this] { laser_.open_lid(); }), "the machine stays held: close the lid, then Unhold");
+  laser_.close_lid();
+  EXPECT_EQ(unhold([this] { laser_.refusal = "the guardian does not answer: restart it"; }),
+            "the machine stays held: the guardian does not answer: restart it");
+  laser_.refusal.clear();
+  EXPECT_THAT(unhold([this] { laser_.stays_held = true; }),
+              AllOf(HasSubstr("the machine stays held and does not say why"), Not(HasSubstr("lid"))));
 }
 
 TEST_F(HoldTest, ASecondOneIsHarmless) {

@@ -11,7 +11,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using P = db::PieceState;
 
 TEST_F(JobRunnerTest, AJobThatLeavesTheTravelIsRefusedBeforeAnythingMoves) {
   bed_.reach_x = 530;

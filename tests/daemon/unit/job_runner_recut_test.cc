@@ -9,7 +9,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using P = db::PieceState;
 
 TEST_F(JobRunnerTest, OnlyTheCutOfAPieceIsRepeatedAndItIsBookedOnce) {
   load_first_panel();

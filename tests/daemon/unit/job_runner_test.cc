@@ -13,7 +13,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using P = db::PieceState;
 
 TEST_F(JobRunnerTest, NothingIsAskedOfTheLaserBeforeAnOperatorsReset) {
   settle();

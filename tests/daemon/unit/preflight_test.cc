@@ -88,9 +88,42 @@ TEST_F(PreflightTest, ZonesThatLieOneOverAnotherAreLeftAsOne) {
   EXPECT_THAT(refused(at(206, 104), -20, 0), HasSubstr("\"lamp\" lies in that way"));
   EXPECT_EQ(refused(at(206, 104), 40, 0), "");
   EXPECT_EQ(refused(at(206, 104), 0, 40), "");
-  // On all sides.
-  zones_ = {{"rail", box(-9, -9, 60, 400)}, {"foot", box(-9, 20, 900, 60)}, {"door", box(-9, -9, 900, 25)}};
+  // Over all of the bed.
+  zones_ = {{"rail", box(-9, -9, 60, 400)}, {"lid", box(-9, -9, 900, 400)}};
   EXPECT_THAT(refused(at(30, 22), 5, 0), HasSubstr("move its head by hand"));
+}
+
+// Two legs: past the edge of what is in the way, then out.
+TEST_F(PreflightTest, AHeadThatNothingLeadsStraightOutOfIsToldTheFirstLeg) {
+  const auto refused = [&](Point<MachineFrame> from, double dx, double dy) {
+    const Status checked = check_jog(zones_, limits_.travel, from, Millimetres(dx), Millimetres(dy));
+    return checked ? std::string() : checked.error().message;
+  };
+  // The head stands in all three; beside the rail only the two that lie across it are left.
+  zones_ = {{"rail", box(-9, -9, 60, 400)}, {"foot", box(-9, 20, 900, 60)}, {"door", box(-9, -9, 900, 25)}};
+  EXPECT_EQ(refused(at(30, 22), 0, 5),
+            "the head stands in the zone \"rail\", and nothing leads straight out: jog it 30.5 mm to the right first, "
+            "and out of the zone from there");
+  EXPECT_EQ(refused(at(30, 22), 30.5, 0), "");
+  EXPECT_EQ(refused(at(30, 22), 10, 0), "") << "the beginning of it";
+  EXPECT_EQ(refused(at(30, 22), 40, 0), "") << "in steps of ten it is met nowhere";
+  EXPECT_NE(refused(at(30, 22), -10, 0), "");
+  EXPECT_NE(refused(at(30, 22), 10, 5), "");
+  EXPECT_EQ(refused(at(40, 22), 30, 0), "") << "from where ten have led";
+  EXPECT_EQ(refused(at(60.5, 22), 0, 40), "") << "and out";
+  // Four others around the one it stands in, with a gap at one corner.
+  zones_ = {{"clamp", box(200, 100, 240, 140)},
+            {"left", box(190, 90, 201, 160)},
+            {"right", box(239, 90, 250, 160)},
+            {"front", box(190, 80, 250, 101)},
+            {"back", box(190, 139, 232, 150)}};
+  EXPECT_THAT(refused(at(210, 120), 0, 30), HasSubstr("\"back\" lies in that way"));
+  EXPECT_THAT(refused(at(210, 120), 0, 5), HasSubstr("jog it 22.5 mm to the right first"));
+  EXPECT_EQ(refused(at(210, 120), 22.5, 0), "");
+  EXPECT_EQ(refused(at(232.5, 120), 0, 40), "");
+  // Without the gap.
+  zones_.back().area.max.x = Millimetres(250);
+  EXPECT_THAT(refused(at(210, 120), 22.5, 0), HasSubstr("move its head by hand"));
 }
 
 TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {

@@ -19,9 +19,9 @@ namespace {
 using test::same_place;
 using ::testing::HasSubstr;
 
-class PlanEdits : public ::testing::Test {
+class PlanEditsTest : public ::testing::Test {
  protected:
-  PlanEdits() {
+  PlanEditsTest() {
     options_.patch = 7_mm, options_.dpi = 50.8, options_.rotations = 5, options_.threads = 2;
     options_.priority = Priority::kCentre;
     stock_ = {test::wood_panel("P", 150, 120, 50.8, 2)};
@@ -72,13 +72,13 @@ void expect_no_wood_twice(const Plan& plan, const StockPanel& panel) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(overlaps(allocations[i], allocations[j]));
 }
 
-TEST_F(PlanEdits, APlanThatIsKeptWholeStaysAsItIs) {
+TEST_F(PlanEditsTest, APlanThatIsKeptWholeStaysAsItIs) {
   const Plan before = planned(options_);
   const Plan after = planned(keeping(before, Keep::kAll, {}, {}));
   EXPECT_EQ(plan_to_json(after), plan_to_json(before));
 }
 
-TEST_F(PlanEdits, AReplanTouchesOnlyTheRestWhicheverWayPlacesAreChosen) {
+TEST_F(PlanEditsTest, AReplanTouchesOnlyTheRestWhicheverWayPlacesAreChosen) {
   const Plan before = planned(options_);
   for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
     PlanOptions options = keeping(before, Keep::kOnly, {"A1-1", "A2-3", "A4-4"}, {});
@@ -91,7 +91,7 @@ TEST_F(PlanEdits, AReplanTouchesOnlyTheRestWhicheverWayPlacesAreChosen) {
   }
 }
 
-TEST_F(PlanEdits, ForbiddenWoodMovesOnlyThePiecesThatLieOnIt) {
+TEST_F(PlanEditsTest, ForbiddenWoodMovesOnlyThePiecesThatLieOnIt) {
   const Plan before = planned(options_);
   const Box<PanelFrame> knot = [&] {
     const Box<PanelFrame> box = bounds(piece(before, "A2-2").panel_outline());
@@ -114,7 +114,7 @@ TEST_F(PlanEdits, ForbiddenWoodMovesOnlyThePiecesThatLieOnIt) {
 }
 
 // The job is cut: its wood is held by its own pieces, and one of them is lost.
-TEST_F(PlanEdits, HeldPiecesStayAndALostOneFindsWhatIsLeft) {
+TEST_F(PlanEditsTest, HeldPiecesStayAndALostOneFindsWhatIsLeft) {
   const Plan before = planned(options_);
   // Wood is left on the right half only, and none of it where the job's pieces lie.
   Raster<PanelFrame> open = stock_.front().free;
@@ -148,7 +148,7 @@ TEST_F(PlanEdits, HeldPiecesStayAndALostOneFindsWhatIsLeft) {
   EXPECT_EQ(unfilled(planned(options)), 1U);
 }
 
-TEST_F(PlanEdits, SwappedPiecesChangePlacesAndNothingElseMoves) {
+TEST_F(PlanEditsTest, SwappedPiecesChangePlacesAndNothingElseMoves) {
   const Plan before = planned(options_);
   Plan swapped = before;
   ASSERT_TRUE(swap_pieces(swapped, "A1-2", "A3-3").ok());
@@ -165,7 +165,7 @@ TEST_F(PlanEdits, SwappedPiecesChangePlacesAndNothingElseMoves) {
 }
 
 // Patches of several sizes.
-class AdaptivePlanEdits : public PlanEdits {
+class AdaptivePlanEdits : public PlanEditsTest {
  protected:
   AdaptivePlanEdits() {
     options_.patch = 5_mm, options_.adaptive_levels = 1, options_.adaptive_factor = 1.4;
@@ -233,7 +233,7 @@ TEST_F(AdaptivePlanEdits, SaysWhichPieceTheKeptPlanLacks) {
   EXPECT_THAT(plan.error().message, HasSubstr("has no piece " + gone));
 }
 
-TEST_F(PlanEdits, AlternativesAreFreeDifferentAndCanBeTaken) {
+TEST_F(PlanEditsTest, AlternativesAreFreeDifferentAndCanBeTaken) {
   for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
     PlanOptions options = options_;
     options.alternatives = 12, options.optimize = optimize, options.optimize_iterations = 5000;
@@ -300,7 +300,7 @@ void expect_different_free_and_in_order(const Plan& plan, const StockPanel& pane
   }
 }
 
-TEST_F(PlanEdits, OnAmpleWoodEachPieceListsADozenDifferentAlternatives) {
+TEST_F(PlanEditsTest, OnAmpleWoodEachPieceListsADozenDifferentAlternatives) {
   stock_ = {test::wood_panel("P", 260, 220, 50.8, 2)};
   options_.alternatives = 12;
   for (const bool fine : {false, true}) {
@@ -311,7 +311,7 @@ TEST_F(PlanEdits, OnAmpleWoodEachPieceListsADozenDifferentAlternatives) {
   }
 }
 
-TEST_F(PlanEdits, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIsLeftOut) {
+TEST_F(PlanEditsTest, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIsLeftOut) {
   constexpr int kColumns = 104, kRows = 88;
   stock_ = {test::wood_panel("P", kColumns, kRows, 50.8, 2)};
   options_.alternatives = 12, options_.rotations = 3;
@@ -340,7 +340,7 @@ TEST_F(PlanEdits, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIsLeft
   EXPECT_GT(listed, fewer);
 }
 
-TEST_F(PlanEdits, NamesWhatItDoesNotKnow) {
+TEST_F(PlanEditsTest, NamesWhatItDoesNotKnow) {
   Plan plan = planned(options_);
   EXPECT_THAT(swap_pieces(plan, "A1-1", "Z9-9").error().message, HasSubstr("Z9-9"));
   EXPECT_THAT(take_alternative(plan, "A1-1", 3).error().message, HasSubstr("A1-1"));

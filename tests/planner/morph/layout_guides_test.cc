@@ -141,6 +141,12 @@ TEST(SplitCells, AnEdgeAlongADiagonalMakesTriangles) {
   std::size_t triangles = 0;
   for (const PartitionFace& face : made->partition.faces) triangles += face.boundary.size() == 3 ? 1 : 0;
   EXPECT_EQ(triangles, 2 * made->figures.split);
+  MorphOptions squares = options;
+  squares.triangles = false;
+  const Result<MorphedGrid> of_squares = morph(slope(), squares);
+  ASSERT_TRUE(of_squares.ok());
+  EXPECT_GT(made->figures.edges_after, of_squares->figures.edges_after + 0.3) << "the cuts are borders, too";
+  EXPECT_LE(made->figures.edges_after, 1);
   // Where edges do not count, there is nothing to be split along.
   options.guides.large = options.guides.fine = black;
   const Result<MorphedGrid> whole = morph(slope(), options);

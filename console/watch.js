@@ -1,0 +1,75 @@
+// The bed as it is seen last: by a look, with what it found drawn in, or, while a picture of the bed is on the screen and
+// nothing else needs the camera, by glances, so that it moves. Each is as old as it is said to be.
+import {h} from "./dom.js";
+import {ago, t} from "./words.js";
+import {headersOf, pause, untilStop} from "./link.js";
+import {changed, model} from "./model.js";
+import {empty} from "./parts.js";
+
+const kEveryMs = 2000, kStaleMs = 10000;
+const kLookStaysMs = 8000;  // what a look has outlined is to be read
+const kSeenMs = 1500;       // screens are drawn twice a second
+// The head rests, and the unit does not look by itself. The cell says so too, but a refusal each time would fill logs.
+const kWatchable = ["Stopped", "Idle", "Complete", "Aborted", "Held"];
+
+const shown = {url: "", of: "", at: 0, since: 0};  // at: when it was taken, in ms of performance.now(); 0: nobody knows
+let before = "";         // its successor may still be on its way to the screen
+let etag = "";           // of the last glance
+let looks = -1;          // how many looks were fetched
+let drawnAt = -Infinity, goes = false;
+
+function show(blob, of, at) {
+  URL.revokeObjectURL(before);
+  before = shown.url;
+  Object.assign(shown, {url: URL.createObjectURL(blob), of, at, since: performance.now()});
+  changed();
+}
+
+const ask = (path, headers, more = {}) => fetch(`/api/v1${path}`, {headers: headersOf(headers), signal: untilStop(), ...more});
+
+async function fetchLook() {
+  const mine = looks = model.bedLooks, at = model.bedAt;
+  try {
+    const reply = await ask("/bed.jpg", {}, {cache: "no-cache"});
+    const blob = reply.ok && await reply.blob();
+    // None is there yet, or the next one is.
+    if (blob && mine === looks && !(shown.of === "glance" && at < shown.at)) show(blob, "look", at);
+  } catch (fault) { if (mine === looks) setTimeout(() => { if (mine === looks) looks = -1; }, kEveryMs); }
+}
+
+async function fetchGlance() {
+  try {
+    const reply = await ask("/bed/glance.jpg", etag && shown.of === "glance" ? {"If-None-Match": etag} : {}, {cache: "no-store"});
+    const at = performance.now() - 1000 * (Number(reply.headers.get("Age")) || 0);
+    if (reply.status === 304) shown.at = at;
+    if (!reply.ok) return;
+    const blob = await reply.blob();
+    if (shown.of === "look" && at < shown.at) return;  // a look was taken meanwhile
+    etag = reply.headers.get("ETag");
+    show(blob, "glance", at);
+  } catch (fault) { /* its age tells */ }
+}
+
+const isSeen = () => !document.hidden && performance.now() - drawnAt < kSeenMs;
+const lookStays = () => shown.of === "look" && shown.at > 0 && performance.now() - shown.since < kLookStaysMs;
+
+async function go() {
+  if (goes) return;
+  goes = true;
+  while (isSeen()) {
+    if (model.cell && kWatchable.includes(model.cell.state) && !lookStays()) await fetchGlance();
+    await pause(kEveryMs);
+  }
+  goes = false;
+}
+
+// `over` lies over the picture. To be drawn again as long as somebody sees it.
+export function bedView(none, ...over) {
+  drawnAt = performance.now();
+  if (looks !== model.bedLooks) fetchLook();
+  go();
+  const age = performance.now() - shown.at, stale = Boolean(shown.url) && (!shown.at || age > kStaleMs);
+  return [
+    h("div.view", {class: stale ? "stale" : "", "data-bed": shown.of}, h("img", {alt: t("bed.alt"), src: shown.url || null, hidden: !shown.url}), empty(none), ...over),
+    shown.url && h("p.age", {class: stale ? "" : "dim"}, stale ? `▲ ${shown.at ? t("bed.old", {age: ago(age)}) : t("bed.before")}` : t("bed.now", {age: ago(age)}))];
+}

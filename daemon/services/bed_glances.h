@@ -1,0 +1,72 @@
+// Pictures of the bed for people who watch it: glances. A glance is no look (bed_watcher.h): nothing is proven by it,
+// nothing is noted of it, and it gives way to all else.
+//
+// Taken only when somebody asks, so that nothing is when nobody watches; only while the unit may be watched and the
+// camera has nothing else to do; and not more often than each 2 s, however many ask: the newest one is for all of them.
+// All other work of the camera breaks a glance off. What may not be is the exposure, which a look might have to wait
+// for: a camera that is slow is asked less often, so that glances have at most an eighth of its time.
+//
+// Bound to the reactor; pictures are taken on the camera's worker and read by worker processes.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "daemon/config.h"
+#include "daemon/threads/worker.h"
+#include "daemon/workers/work_runner.h"
+#include "drivers/camera_driver.h"
+
+namespace veneer::daemon {
+
+struct BedGlance {
+  std::string jpeg;
+  TimePoint taken;
+};
+
+class BedGlances {
+ public:
+  struct Parts {
+    boost::asio::io_context& reactor;
+    CameraDriver& camera;
+    Worker& camera_worker;
+    WorkRunner& workers;
+    const Config& config;
+    const Clock& clock;  // real time
+  };
+  using Picture = std::shared_ptr<const BedGlance>;
+  using Reply = std::function<void(const Result<Picture>&)>;
+
+  // `may` is asked before each glance. All references outlive this, and the camera's worker ends before it does.
+  BedGlances(Parts parts, std::function<Status()> may) : parts_(parts), may_(std::move(may)) {}
+
+  // The newest picture, at once when it is not yet time for another one. Else kConflict, with the reason in a sentence,
+  // when there may be none now, kTimeout when the camera is silent, or why it gave none. Somebody who has `gone` is not
+  // told.
+  void ask(std::stop_token gone, Reply reply);
+  Duration age(const BedGlance& picture) const { return parts_.clock.now() - picture.taken; }
+
+ private:
+  struct Asked {
+    std::stop_token gone;
+    Reply reply;
+  };
+  // `exposed`: how long the camera itself took.
+  Result<Picture> glance(const std::stop_token& stop, Duration& exposed) const;
+  void seen(Result<Picture> picture, Duration exposed);
+
+  Parts parts_;
+  std::function<Status()> may_;
+  std::vector<Asked> waiting_;  // for the one under way
+  bool under_way_ = false;
+  TimePoint begun_;                     // the last one
+  TimePoint next_{};                    // before that there is no other
+  Result<Picture> newest_ = Picture();  // null before the first
+};
+
+}  // namespace veneer::daemon

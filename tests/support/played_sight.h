@@ -1,0 +1,31 @@
+// Calibration and a look at the bed, played on what the twin's seed draws, but without pictures: corners and rings are
+// where the twin's camera truly sees them, give or take its noise. A cell in some hundredths of a second instead of
+// minutes, so that a figure can be told over hundreds of seeds.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/result.h"
+#include "drivers/sim/roughness.h"
+
+namespace veneer::tests {
+
+// What somebody with a caliper, a hand on the board and a rule knows beforehand.
+struct PlayedHands {
+  double caliper_mm = 0.02;    // how far a reading may be off
+  bool measures_board = true;  // otherwise boards are taken for 2.1 mm
+};
+
+struct SightFigures {
+  double board_thickness_mm = 0, board_bow_x_mm = 0, board_bow_y_mm = 0;  // as they truly are
+  double axes_rms_mm = 0;                                                 // as the certificate says
+  double frame_rms_mm = 0;  // true places of the bed against what the cell says of them, over where panels lie
+  double pose_rms_mm = 0;   // the worst of the panels laid, as the proof judges it
+  double cut_rms_mm = 0;    // and where the laser then goes against where the wood lies
+};
+
+// kRefused and so on as the cell would say.
+Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough, const PlayedHands& hands);
+
+}  // namespace veneer::tests
