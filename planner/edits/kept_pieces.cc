@@ -76,7 +76,7 @@ class Keeper {
       if (!(stock_[p].id == placement.panel)) continue;
       FreeWood& wood = problem_.panels[p].wood;
       const Ring<PanelFrame> there = placement.panel_from_artwork * match.outline;
-      if (!piece.held && !wood.admits(there)) return std::nullopt;
+      if (!piece.held && !wood.admits_again(there)) return std::nullopt;
       wood.allocate(there);
       return PatchPlacement{static_cast<int>(p), placement.panel_from_artwork,
                             placement_cost(*match.features, match.grid, match.pixels, problem_.panels[p].features,

@@ -141,6 +141,12 @@ bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const {
 
 bool FreeWood::admits(const Ring<PanelFrame>& outline) const { return on_free_pixels(outline) && !collides(outline); }
 
+bool FreeWood::admits_again(const Ring<PanelFrame>& outline) const {
+  if (!on_free_pixels(outline)) return false;
+  const Region<PanelFrame> region = offset(Region<PanelFrame>(outline), kerf_);
+  return std::ranges::none_of(allocations_, [&](const Allocation& other) { return overlaps(region, other.region); });
+}
+
 void FreeWood::allocate(const Ring<PanelFrame>& outline) {
   Allocation allocation;
   allocation.convex = is_convex(outline);

@@ -28,6 +28,9 @@ class FreeWood {
 
   // Whether the outline (counter-clockwise) can be cut here.
   bool admits(const Ring<PanelFrame>& outline) const;
+  // Whether it can by the ledger's own arithmetic between neighbours, without the slack that new places keep: what was
+  // admitted one after the other is admitted again in any order.
+  bool admits_again(const Ring<PanelFrame>& outline) const;
   // Whether it could be cut here from untouched() wood.
   bool on_free_wood(const Ring<PanelFrame>& outline) const;
   // Only the second rule: against what allocate() has taken.

@@ -121,6 +121,39 @@ RC_GTEST_PROP(FreeWood, DecidesAsTheLedgersPolygonsDoForAnyShape, ()) {
   }
 }
 
+// As a plan is kept: what was admitted is asked for again, in another order.
+RC_GTEST_PROP(FreeWood, AdmitsAgainWhatItAdmittedInAnyOrder, ()) {
+  const Millimetres kerf(*rc::gen::inRange(2, 40) / 100.0);
+  FreeWood wood(free_raster(60, 40), kerf, 0_mm);
+  std::vector<Ring<PanelFrame>> admitted;
+  for (int i = 0; i < 60; ++i) {
+    const auto number = *rc::gen::inRange<std::size_t>(0, 1000);
+    const auto outline = laid(number % 2 == 0 ? test::ell(number) : test::crescent(number),
+                              *rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
+                              *rc::gen::inRange(3000, 9000) / 1000.0, degrees(*rc::gen::inRange(0, 360)));
+    if (!wood.admits(outline)) continue;
+    wood.allocate(outline);
+    admitted.push_back(outline);
+  }
+  FreeWood again(free_raster(60, 40), kerf, 0_mm);
+  for (auto it = admitted.rbegin(); it != admitted.rend(); ++it) {
+    RC_ASSERT(again.admits_again(*it));
+    again.allocate(*it);
+    RC_ASSERT(!again.admits_again(*it));
+  }
+}
+
+// A place that needs the slack between neighbours one way round, and has it the other way round.
+TEST(FreeWood, AsksForNoSlackOnceMore) {
+  FreeWood wood(free_raster(100, 50), 0.5_mm, 0_mm);
+  const test::Shape shape{{0, 0}, {1, 0}, {1, 0.4}, {0.4, 0.4}, {0.4, 1}, {0, 1}};
+  wood.allocate(laid(shape, 30, 25, 10, degrees(0)));
+  const auto close = laid(shape, 30 + 11.002, 25, 10, degrees(0));
+  EXPECT_FALSE(wood.admits(close));
+  EXPECT_TRUE(wood.admits_again(close));
+  EXPECT_FALSE(wood.admits_again(laid(shape, 30 + 10.99, 25, 10, degrees(0))));
+}
+
 TEST(FreeWood, GrantsTwoLsInOneAnothersNotch) {
   FreeWood wood(free_raster(100, 50), 0.5_mm, 0_mm);
   // Arms of 4 mm and notches of 6: each has an arm in the other's.
