@@ -214,9 +214,10 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                            c.follow_state();
                                            c.broadcast_status();
                                          });
-  c.glances = std::make_unique<BedGlances>(
-      BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner, c.config, real_clock},
-      [&c] { return c.runner->may_be_watched(); });
+  c.glances =
+      std::make_unique<BedGlances>(BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner,
+                                                     c.config, real_clock, make_reactor_timer(reactor)},
+                                   [&c] { return c.runner->may_be_watched(); });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
