@@ -12,14 +12,14 @@ namespace veneer::cli {
 namespace {
 
 std::string render_sight(const nlohmann::json& sight) {
+  if (const auto of_grid = whole_or(sight, "grid_tags", 0); of_grid > 0)
+    return fmt::format("On the bed: the AprilGrid sheet, {} of its {} tags\n", of_grid, whole_or(sight, "grid_has", 0));
   const auto& panels = member(sight, "panels");
   if (panels.is_array() && !panels.empty()) {
     std::string names;
     for (const auto& panel : panels) names += (names.empty() ? "" : ", ") + panel.get<std::string>();
     return fmt::format("On the bed: {}\n", names);
   }
-  if (const auto of_grid = whole_or(sight, "grid_tags", 0); of_grid > 0)
-    return fmt::format("On the bed: the AprilGrid sheet, {} of its {} tags\n", of_grid, whole_or(sight, "grid_has", 0));
   const auto& tags = member(sight, "tags");
   if (tags.is_array() && !tags.empty()) return fmt::format("{} tags of no known panel are seen\n", tags.size());
   return "No tags are seen.\n";

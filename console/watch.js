@@ -16,6 +16,7 @@ const shown = {url: "", of: "", at: 0, since: 0};  // at: when it was taken, in 
 let before = "";         // its successor may still be on its way to the screen
 let etag = "";           // of the last glance
 let looks = -1;          // how many looks were fetched
+let fetching = 0;        // looks on their way to the page
 let drawnAt = -Infinity, goes = false;
 
 function show(blob, of, at) {
@@ -29,21 +30,25 @@ const ask = (path, headers, more = {}) => fetch(`/api/v1${path}`, {headers: head
 
 async function fetchLook() {
   const mine = looks = model.bedLooks, at = model.bedAt;
+  ++fetching;
   try {
     const reply = await ask("/bed.jpg", {}, {cache: "no-cache"});
     const blob = reply.ok && await reply.blob();
     // None is there yet, or the next one is.
     if (blob && mine === looks && !(shown.of === "glance" && at < shown.at)) show(blob, "look", at);
-  } catch (fault) { if (mine === looks) setTimeout(() => { if (mine === looks) looks = -1; }, kEveryMs); }
+  } catch (fault) { if (mine === looks) setTimeout(() => { if (mine === looks) looks = -1; }, kEveryMs); } finally { --fetching; }
 }
 
 async function fetchGlance() {
+  const asked = shown.url;
   try {
     const reply = await ask("/bed/glance.jpg", etag && shown.of === "glance" ? {"If-None-Match": etag} : {}, {cache: "no-store"});
     const at = performance.now() - 1000 * (Number(reply.headers.get("Age")) || 0);
-    if (reply.status === 304) shown.at = at;
+    if (lookCame()) return;
+    if (reply.status === 304 && shown.url === asked) shown.at = at;
     if (!reply.ok) return;
     const blob = await reply.blob();
+    if (lookCame()) return;
     if (shown.of === "look" && at < shown.at) return;  // a look was taken meanwhile
     etag = reply.headers.get("ETag");
     show(blob, "glance", at);
@@ -52,12 +57,13 @@ async function fetchGlance() {
 
 const isSeen = () => !document.hidden && performance.now() - drawnAt < kSeenMs;
 const lookStays = () => shown.of === "look" && shown.at > 0 && performance.now() - shown.since < kLookStaysMs;
+const lookCame = () => fetching > 0 || looks !== model.bedLooks || lookStays();
 
 async function go() {
   if (goes) return;
   goes = true;
   while (isSeen()) {
-    if (model.cell && kWatchable.includes(model.cell.state) && !lookStays()) await fetchGlance();
+    if (model.cell && kWatchable.includes(model.cell.state) && !lookCame()) await fetchGlance();
     await pause(kEveryMs);
   }
   goes = false;

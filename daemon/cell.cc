@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/journal.h"
+#include "daemon/services/device_places.h"
 #include "daemon/store/backup.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
@@ -213,9 +214,10 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                            c.follow_state();
                                            c.broadcast_status();
                                          });
-  c.glances = std::make_unique<BedGlances>(
-      BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner, c.config, real_clock},
-      [&c] { return c.runner->may_be_watched(); });
+  c.glances =
+      std::make_unique<BedGlances>(BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner,
+                                                     c.config, real_clock, make_reactor_timer(reactor)},
+                                   [&c] { return c.runner->may_be_watched(); });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
@@ -306,6 +308,14 @@ void Cell::end_leases() {
   });
 }
 
+// The unit's reason may be the sentence of a laser that did not answer.
+void Cell::leave_out_places(json& status, const LaserStatus& laser) const {
+  status["laser"]["port"] = nullptr;
+  const std::string &why = laser.why_not_connected, &reason = runner->view().reason;
+  if (!why.empty() && reason.find(why) != std::string::npos) status["reason"] = kLaserIsSilent;
+  strike_places(status, config.laser);
+}
+
 json Cell::status(Role told) const {
   const CellView& view = runner->view();
   const LaserStatus laser = devices.laser->status();
@@ -320,11 +330,13 @@ json Cell::status(Role told) const {
                   {"finds_home", runner->limits().finds_home},
                   {"overrides", overrides_json(laser.overrides)},
                   {"overrides_wanted", overrides_json(laser.overrides_wanted)}};
-  if (!laser.connected) out["laser"]["why_not_connected"] = laser.why_not_connected;
+  const bool told_all = told >= Role::kOperator;
+  if (!laser.connected)
+    out["laser"]["why_not_connected"] =
+        told_all || laser.why_not_connected.empty() ? laser.why_not_connected : kLaserIsSilent;
   out["laser"]["controller"] = controller_at(config.laser);
   out["laser"]["kind"] = config.laser.kind;
-  const bool has_place = config.laser.kind != "sim" && told >= Role::kOperator;
-  out["laser"]["port"] = has_place ? json(config.laser.port) : json();
+  out["laser"]["port"] = config.laser.kind != "sim" ? json(config.laser.port) : json();
   out["laser"]["set_by"] = to_string(config.laser.set_by);
   out["laser"]["refusal"] = laser.refusal.empty() ? json() : json(laser.refusal);
   if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
@@ -367,6 +379,7 @@ json Cell::status(Role told) const {
   out["hands"] = devices.hands.has_value();
   out["tasks"] = json::array();
   for (const auto* task : tasks.running()) out["tasks"].push_back(to_list_json(*task));
+  if (!told_all) leave_out_places(out, laser);
   return out;
 }
 
@@ -444,7 +457,7 @@ Status Cell::audit_now(const std::string& who, const std::string& what, const st
 
 void Cell::broadcast_status() {
   if (!runner || hub.clients() == 0) return;
-  hub.broadcast_passing(json{{"type", "status"}, {"status", status()}},
+  hub.broadcast_passing(json{{"type", "status"}, {"status", status(Role::kOperator)}},
                         json{{"type", "status"}, {"status", status(Role::kViewer)}});
 }
 

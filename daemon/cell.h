@@ -71,8 +71,8 @@ class Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  // A viewer is not told where the laser is plugged in.
-  nlohmann::json status(Role told = Role::kOperator) const;
+  // A viewer is told no ports, no paths, and not why the laser does not answer.
+  nlohmann::json status(Role told) const;
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
@@ -127,6 +127,7 @@ class Cell {
 
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
+  void leave_out_places(nlohmann::json& status, const LaserStatus& laser) const;
   void look_regularly();
   void look_for_lost_choice();
   void end_leases();

@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/page.h"
+#include "daemon/services/device_places.h"
 
 namespace veneer::daemon {
 namespace {
@@ -45,11 +46,20 @@ json list_json(const AlarmBook& book, const Page& page) {
   return {{"alarms", std::move(list)}, {"next", std::move(next)}};
 }
 
+// "laser" is that it does not answer.
+void leave_out_places(json& alarms, const LaserConfig& laser) {
+  for (json& alarm : alarms)
+    if (alarm["about"] == "laser") alarm["sentence"] = kLaserIsSilent;
+  strike_places(alarms, laser);
+}
+
 void list_alarms(const AlarmServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const Page page = read_page(query);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  reply(ApiReply::json(list_json(s.book, page)));
+  json list = list_json(s.book, page);
+  if (request.caller.role < Role::kOperator) leave_out_places(list["alarms"], s.config.laser);
+  reply(ApiReply::json(list));
 }
 
 // Whoever says it names the newest of those that were in sight.

@@ -141,6 +141,7 @@ void bind_metrics_routes(Router& router, const MetricsServices& services);
 // What needs somebody, and who has seen it.
 struct AlarmServices {
   AlarmBook& book;
+  const Config& config;
   std::function<void()> on_changed;
   std::function<Result<std::int64_t>()> try_notices;  // the task that sends one
 };

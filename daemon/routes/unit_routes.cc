@@ -59,10 +59,16 @@ void reply_large(const UnitServices& s, const ApiRequest& request, const Reply& 
   });
 }
 
+// Whoever only looks on is told why there may be none now, and not where the camera's pictures lie.
+Error told_to(Role role, const Error& error) {
+  if (role >= Role::kOperator || error.code == ErrorCode::kConflict) return error;
+  return {error.code, "the camera gives no picture; an operator is told why"};
+}
+
 // The age is asked for anew each time; a client that has the picture learns it too.
 void glance(const UnitServices& s, const ApiRequest& request, const Reply& reply) {
   s.glances.ask(request.gone, [s, request, reply](const Result<BedGlances::Picture>& seen) {
-    if (!seen) return reply(ApiReply::error(seen.error()));
+    if (!seen) return reply(ApiReply::error(told_to(request.caller.role, seen.error())));
     const auto age = std::chrono::duration_cast<std::chrono::seconds>(s.glances.age(**seen));
     s.queries.ask(request, reply, [picture = *seen, age](Repositories&) {
       ApiReply out = ApiReply::bytes(picture->jpeg, "image/jpeg");

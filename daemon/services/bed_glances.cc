@@ -24,37 +24,55 @@ constexpr int kWidthPx = 960;
 }  // namespace
 
 void BedGlances::ask(std::stop_token gone, Reply reply) {
-  const TimePoint now = parts_.clock.now();
   std::erase_if(waiting_, [](const Asked& asked) { return asked.gone.stop_requested(); });
-  if (under_way_) {
-    if (now - begun_ < kSilent) return waiting_.push_back({std::move(gone), std::move(reply)});
-    return reply(Error{ErrorCode::kTimeout,
-                       fmt::format("{} has been asked for a picture and gives none: see whether it is still there",
-                                   parts_.camera.device())});
-  }
-  if (now < next_) return reply(newest_);
+  if (silent_ && work_.expired()) under_way_ = silent_ = false;  // what came of it is lost, or late: it is begun anew
+  if (silent_) return reply(silence());
+  if (under_way_) return waiting_.push_back({std::move(gone), std::move(reply)});
   if (const Status may = may_(); !may) return reply(may.error());
-  const bool taken = parts_.camera_worker.try_post_giving_way([this](const std::stop_token& stop) {
-    Duration exposed{0};
-    auto picture = caught([&] { return glance(stop, exposed); });
+  const TimePoint now = parts_.clock.now();
+  if (now < next_) return reply(newest_);
+  const auto exposed = std::make_shared<Duration>(0);
+  const int number = ++number_;
+  const bool taken = parts_.camera_worker.try_post_giving_way([this, number, exposed](const std::stop_token& stop) {
+    auto picture = caught([&] { return glance(stop, *exposed); });
     if (!picture && stop.stop_requested())
       picture =
           Error{ErrorCode::kConflict, "the camera is needed for more than watching: ask again when it has looked"};
-    boost::asio::post(parts_.reactor,
-                      [this, picture = std::move(picture), exposed]() mutable { seen(std::move(picture), exposed); });
+    boost::asio::post(parts_.reactor, [this, number, picture = std::move(picture), took = *exposed]() mutable {
+      seen(number, std::move(picture), took);
+    });
   });
   if (!taken) return reply(Error{ErrorCode::kConflict, "the camera is at work: ask again when it has looked"});
+  work_ = exposed;
   begun_ = now;
   under_way_ = true;
   waiting_.push_back({std::move(gone), std::move(reply)});
+  parts_.timer->after(kSilent, [this, number] {
+    if (number != number_ || !under_way_) return;
+    silent_ = true;
+    answer(silence());
+  });
 }
 
-void BedGlances::seen(Result<Picture> picture, Duration exposed) {
-  under_way_ = false;
-  next_ = begun_ + std::max(kEvery, kShareOfTheCamera * exposed);
+void BedGlances::seen(int number, Result<Picture> picture, Duration exposed) {
+  if (number != number_) return;  // it was given up
+  parts_.timer->cancel();
+  under_way_ = silent_ = false;
+  // What an error took says nothing of how long a picture does.
+  next_ = picture ? begun_ + std::max(kEvery, kShareOfTheCamera * exposed) : parts_.clock.now() + kEvery;
   newest_ = std::move(picture);
+  answer(newest_);
+}
+
+void BedGlances::answer(const Result<Picture>& picture) {
   for (const Asked& asked : std::exchange(waiting_, {}))
-    if (!asked.gone.stop_requested()) asked.reply(newest_);
+    if (!asked.gone.stop_requested()) asked.reply(picture);
+}
+
+Error BedGlances::silence() const {
+  return {ErrorCode::kTimeout,
+          fmt::format("{} has been asked for a picture and gives none: see whether it is still there",
+                      parts_.camera.device())};
 }
 
 Result<BedGlances::Picture> BedGlances::glance(const std::stop_token& stop, Duration& exposed) const {

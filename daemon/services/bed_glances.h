@@ -4,7 +4,8 @@
 // Taken only when somebody asks, so that nothing is when nobody watches; only while the unit may be watched and the
 // camera has nothing else to do; and not more often than each 2 s, however many ask: the newest one is for all of them.
 // All other work of the camera breaks a glance off. What may not be is the exposure, which a look might have to wait
-// for: a camera that is slow is asked less often, so that glances have at most an eighth of its time.
+// for: a camera that is slow is asked less often, so that glances have at most an eighth of its time. One that gives
+// nothing at all is not waited for beyond 15 s.
 //
 // Bound to the reactor; pictures are taken on the camera's worker and read by worker processes.
 #pragma once
@@ -18,6 +19,7 @@
 
 #include "base/clock.h"
 #include "daemon/config.h"
+#include "daemon/threads/reactor_timer.h"
 #include "daemon/threads/worker.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
@@ -37,13 +39,15 @@ class BedGlances {
     Worker& camera_worker;
     WorkRunner& workers;
     const Config& config;
-    const Clock& clock;  // real time
+    const Clock& clock;                   // real time
+    std::unique_ptr<OneShotTimer> timer;  // the same
   };
   using Picture = std::shared_ptr<const BedGlance>;
   using Reply = std::function<void(const Result<Picture>&)>;
 
-  // `may` is asked before each glance. All references outlive this, and the camera's worker ends before it does.
-  BedGlances(Parts parts, std::function<Status()> may) : parts_(parts), may_(std::move(may)) {}
+  // `may` is asked before a picture is taken or an old one given. All references outlive this, and the camera's worker
+  // ends before it does.
+  BedGlances(Parts parts, std::function<Status()> may) : parts_(std::move(parts)), may_(std::move(may)) {}
 
   // The newest picture, at once when it is not yet time for another one. Else kConflict, with the reason in a sentence,
   // when there may be none now, kTimeout when the camera is silent, or why it gave none. Somebody who has `gone` is not
@@ -58,12 +62,17 @@ class BedGlances {
   };
   // `exposed`: how long the camera itself took.
   Result<Picture> glance(const std::stop_token& stop, Duration& exposed) const;
-  void seen(Result<Picture> picture, Duration exposed);
+  void seen(int number, Result<Picture> picture, Duration exposed);
+  void answer(const Result<Picture>& picture);
+  Error silence() const;
 
   Parts parts_;
   std::function<Status()> may_;
   std::vector<Asked> waiting_;  // for the one under way
   bool under_way_ = false;
+  bool silent_ = false;                 // the one under way
+  int number_ = 0;                      // of the last one
+  std::weak_ptr<const Duration> work_;  // of the last one; expired once the worker has done with it
   TimePoint begun_;                     // the last one
   TimePoint next_{};                    // before that there is no other
   Result<Picture> newest_ = Picture();  // null before the first

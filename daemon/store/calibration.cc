@@ -232,8 +232,8 @@ std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json&
     const double bowed = std::max(std::abs(payload.value("bow_x_mm", 0.0)), std::abs(payload.value("bow_y_mm", 0.0)));
     if (bowed > kMostBowed)
       out.push_back(
-          fmt::format("the board it was burnt into is bowed by {:.1f} mm, and how high it lay is not known to better "
-                      "than a part of that: calibrate the laser again with a flat board",
+          fmt::format("the board it was burnt into is bowed by {:.1f} mm, so the bed's place is less sure: calibrate "
+                      "the laser again with a flat board",
                       bowed));
   }
   if (kind != db::CertificateKind::kScanner) return out;

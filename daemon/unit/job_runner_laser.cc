@@ -11,8 +11,10 @@ namespace {
 
 // Who was told to resume, and says that it is held.
 std::string why_still_held(const LaserStatus& laser) {
+  if (lid_is_open(laser))
+    return "the machine stays held: close the lid, then Unhold" +
+           (laser.refusal.empty() ? std::string() : "; and " + laser.refusal);
   if (!laser.refusal.empty()) return "the machine stays held: " + laser.refusal;
-  if (lid_is_open(laser)) return "the machine stays held: close the lid, then Unhold";
   return "the machine stays held and does not say why: look at its switches and its display, then Unhold";
 }
 

@@ -195,12 +195,15 @@ std::string words_for(const FirstLeg& leg) {
   return fmt::format("{:.1f} mm to the {}", std::abs(leg.dy.count()), leg.dy < Millimetres(0) ? "front" : "back");
 }
 
-// Is a jog this leg, the beginning of it, or farther on where the head gets out as well?
+// Is a jog this leg, the beginning of it, or, since steps of jogs seldom meet a leg's end, at most a step farther on
+// where the head gets out as well? No more than that: all of it lies in zones.
 bool is_on(const FirstLeg& leg, Millimetres dx, Millimetres dy, bool gets_out_there) {
+  constexpr double kStep = 10;  // mm
   const bool along_x = leg.dx != Millimetres(0);
   const double wanted = (along_x ? leg.dx : leg.dy).count(), gone = (along_x ? dx : dy).count();
   if ((along_x ? dy : dx) != Millimetres(0) || wanted * gone < 0) return false;
-  return std::abs(gone) <= std::abs(wanted) || gets_out_there;
+  const double farther = std::abs(gone) - std::abs(wanted);
+  return farther <= 0 || (farther <= kStep && gets_out_there);
 }
 
 // Does a step along one axis, `low` and `high` from its sides, lead out by the nearer of those that can be reached?

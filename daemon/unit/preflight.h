@@ -43,7 +43,8 @@ const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, con
                            const Point<MachineFrame>& b);
 // kRefused when a zone lies in the way. A head that stands in one, or where several lie one over another, may leave by
 // the nearer of the sides that the travel and other zones let it reach, never through the middle. Where it reaches
-// none, it may go the shortest way along one axis to where it reaches one; the sentence names it.
+// none, it may go the shortest way along one axis to where it reaches one, or up to 10 mm farther; the sentence names
+// that way.
 Status check_jog(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& from,
                  Millimetres dx, Millimetres dy);
 

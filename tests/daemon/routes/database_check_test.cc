@@ -99,8 +99,8 @@ TEST_F(AfterACleanEnd, WhoAsksForMoreThanIsWrittenIsPutOffAndWhatEndsSomethingNe
 
 // The cell is open, and its reactor has not run yet: what the check found cannot be known.
 TEST_F(AfterAnUncleanEnd, NothingBeginsBeforeTheDatabaseIsCheckedAndTheStatusSaysWhy) {
-  EXPECT_EQ(cell->status()["database"]["state"], "checking");
-  EXPECT_THAT(cell->status()["reason"].get<std::string>(), HasSubstr("is being checked"));
+  EXPECT_EQ(cell->status(Role::kOperator)["database"]["state"], "checking");
+  EXPECT_THAT(cell->status(Role::kOperator)["reason"].get<std::string>(), HasSubstr("is being checked"));
   ApiRequest reset;
   reset.path_params = {{"command", "reset"}};
   for (const auto& operation : {"newJob", "startJob", "scan", "laserTestPattern", "recut", "setRecipe"}) {
@@ -148,12 +148,12 @@ TEST_F(AfterADamagingEnd, TheCellSaysSoAndBeginsNothingButCanBeLookedAt) {
 }
 
 TEST_F(AfterACleanEnd, ACheckCanBeAskedForAndIsAudited) {
-  EXPECT_EQ(cell->status()["database"]["state"], "good");
-  EXPECT_TRUE(cell->status()["database"]["checked"].is_null());
+  EXPECT_EQ(cell->status(Role::kOperator)["database"]["state"], "good");
+  EXPECT_TRUE(cell->status(Role::kOperator)["database"]["checked"].is_null());
   const TaskView done = checked_on_demand();
   EXPECT_EQ(done.state, TaskState::kDone) << done.error.value_or(Error{}).message;
   EXPECT_EQ(testing::json_of(done)["result"]["sound"], true);
-  EXPECT_FALSE(cell->status()["database"]["checked"].is_null());
+  EXPECT_FALSE(cell->status(Role::kOperator)["database"]["checked"].is_null());
   const auto noted = cell->database->call([](Repositories& r) { return r.audit.latest(5); });
   ASSERT_TRUE(noted.ok());
   const auto is = [&](const char* what) {

@@ -461,10 +461,51 @@ TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIsAndToOperatorsWhere) {
   EXPECT_EQ(laser["kind"], "lihuiyu");
   EXPECT_EQ(laser["port"], config.laser.port);
   EXPECT_EQ(laser["set_by"], "file");
-  const json seen = asked_by(Role::kViewer, "/api/v1/status")["laser"];
-  EXPECT_EQ(seen["kind"], "lihuiyu");
-  EXPECT_TRUE(seen["port"].is_null()) << seen;
+  const json seen = asked_by(Role::kViewer, "/api/v1/status");
+  EXPECT_EQ(seen["laser"]["kind"], "lihuiyu");
+  EXPECT_TRUE(seen["laser"]["port"].is_null()) << seen;
+  EXPECT_THAT(seen.dump(), Not(HasSubstr(directory.path().string())));
   EXPECT_EQ(asked_by(Role::kOperator, "/api/v1/status")["laser"]["port"], config.laser.port);
+}
+
+TEST_F(DeviceRoutes, AnAlarmSaysWhereToOperatorsOnly) {
+  const std::string here = directory.path().string();
+  cell->alarms.take({{"laser", true, "there are 2 devices: add the place of the right one, one of 1-2, 1-3"},
+                     {"aborted", true, "the serial port " + here + "/tty does not open (gone): check the cable"}},
+                    "2026-01-01T00:00:00Z");
+  EXPECT_THAT(asked_by(Role::kOperator, "/api/v1/alarms").dump(), AllOf(HasSubstr(here), HasSubstr("1-2, 1-3")));
+  const std::string some = asked_by(Role::kViewer, "/api/v1/alarms").dump();
+  EXPECT_THAT(some, AllOf(Not(HasSubstr(here)), Not(HasSubstr("1-2, 1-3"))));
+  EXPECT_THAT(some, HasSubstr("the serial port (an operator is told where) does not open (gone): check the cable"));
+}
+
+TEST_F(DeviceRoutes, WhoeverLooksOnIsNotToldWhereAGlanceFailed) {
+  const std::string all = asked_by(Role::kOperator, "/api/v1/bed/glance.jpg").dump();
+  const std::string some = asked_by(Role::kViewer, "/api/v1/bed/glance.jpg").dump();
+  EXPECT_THAT(some, HasSubstr("the camera gives no picture; an operator is told why")) << all;
+  EXPECT_THAT(all, Not(HasSubstr("an operator is told why")));
+}
+
+class LaserThatDoesNotOpen : public testing::RoutedCell {
+ protected:
+  LaserThatDoesNotOpen()
+      : RoutedCell([this](const fs::path&) {
+          config.laser.kind = "grbl";
+          config.laser.port = "serial:" + (directory / "no-laser").string() + "?baud=115200";
+        }) {}
+};
+
+TEST_F(LaserThatDoesNotOpen, IsNamedByItsPortToOperatorsOnly) {
+  ask("POST", "/api/v1/commands/reset");
+  reactor.restart();
+  while (cell->runner->view().state != CellState::kAborted && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  const json all = cell->status(Role::kOperator), some = cell->status(Role::kViewer);
+  EXPECT_THAT(all["laser"]["why_not_connected"].get<std::string>(), HasSubstr("no-laser does not open"));
+  EXPECT_THAT(all["reason"].get<std::string>(), HasSubstr("no-laser does not open"));
+  EXPECT_EQ(some["laser"]["why_not_connected"], "the laser does not answer; an operator is told why");
+  EXPECT_EQ(some["reason"], "the laser does not answer; an operator is told why");
+  EXPECT_THAT(some.dump(), AllOf(Not(HasSubstr("no-laser")), Not(HasSubstr(directory.path().string()))));
 }
 
 }  // namespace

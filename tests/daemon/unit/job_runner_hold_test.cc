@@ -134,6 +134,9 @@ TEST_F(HoldTest, WhatStaysHeldSaysWhatHoldsIt) {
   laser_.close_lid();
   EXPECT_EQ(unhold([this] { laser_.refusal = "the guardian does not answer: restart it"; }),
             "the machine stays held: the guardian does not answer: restart it");
+  EXPECT_EQ(unhold([this] { laser_.open_lid(); }),
+            "the machine stays held: close the lid, then Unhold; and the guardian does not answer: restart it");
+  laser_.close_lid();
   laser_.refusal.clear();
   EXPECT_THAT(unhold([this] { laser_.stays_held = true; }),
               AllOf(HasSubstr("the machine stays held and does not say why"), Not(HasSubstr("lid"))));

@@ -107,6 +107,10 @@ TEST_F(PreflightTest, AHeadThatNothingLeadsStraightOutOfIsToldTheFirstLeg) {
   EXPECT_EQ(refused(at(30, 22), 30.5, 0), "");
   EXPECT_EQ(refused(at(30, 22), 10, 0), "") << "the beginning of it";
   EXPECT_EQ(refused(at(30, 22), 40, 0), "") << "in steps of ten it is met nowhere";
+  EXPECT_EQ(refused(at(30, 22), 40.5, 0), "");
+  EXPECT_NE(refused(at(30, 22), 41, 0), "");
+  EXPECT_NE(refused(at(30, 22), 400, 0), "") << "370 mm inside the foot and the door";
+  EXPECT_NE(refused(at(60.5, 22), 400, 0), "") << "and no more from the leg's end";
   EXPECT_NE(refused(at(30, 22), -10, 0), "");
   EXPECT_NE(refused(at(30, 22), 10, 5), "");
   EXPECT_EQ(refused(at(40, 22), 30, 0), "") << "from where ten have led";

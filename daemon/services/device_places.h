@@ -1,0 +1,21 @@
+// What is not told to whoever only looks on: where devices are plugged in, and which files stand for them. Sentences
+// name both, for people who can do something about it.
+//
+// Pure; thread-safe.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "daemon/config.h"
+
+namespace veneer::daemon {
+
+// In the place of any sentence about a laser that does not answer: what it names may be known to no configuration, as
+// the sockets where boards of its kind were found.
+inline constexpr const char* kLaserIsSilent = "the laser does not answer; an operator is told why";
+
+// In every text of `told`, however deep: no whole path, and no port of the laser.
+void strike_places(nlohmann::json& told, const LaserConfig& laser);
+
+}  // namespace veneer::daemon
