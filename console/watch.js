@@ -7,6 +7,7 @@ import {changed, model} from "./model.js";
 import {empty} from "./parts.js";
 
 const kEveryMs = 2000, kStaleMs = 10000;
+const kNoneMs = 20000;      // where there is no picture to be had now
 const kLookStaysMs = 8000;  // what a look has outlined is to be read
 const kSeenMs = 1500;       // screens are drawn twice a second
 // The head rests, and the unit does not look by itself. The cell says so too, but a refusal each time would fill logs.
@@ -39,20 +40,23 @@ async function fetchLook() {
   } catch (fault) { if (mine === looks) setTimeout(() => { if (mine === looks) looks = -1; }, kEveryMs); } finally { --fetching; }
 }
 
+// How long to wait until the next one.
 async function fetchGlance() {
   const asked = shown.url;
   try {
     const reply = await ask("/bed/glance.jpg", etag && shown.of === "glance" ? {"If-None-Match": etag} : {}, {cache: "no-store"});
     const at = performance.now() - 1000 * (Number(reply.headers.get("Age")) || 0);
-    if (lookCame()) return;
+    if (reply.status === 503) return kNoneMs;
+    if (lookCame()) return kEveryMs;
     if (reply.status === 304 && shown.url === asked) shown.at = at;
-    if (!reply.ok) return;
+    if (!reply.ok) return kEveryMs;
     const blob = await reply.blob();
-    if (lookCame()) return;
-    if (shown.of === "look" && at < shown.at) return;  // a look was taken meanwhile
+    if (lookCame()) return kEveryMs;
+    if (shown.of === "look" && at < shown.at) return kEveryMs;  // a look was taken meanwhile
     etag = reply.headers.get("ETag");
     show(blob, "glance", at);
   } catch (fault) { /* its age tells */ }
+  return kEveryMs;
 }
 
 const isSeen = () => !document.hidden && performance.now() - drawnAt < kSeenMs;
@@ -63,8 +67,8 @@ async function go() {
   if (goes) return;
   goes = true;
   while (isSeen()) {
-    if (model.cell && kWatchable.includes(model.cell.state) && !lookCame()) await fetchGlance();
-    await pause(kEveryMs);
+    const may = model.cell && kWatchable.includes(model.cell.state) && !lookCame();
+    await pause(may ? await fetchGlance() : kEveryMs);
   }
   goes = false;
 }
