@@ -28,7 +28,7 @@ Millimetres BoardBow::lift(const Point<MachineFrame>& at) const {
                      bow_x * out.x() * out.x() + bow_y * out.y() * out.y());
 }
 
-BoardBow fit_board_bow(std::span<const RayToMark> marks) {
+BoardBow fit_board_bow(std::span<const RayToMark> marks, Millimetres camera_off) {
   Box<MachineFrame> box;
   for (const RayToMark& mark : marks) box.add(mark.commanded);
   BoardBow board;
@@ -41,11 +41,13 @@ BoardBow fit_board_bow(std::span<const RayToMark> marks) {
   Normal normal = Normal::Zero();
   Eigen::Matrix<double, 10, 1> right = Eigen::Matrix<double, 10, 1>::Zero();
   double squares = 0;
+  Eigen::Vector2d rim = Eigen::Vector2d::Zero();  // mm that a mark is seen elsewhere at most, per mm of bow
   const Point<BedFrame> origin = marks.empty() ? Point<BedFrame>{} : marks[marks.size() / 2].at_height;
   for (const RayToMark& mark : marks) {
     const Eigen::Vector2d out = way_out(board, mark.commanded);
     const Eigen::RowVector4d shape(out.x(), out.y(), out.x() * out.x(), out.y() * out.y());
     Eigen::Matrix<double, 2, 10> slope;
+    rim = rim.cwiseMax(out.cwiseAbs2() * distance(mark.above, mark.at_height).count());
     slope << 1, out.x(), out.y(), 0, 0, 0, -(mark.above.x - mark.at_height.x).count() * shape,  //
         0, 0, 0, 1, out.x(), out.y(), -(mark.above.y - mark.at_height.y).count() * shape;
     normal += slope.transpose() * slope;
@@ -56,17 +58,24 @@ BoardBow fit_board_bow(std::span<const RayToMark> marks) {
   const double slopes = std::pow(kRingSeenTo / kBoardSlope, 2), bows = std::pow(kRingSeenTo / kBoardBowed, 2);
   normal.diagonal().tail<4>() += Eigen::Vector4d(slopes, slopes, bows, bows);
   Eigen::Matrix<double, 10, 1> solved = normal.ldlt().solve(right);
-  // A bow that the marks' own scatter could feign is none: only the sign tells whether the board stands on its middle
-  // or on its ends, and so how high it lies.
+  // A bow that the marks' own scatter or the camera's error could feign is none: only the sign tells whether the board
+  // stands on its middle or on its ends, and so how high it lies.
   const double freedom = std::max(1.0, 2.0 * static_cast<double>(marks.size()) - 10);
   const double scatter = std::max(0.0, squares - solved.dot(right)) / freedom;
   const Normal spread = normal.inverse() * scatter;
+  Eigen::Vector2d sigma = Eigen::Vector2d::Zero();
+  Eigen::Vector2d told = Eigen::Vector2d::Ones();  // 0: held flat
   for (const int axis : {0, 1}) {
-    if (std::abs(solved[8 + axis]) >= kSurely * std::sqrt(spread(8 + axis, 8 + axis))) continue;
+    const double feigned = rim[axis] > 0 ? camera_off.count() / rim[axis] : 0;
+    sigma[axis] = std::hypot(std::sqrt(spread(8 + axis, 8 + axis)), feigned);
+    if (std::abs(solved[8 + axis]) >= kSurely * sigma[axis]) continue;
     normal(6 + axis, 6 + axis) += kHeld, normal(8 + axis, 8 + axis) += kHeld;
+    told[axis] = 0;
   }
   solved = normal.ldlt().solve(right);
-  board.slope_x = solved[6], board.slope_y = solved[7], board.bow_x = solved[8], board.bow_y = solved[9];
+  board.slope_x = told.x() * solved[6], board.slope_y = told.y() * solved[7];
+  board.bow_x = told.x() * solved[8], board.bow_y = told.y() * solved[9];
+  board.sigma_x = Millimetres(sigma.x()), board.sigma_y = Millimetres(sigma.y());
   return board;
 }
 

@@ -18,16 +18,18 @@ struct Rings {
   std::vector<Point<BedFrame>> bed;  // where the board that was seen really lies
   std::vector<Point<MachineFrame>> commanded;
   std::vector<RayToMark> rays;
+  Millimetres camera_off{0};
 
   // Lays the board as it is bowed, by the rings that count.
   BoardBow lay() {
-    const BoardBow bow = fit_board_bow(rays);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const double lift = bow.lift(commanded[i]).count();
-      const auto& [told, at, above] = rays[i];
-      bed[i] = {at.x + (above.x - at.x) * lift, at.y + (above.y - at.y) * lift};
-    }
+    const BoardBow bow = fit_board_bow(rays, camera_off);
+    for (std::size_t i = 0; i < rays.size(); ++i) bed[i] = on_board(bow, rays[i]);
     return bow;
+  }
+  static Point<BedFrame> on_board(const BoardBow& bow, const RayToMark& ray) {
+    const double lift = bow.lift(ray.commanded).count();
+    const auto& [told, at, above] = ray;
+    return {at.x + (above.x - at.x) * lift, at.y + (above.y - at.y) * lift};
   }
 
   BedFromMachine fit() const { return fit_affine<BedFrame, MachineFrame>(bed, commanded); }
@@ -57,7 +59,8 @@ Millimetres leave_out(const Rings& rings) {
   for (std::size_t i = 0; i < rings.bed.size(); ++i) {
     Rings rest = rings;
     rest.leave_out(i);
-    sum += std::pow(distance(rest.fit() * rings.commanded[i], rings.bed[i]).count(), 2);
+    const BoardBow bow = rest.lay();
+    sum += std::pow(distance(rest.fit() * rings.commanded[i], Rings::on_board(bow, rings.rays[i])).count(), 2);
   }
   return Millimetres(std::sqrt(sum / static_cast<double>(rings.bed.size())));
 }
@@ -71,8 +74,9 @@ bool well_spread(const Rings& rings) {
 }  // namespace
 
 Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const CameraModel& provisional,
-                                     Millimetres height, const MachineAxesLimits& limits) {
+                                     Millimetres height, Millimetres camera_off, const MachineAxesLimits& limits) {
   Rings rings;
+  rings.camera_off = camera_off;
   for (const auto& ring : found) {
     const auto seen = provisional.camera_from_bed(ring.centre, height);
     rings.bed.push_back(ring.centre), rings.commanded.push_back(ring.commanded);
@@ -99,7 +103,8 @@ Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const Cam
   axes.rms = Millimetres(residual.rms), axes.max = Millimetres(residual.max);
   axes.rings = static_cast<int>(rings.bed.size());
   axes.leave_out_rms = leave_out(rings);
-  axes.bow_x = Millimetres(-bow.bow_x), axes.bow_y = Millimetres(-bow.bow_y);
+  axes.bow_x = Millimetres(0 - bow.bow_x), axes.bow_y = Millimetres(0 - bow.bow_y);  // no -0
+  axes.bow_sigma = std::max(bow.sigma_x, bow.sigma_y);
 
   // The bed frame's origin and +x are the machine's.
   const Eigen::Vector2d along_x = map.linear().col(0);
@@ -126,6 +131,12 @@ Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const Cam
         fmt::format("the burnt rings fit the laser's axes to {:.3f} mm rms, {:.3f} mm at worst; {:.3f} and {:.3f} "
                     "are allowed: check belts and the board lying flat, and burn the pattern again",
                     axes.rms.count(), axes.max.count(), limits.max_rms.count(), limits.max_single.count())};
+  }
+  if (const double bowed = std::max(std::abs(bow.bow_x), std::abs(bow.bow_y)); bowed > limits.max_bow.count()) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the board that the pattern was burnt into is bowed by {:.1f} mm, {:.1f} mm are allowed: "
+                             "check belts and the board lying flat, and burn the pattern again",
+                             bowed, limits.max_bow.count())};
   }
   if (std::max(std::abs(axes.scale_x - 1), std::abs(axes.scale_y - 1)) > limits.max_scale_error ||
       std::abs(axes.skew.count()) > limits.max_scale_error) {

@@ -1,8 +1,8 @@
 // What the laser's axes really do: machine_from_bed, an affine map (axis scale and skew), from a burnt pattern.
 //
-// The board that the pattern was burnt into may be bowed by some tenths of a millimetre, which the camera sees as rings
-// that lie elsewhere: by 0.1 mm at the rim of a bed under a camera 500 mm up. The bow is fitted with the axes; how high
-// the board lies in all follows from its lying on the bed.
+// The board that the pattern was burnt into may be bowed by some tenths of a millimetre, and then its rings are seen
+// elsewhere: 0.2 mm shift them by up to 0.05 mm under a camera 500 mm up. The bow, a parabola along either side, is
+// fitted with the axes; how high the board lies in all follows from its lying on the bed. A twist is not seen.
 #pragma once
 
 #include <span>
@@ -21,8 +21,9 @@ struct MachineAxes {
   Radians skew{0};                  // how far the true angle between +x and +y is short of a right one
   CameraModel model;                // the camera over this BedFrame
   Millimetres rms{0}, max{0};       // what the affine leaves over, true mm
-  Millimetres leave_out_rms{0};     // each ring predicted without it
+  Millimetres leave_out_rms{0};     // each ring predicted without it, by axes and a bow that were fitted without it
   Millimetres bow_x{0}, bow_y{0};   // of the board: its middle over its ends along either axis
+  Millimetres bow_sigma{0};         // of the less certain of the two; a bow of 0 means less than 2.5 of it
   int rings = 0, dropped = 0;
 };
 
@@ -30,12 +31,16 @@ struct MachineAxesLimits {
   int min_rings = 12;
   Millimetres max_rms{0.05};
   Millimetres max_single{0.20};
+  Millimetres max_bow{1};         // of the board; what a higher one does to the rings is not known well enough
   double max_scale_error = 0.02;  // more than 2 % is a wrong $100/$101 setting, not wear
 };
 
 // `rings` were found with `provisional`, in a board whose upper face lies `height` above the bed where it touches it.
-// kRefused when the residual or the scale is over the limits.
+// `camera_off` is what the camera's certificate says of points its fit had not seen (left_out_rms_mm): a bow that
+// shifts the rings by no more could be the lens's. 0 believes the camera, where that figure is not known.
+// kRefused when the residual, the bow or the scale is over the limits.
 Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> rings, const CameraModel& provisional,
-                                     Millimetres height, const MachineAxesLimits& limits = {});
+                                     Millimetres height, Millimetres camera_off = Millimetres(0),
+                                     const MachineAxesLimits& limits = {});
 
 }  // namespace veneer::calib

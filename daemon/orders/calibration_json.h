@@ -18,7 +18,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitScanner, scans)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridView, file, height)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridViewRead, view, width_px, height_px)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitCamera, views, width_px, height_px)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, height, area)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, camera_off, height, area)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternScan, file, nominal, scanner, scan_size, area)
 
 }  // namespace veneer::daemon

@@ -72,7 +72,7 @@ Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesyste
   progress(0.8, "finding the burnt rings");
   const auto found = calib::find_burnt_pattern(*picture, camera, order.height, burnt->rings);
   if (!found) return found.error();
-  const auto fit = calib::fit_machine_axes(*found, camera, order.height);
+  const auto fit = calib::fit_machine_axes(*found, camera, order.height, order.camera_off);
   if (!fit) return fit.error();
   return Fit{to_payload(*fit, CertificateId{order.camera_certificate}, order.area), fit->rms};
 }

@@ -63,6 +63,7 @@ struct ReadPatternView {
   std::string file;
   calib::CameraParameters camera;
   std::int64_t camera_certificate = 0;
+  Millimetres camera_off{0};  // as the camera's certificate says
   Millimetres height{0};
   Box<MachineFrame> area;  // of the pattern
 };

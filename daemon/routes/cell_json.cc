@@ -186,7 +186,7 @@ json to_json(const JudgedCertificate& certificate) {
               {"expires", c.expires_at},
               {"rms_mm", c.rms.count()}};
   for (const char* key : {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans",
-                          "other_scan_rms_mm", "covered_fraction"})
+                          "other_scan_rms_mm", "covered_fraction", "bow_x_mm", "bow_y_mm", "bow_sigma_mm"})
     if (payload.contains(key)) out[key] = payload[key];
   if (!certificate.doubts.empty()) out["doubts"] = certificate.doubts;
   return out;

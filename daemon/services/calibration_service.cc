@@ -232,7 +232,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   const auto picture = camera_.capture();
   if (!picture) return picture.error();
   auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
-                                       calibration->camera_certificate.value, height, *burnt},
+                                       calibration->camera_certificate.value, calibration->camera_off, height, *burnt},
                        *picture, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};

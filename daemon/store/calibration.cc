@@ -203,6 +203,7 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
     if (const json* camera = in_force(db::CertificateKind::kCamera)) {
       out.camera = camera_from_json(*camera);
       out.camera_certificate = out.standing.at(db::CertificateKind::kCamera).certificate;
+      out.camera_off = Millimetres(camera->value("left_out_rms_mm", 0.0));
     }
     if (const json* axes = in_force(db::CertificateKind::kAxes))
       out.bed = BedCalibration{camera_from_json(axes->at("camera")), affine_from_json(axes->at("machine_from_bed"))};
@@ -377,6 +378,7 @@ json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<
           {"left_out_rms_mm", axes.leave_out_rms.count()},
           {"bow_x_mm", axes.bow_x.count()},
           {"bow_y_mm", axes.bow_y.count()},
+          {"bow_sigma_mm", axes.bow_sigma.count()},
           {"rings", axes.rings}};
 }
 

@@ -54,6 +54,7 @@ struct Calibration {
   std::string scanner_make;                     // of the device they came from; "" where that is not known
   std::optional<calib::CameraModel> camera;     // provisional bed frame; for burning the pattern only
   CertificateId camera_certificate;
+  Millimetres camera_off{0};  // rms, of points its fit had not seen; 0 where its certificate does not say
   std::optional<BedCalibration> bed;
   std::optional<Millimetres> kerf;
   std::optional<Box<MachineFrame>> pattern_area;                // of the pattern the axes were measured with

@@ -255,15 +255,15 @@ TwinService::Reply TwinService::lift(const json& r) {
 
 TwinService::Reply TwinService::nudge(const json&) { return done(world_.nudge()); }
 
-// A caliper, which is off by up to 0.02 mm and shows hundredths.
+// A caliper, which is off by up to 0.02 mm and shows hundredths: what it says is off by up to 0.025.
 TwinService::Reply TwinService::measure(const json& r) {
-  constexpr double kCaliper = 0.02, kShown = 0.01;
+  constexpr double kCaliper = 0.02;
   if (const Status made = make_if_usual(r.at("sheet")); !made.ok()) return made.error();
   const auto sheet = world_.sheet(r.at("sheet"));
   if (!sheet.ok()) return sheet.error();
   Random hand(world_.truth().settings.seed, "caliper", static_cast<std::uint64_t>(world_.next_picture("caliper")));
   const double reading = (*sheet)->thickness_mm + hand.spread(kCaliper);
-  return json{{"thickness_mm", std::round(reading / kShown) * kShown}};
+  return json{{"thickness_mm", std::round(reading * 100) / 100}};
 }
 
 TwinService::Reply TwinService::scan(const json& r) {

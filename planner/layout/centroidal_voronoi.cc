@@ -13,8 +13,8 @@ namespace veneer::planner {
 namespace {
 
 constexpr int kBand = 48;  // rows that are drawn at once
-constexpr float kPyramidReach =
-    1.3F;  // pyramids are drawn up to this height; pixels that they leave are asked of all sites
+// Pyramids are drawn up to this height; pixels that they leave are asked of all sites.
+constexpr float kPyramidReach = 1.3F;
 constexpr float kPyramidCorner = 1.5F;  // from the middle of a square section to its corner, in half sides: 1.414
 constexpr float kRound = 0.03F;         // share of the Euclidean distance
 

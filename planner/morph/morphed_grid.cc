@@ -238,9 +238,8 @@ class Morph {
       if (first != bad.end()) {
         const auto face = static_cast<int>(first - bad.begin());
         return unusable(fmt::format(
-            "the pinned vertices leave the piece between the vertices of rows {} and {}, columns {} and {} no room to "
-            "be "
-            "cut: pin them farther apart",
+            "the pinned vertices leave the piece between the vertices of rows {} and {}, columns {} and {} no "
+            "room to be cut: pin them farther apart",
             face / size_.columns, face / size_.columns + 1, face % size_.columns, face % size_.columns + 1));
       }
     }

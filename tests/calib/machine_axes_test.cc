@@ -103,8 +103,8 @@ CameraModel provisional_model(const test::TrueCamera& camera) {
   return exact_model(camera).re_anchored({degrees(-3.1), point<BedFrame>(24, 33)});
 }
 
-std::vector<FoundRing> measured_rings(const TrueAxes& truth, double noise_mm) {
-  std::mt19937_64 random(3);
+std::vector<FoundRing> measured_rings(const TrueAxes& truth, double noise_mm, unsigned seed = 3) {
+  std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, noise_mm);
   std::vector<FoundRing> rings;
   const auto known = pattern();
@@ -180,29 +180,83 @@ TEST(MachineAxes, SharesOriginAndXAxisWithTheMachine) {
   EXPECT_LT(machine_error(camera, truth, *axes, 2.1).max, 0.01);
 }
 
+// Burnt into a board that is bowed by this much, and seen as if it were flat.
+std::vector<FoundRing> rings_of_bowed(const test::TrueCamera& camera, const TrueAxes& truth, double bow_x,
+                                      double bow_y) {
+  const CameraModel model = exact_model(camera);
+  const auto lift = [&](double cx, double cy) {
+    const auto one = [](double bow, double out) { return bow > 0 ? bow * (1 - out * out) : -bow * out * out; };
+    const double middle_x = kFirstX + kPitch * (kColumns - 1) / 2, middle_y = kFirstY + kPitch * (kRows - 1) / 2;
+    return one(bow_x, (cx - middle_x) / 262) + one(bow_y, (cy - middle_y) / 183);
+  };
+  auto rings = measured_rings(truth, 0.006);
+  for (auto& ring : rings) {
+    const double height = 2.1 + lift(ring.commanded.x.count(), ring.commanded.y.count());
+    const auto px = camera.pixel_of(ring.centre.x.count(), ring.centre.y.count(), height);
+    ring.centre = model.bed_from_camera(point<CameraFrame>(px[0], px[1]), 2.1_mm);
+  }
+  return rings;
+}
+
 // Seen by a camera 560 mm up, its rings lie up to 0.08 mm elsewhere than those of a flat one.
 TEST(MachineAxes, LaysABowedBoardAsItLiesOnTheBed) {
   const test::TrueCamera camera = camera_over_all();
   const CameraModel model = exact_model(camera);
   const TrueAxes truth;
   for (const auto& [bow_x, bow_y] : {std::pair{0.2, 0.1}, {-0.2, 0.05}, {0.15, -0.1}, {-0.1, -0.1}}) {
-    const double x = bow_x, y = bow_y;
-    const auto lift = [&](double cx, double cy) {
-      const auto one = [](double bow, double out) { return bow > 0 ? bow * (1 - out * out) : -bow * out * out; };
-      const double middle_x = kFirstX + kPitch * (kColumns - 1) / 2, middle_y = kFirstY + kPitch * (kRows - 1) / 2;
-      return one(x, (cx - middle_x) / 262) + one(y, (cy - middle_y) / 183);
-    };
-    auto rings = measured_rings(truth, 0.006);
-    for (auto& ring : rings) {
-      const double height = 2.1 + lift(ring.commanded.x.count(), ring.commanded.y.count());
-      const auto px = camera.pixel_of(ring.centre.x.count(), ring.centre.y.count(), height);
-      ring.centre = model.bed_from_camera(point<CameraFrame>(px[0], px[1]), 2.1_mm);
-    }
-    const auto axes = fit_machine_axes(rings, model, 2.1_mm);
+    const auto axes = fit_machine_axes(rings_of_bowed(camera, truth, bow_x, bow_y), model, 2.1_mm);
     ASSERT_TRUE(axes.ok()) << axes.error().message;
     EXPECT_NEAR(axes->bow_x.count(), bow_x, 0.04);
     EXPECT_NEAR(axes->bow_y.count(), bow_y, 0.04);
     EXPECT_LT(machine_error(camera, truth, *axes, 2.1).max, 0.035);
+  }
+}
+
+// A lens that is told a little wrong shifts the rings of a flat board much as a bow does.
+TEST(MachineAxes, TakesNoErrorOfTheLensForABow) {
+  const test::TrueCamera camera = camera_over_all();
+  const CameraModel model = exact_model(camera);
+  constexpr double kAtTheCorner = 0.015;  // mm
+  constexpr double kToCorner = 262;       // mm, from the middle of the pattern
+  constexpr double kMiddleX = kFirstX + kPitch * (kColumns - 1) / 2, kMiddleY = kFirstY + kPitch * (kRows - 1) / 2;
+  int believed = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const TrueAxes truth;
+    auto rings = measured_rings(truth, 0.004, seed);
+    const auto middle = truth.burnt(kMiddleX, kMiddleY);
+    double squares = 0;
+    for (auto& ring : rings) {
+      const double x = (ring.centre.x.count() - middle[0]) / kToCorner,
+                   y = (ring.centre.y.count() - middle[1]) / kToCorner;
+      const double off = kAtTheCorner * (x * x + y * y);
+      ring.centre.x += Millimetres(off * x), ring.centre.y += Millimetres(off * y);
+      squares += off * off * (x * x + y * y);
+    }
+    // What a certificate says of such a camera: the error itself, and the noise of the corners.
+    const Millimetres left_out(std::hypot(std::sqrt(squares / static_cast<double>(rings.size())), 0.006));
+    const auto axes = fit_machine_axes(rings, model, 2.1_mm, left_out);
+    const auto flat = fit_machine_axes(rings, model, 2.1_mm, 1_mm);
+    const auto believing = fit_machine_axes(rings, model, 2.1_mm);
+    ASSERT_TRUE(axes.ok() && flat.ok() && believing.ok());
+    EXPECT_EQ(axes->bow_x.count(), 0) << "seed " << seed;
+    EXPECT_EQ(axes->bow_y.count(), 0) << "seed " << seed;
+    EXPECT_LE(machine_error(camera, truth, *axes, 2.1).rms, machine_error(camera, truth, *flat, 2.1).rms);
+    believed += believing->bow_x.count() != 0 || believing->bow_y.count() != 0 ? 1 : 0;
+  }
+  EXPECT_GT(believed, 5);  // or the lens is not wrong enough to show anything
+}
+
+// A bow of 1.5 mm is more than the fit's parabolas are good for, however well they fit.
+TEST(MachineAxes, RefusesABoardThatIsBowedByMoreThanAMillimetre) {
+  const test::TrueCamera camera = camera_over_all();
+  const CameraModel model = exact_model(camera);
+  for (const auto& [bow, allowed] : {std::pair{0.8, true}, {1.5, false}}) {
+    const auto axes = fit_machine_axes(rings_of_bowed(camera, {}, bow, 0), model, 2.1_mm);
+    ASSERT_EQ(axes.ok(), allowed) << bow;
+    if (allowed) continue;
+    EXPECT_EQ(axes.error().code, ErrorCode::kRefused);
+    EXPECT_NE(axes.error().message.find("the board lying flat"), std::string::npos) << axes.error().message;
+    EXPECT_NE(axes.error().message.find("bowed"), std::string::npos) << axes.error().message;
   }
 }
 

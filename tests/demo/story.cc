@@ -121,6 +121,7 @@ Result<std::string> Story::calibrate_laser() {
   auto caliper = cell_.twin({{"cmd", "measure"}, {"sheet", "board"}});
   if (!caliper) return caliper.error();
   const double thickness = caliper->value("thickness_mm", 0.0);
+  if (thickness <= 0) return Error{ErrorCode::kInternal, "the twin's caliper says nothing of the board's thickness"};
   if (const Status placed = place("board", "bed", "show"); !placed) return placed.error();
   if (auto homed = cell_.api().post("/commands/reset"); !homed) return homed.error();
   auto axes = task("calibrate laser", "/calibration/laser",

@@ -32,15 +32,22 @@ int main(int argc, char** argv) {
   std::string preset = "workshop", only, out;
   veneer::tests::PlayedHands hands;
   bool verbose = false;
-  app.add_option("--seeds", seeds, "how many");
+  std::vector<std::string> knobs;
+  for (const auto& knob : veneer::sim::roughness_knobs()) knobs.emplace_back(knob.name);
+  app.add_option("--seeds", seeds, "how many")->check(CLI::PositiveNumber);
   app.add_option("--first", first, "the first of them");
   app.add_option("--rough", preset, "bench, workshop or rough");
-  app.add_option("--only", only, "the one knob of the preset that is turned, by its name in [twin.rough]");
+  app.add_option("--only", only, "the one knob of the preset that is turned, by its name in [twin.rough]")
+      ->check(CLI::IsMember(knobs));
   app.add_option("--caliper", hands.caliper_mm, "mm that a caliper's reading may be off");
   app.add_option("--measure", hands.measures_board, "whether the board's thickness is measured");
   app.add_option("--out", out, "JSON file");
   app.add_flag("--verbose", verbose, "tell each seed");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
   auto rough = veneer::sim::roughness_preset(preset);
   if (!rough) return fmt::print(stderr, "there is no preset {}\n", preset), 2;
   if (!only.empty()) {

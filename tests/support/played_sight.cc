@@ -104,8 +104,9 @@ Vec2 burnt_ring(sim::Carriage& carriage, const sim::MachineAxes& axes, Vec2& hea
   return sum * (1.0 / kSides);
 }
 
-Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraModel& provisional, const PlayedHands& hands,
+Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraFit& camera, const PlayedHands& hands,
                                      SightFigures& figures) {
+  const calib::CameraModel& provisional = camera.model;
   const auto& bed = cell.truth.settings.bed;
   sim::Sheet board = sheet_of(kBoardWidth, kBoardHeight);
   warp(board, cell.truth.settings.rough, cell.stream("played board", 0));
@@ -134,7 +135,7 @@ Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraModel& pro
     const auto px = cell.seen(at, height_at(board, pose->back_to_sheet(at), sim::SheetFace::kShow), kRingNoisePx);
     rings.push_back({i, ring.centre, provisional.bed_from_camera(px, Millimetres(told)), ring.diameter, {}});
   }
-  return calib::fit_machine_axes(rings, provisional, Millimetres(told));
+  return calib::fit_machine_axes(rings, provisional, Millimetres(told), camera.leave_out_rms);
 }
 
 // A panel as its scans say it is: true but for the sheet they were measured by.
@@ -236,7 +237,7 @@ Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough,
   SightFigures figures;
   const auto camera = play_camera(cell);
   if (!camera) return camera.error();
-  const auto axes = play_axes(cell, camera->model, hands, figures);
+  const auto axes = play_axes(cell, *camera, hands, figures);
   if (!axes) return axes.error();
   figures.axes_rms_mm = axes->rms.count();
   Rms frame;
