@@ -23,7 +23,7 @@ struct MachineAxes {
   Millimetres rms{0}, max{0};       // what the affine leaves over, true mm
   Millimetres leave_out_rms{0};     // each ring predicted without it, by axes and a bow that were fitted without it
   Millimetres bow_x{0}, bow_y{0};   // of the board: its middle over its ends along either axis
-  Millimetres bow_sigma{0};         // of the less certain of the two; a bow of 0 means less than 2.5 of it
+  Millimetres bow_sigma{0};         // of the less certain of the two; which bows are held at 0: board_bow.h
   int rings = 0, dropped = 0;
 };
 
