@@ -68,8 +68,7 @@ BoardBow fit_board_bow(std::span<const RayToMark> marks, Millimetres camera_off)
   for (const int axis : {0, 1}) {
     const double feigned = rim[axis] > 0 ? camera_off.count() / rim[axis] : 0;
     sigma[axis] = std::hypot(std::sqrt(spread(8 + axis, 8 + axis)), feigned);
-    // What scatters is told from a bow by how often it is seen; what the camera is off by is much of its left-out rms
-    // once.
+    // The camera counts once: its left-out rms holds the noise of its corners as well.
     if (std::abs(solved[8 + axis]) >= std::hypot(kSurely * std::sqrt(spread(8 + axis, 8 + axis)), feigned)) continue;
     normal(6 + axis, 6 + axis) += kHeld, normal(8 + axis, 8 + axis) += kHeld;
     told[axis] = 0;
