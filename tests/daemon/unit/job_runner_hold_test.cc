@@ -134,7 +134,11 @@ TEST_F(HoldTest, WhatStaysHeldSaysWhatHoldsIt) {
   laser_.close_lid();
   EXPECT_EQ(unhold([this] { laser_.refusal = "the guardian does not answer: restart it"; }),
             "the machine stays held: the guardian does not answer: restart it");
-  EXPECT_EQ(unhold([this] { laser_.open_lid(); }),
+  laser_.refusal.clear();
+  EXPECT_EQ(unhold([this] {
+              laser_.open_lid();
+              laser_.refusal = "the guardian does not answer: restart it";
+            }),
             "the machine stays held: close the lid, then Unhold; and the guardian does not answer: restart it");
   laser_.close_lid();
   laser_.refusal.clear();
