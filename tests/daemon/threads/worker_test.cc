@@ -95,7 +95,7 @@ TEST(Worker, TakesNoMoreThanItsMemoryHolds) {
   EXPECT_TRUE(worker.has_room(room, 100)) << "what is done waits no more";
 }
 
-TEST(Worker, TakesWorkThatGivesWayOnlyWhenItHasNothingElseToDo) {
+TEST(Worker, TakesWorkThatGivesWayOnlyWhileItIsIdle) {
   std::promise<void> begun, go, last;
   std::promise<bool> stopped;
   Worker worker("test");
