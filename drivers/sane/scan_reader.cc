@@ -10,7 +10,7 @@
 namespace veneer::sane {
 namespace {
 
-using Kind = FrameParameters::Kind;
+using FrameKind = FrameParameters::Kind;
 
 constexpr int kLongestSide = 100'000;  // pixels: 2.1 m at 1200 dpi
 constexpr std::chrono::milliseconds kLampLook{500}, kDataLook{5};
@@ -22,20 +22,20 @@ struct Frame {
   std::vector<std::uint8_t> samples;
 };
 
-int channels_of(Kind kind) { return kind == Kind::kColour ? 3 : 1; }
+int channels_of(FrameKind kind) { return kind == FrameKind::kColour ? 3 : 1; }
 
 std::size_t useful_bytes(const FrameParameters& p) {
   return static_cast<std::size_t>(p.pixels_per_line) * channels_of(p.kind) * (p.depth / 8);
 }
 
 // Which third of a picture in three passes.
-std::optional<std::size_t> colour_of(Kind kind) {
+std::optional<std::size_t> colour_of(FrameKind kind) {
   switch (kind) {
-    case Kind::kRed:
+    case FrameKind::kRed:
       return 0;
-    case Kind::kGreen:
+    case FrameKind::kGreen:
       return 1;
-    case Kind::kBlue:
+    case FrameKind::kBlue:
       return 2;
     default:
       return std::nullopt;
@@ -88,7 +88,7 @@ class Reader {
   }
 
   Status check(const FrameParameters& p) const {
-    if (p.kind == Kind::kOther)
+    if (p.kind == FrameKind::kOther)
       return fault("delivers a kind of picture that is neither grey nor colour",
                    "set mode under [scanner] to a colour mode (veneerctl scanner list)");
     if (p.depth != 8 && p.depth != 16)
