@@ -123,7 +123,7 @@ class Machine {
     options.tables = table_of_camera(data);
     auto out = std::make_unique<Machine>();
     if (!lihuiyu) {
-      auto cell = LaserOnlyCell::start(bin_dir, LaserOnlyCell::quick_laser(), options);
+      auto cell = LaserOnlyCell::start(bin_dir, hasty_laser(), options);
       if (!cell) return cell.error();
       out->grbl_ = std::move(*cell);
       return out;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -31,8 +32,10 @@ struct Figures {
   int failed = 0;
 };
 
-Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin_dir, const fs::path& data,
-                        const fs::path& dir, unsigned seed) {
+constexpr auto kTcp = "TCP", kTls = "TLS", kUnixSocket = "Unix socket", kVeneerctl = "veneerctl";
+
+Result<Figures> measure(const StopLoadKind& kind, const std::vector<std::string>& doors, int stops,
+                        const fs::path& bin_dir, const fs::path& data, const fs::path& dir, unsigned seed) {
   Figures out;
   out.load = kind.name;
   LoneDaemonOptions options;
@@ -48,7 +51,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
     options.log = dir / "log";
     full.emplace(options.log);
   }
-  auto cell = LaserOnlyCell::start(bin_dir, LaserOnlyCell::quick_laser(), options);
+  auto cell = LaserOnlyCell::start(bin_dir, hasty_laser(), options);
   if (!cell) return cell.error();
   LaserOnlyCell& c = **cell;
   // Its port is known only now, and the database is the daemon's alone while it runs.
@@ -60,10 +63,11 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
   const cli::ApiClient over_tls(cli::ApiAddress{"", "127.0.0.1", tls_port, true, made.certificate.string()},
                                 std::chrono::seconds(60));
   const cli::ApiClient over_unix(cli::ApiAddress{c.socket(), "", 0}, std::chrono::seconds(60));
-  out.doors = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
-               {"TLS", [&] { return over_tls.post("/stop").ok(); }, {}},
-               {"Unix socket", [&] { return over_unix.post("/stop").ok(); }, {}},
-               {"veneerctl", [&] { return c.veneerctl({"stop"}).status == 0; }, {}}};
+  out.doors = {{kTcp, [&] { return over_tcp.post("/stop").ok(); }, {}},
+               {kTls, [&] { return over_tls.post("/stop").ok(); }, {}},
+               {kUnixSocket, [&] { return over_unix.post("/stop").ok(); }, {}},
+               {kVeneerctl, [&] { return c.veneerctl({"stop"}).status == 0; }, {}}};
+  std::erase_if(out.doors, [&](const StopDoor& door) { return !std::ranges::count(doors, door.name); });
   std::mt19937 random(seed);
   {
     const auto load = kind.begin(c, bin_dir, dir);
@@ -98,6 +102,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> loads;
   for (const StopLoadKind& kind : stop_loads()) loads.push_back(kind.name);
   app.add_option("--load", only, "Only this one")->check(CLI::IsMember(loads));
+  std::vector<std::string> doors{kTcp, kTls, kUnixSocket, kVeneerctl};
+  app.add_option("--door", doors, "Only by these")->check(CLI::IsMember(doors));
   app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
@@ -113,7 +119,7 @@ int main(int argc, char** argv) {
   for (const StopLoadKind& kind : stop_loads()) {
     if (!only.empty() && kind.name != only) continue;
     const veneer::testing::TempDirectory dir(veneer::testing::TempDirectory::Place::kDisk);
-    const auto figures = measure(kind, stops, bin_dir, data.path(), dir.path(), seed);
+    const auto figures = measure(kind, doors, stops, bin_dir, data.path(), dir.path(), seed);
     if (!figures) {
       fmt::print("{:<9} {}\n", kind.name, figures.error().message);
       good = false;

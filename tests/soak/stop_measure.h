@@ -43,6 +43,16 @@ struct StopMachine {
   double pattern_mm;  // large enough that the burn lasts longer than the measurement
 };
 
+// Most of what a STOP waits for is the dark way to where its burn begins, on which nothing is measured.
+inline sim::GrblSettings hasty_laser() {
+  sim::GrblSettings settings = LaserOnlyCell::quick_laser();
+  for (const int axis : {0, 1}) {
+    settings.set(110 + axis, 60000);  // mm/min
+    settings.set(120 + axis, 8000);   // mm/s^2
+  }
+  return settings;
+}
+
 inline StopMachine machine_of(LaserOnlyCell& cell) {
   return {cell, [&cell] { return cell.laser.beam_on(); }, [&cell] { return cell.laser.resets(); }, 300};
 }
