@@ -21,12 +21,13 @@ fi
 # shellcheck source=tests/soak/bare_debian.sh
 source "$here/bare_debian.sh"
 machine=veneer-units-$$
-booted=''
+booted='' group=''
 cleanup() {
   if [[ -n $booted ]]; then
     kill "$booted" 2>/dev/null || true  # an orderly end: it powers itself off
     wait "$booted" 2>/dev/null || true
     rmdir "/run/systemd/nspawn/propagate/$machine" 2>/dev/null || true
+    [[ -z $group ]] || find "$group" -depth -type d -exec rmdir {} + 2>/dev/null || true
   fi
   remove_root
 }
@@ -52,13 +53,23 @@ else
 fi
 umount "$root/proc"
 mkdir -p "$root/trials/docs/images"
-cp "$here/units_trials.py" "$build/bin/veneer-proof" "$source_dir/README.md" "$root/trials"
+cp "$here"/{booted_cell,units_trials}.py "$build/bin/veneer-proof" "$source_dir/README.md" "$root/trials"
 cp "$source_dir/docs/images/refined.jpg" "$root/trials/docs/images"
 
+# Its processes are a group of their own, which a systemd here gives, or we do where none runs.
+given=()
+if [[ ! -d /run/systemd/system ]]; then
+  given=(--keep-unit)
+  group=$(awk '$3 == "cgroup2" { print $2; exit }' /proc/mounts)/$machine
+  mkdir "$group" || fail "there are no cgroups of the second version here that root may make"
+fi
 # The second version of cgroups alone, where the machine has both; no filter of system calls but the units' own, which
 # could not be told from nspawn's.
-SYSTEMD_NSPAWN_UNIFIED_HIERARCHY=1 SYSTEMD_SECCOMP=0 systemd-nspawn --register=no --keep-unit --quiet --private-network \
-  --machine="$machine" --directory="$root" --boot --console=pipe </dev/null >"$work/boot.log" 2>&1 &
+(
+  [[ -z $group ]] || echo "$BASHPID" >"$group/cgroup.procs"
+  SYSTEMD_NSPAWN_UNIFIED_HIERARCHY=1 SYSTEMD_SECCOMP=0 exec systemd-nspawn --register=no "${given[@]}" --quiet \
+    --private-network --machine="$machine" --directory="$root" --boot --console=pipe
+) </dev/null >"$work/boot.log" 2>&1 &
 booted=$!
 leader() { cut -d ' ' -f 1 "/proc/$booted/task/$booted/children"; }
 within() { nsenter --target "$(leader)" --all /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 "$@"; }
@@ -73,7 +84,7 @@ echo "$(within systemctl --version | head -1) is booted, on $(uname -sr)"
 # Addresses that nobody but this system has: those that the drop-ins name as examples, and one of the network they name.
 for address in 192.168.1.7 192.168.1.9 192.168.1.40; do within ip address add "$address/32" dev lo; done
 result=0
-within python3 /trials/units_trials.py /trials/veneer-proof /trials/out.json "$@" || result=1
+within python3 /trials/units_trials.py /trials/out.json "$@" || result=1
 mkdir -p "$(dirname "$out")"
 cp "$root/trials/out.json" "$out"
 exit $result
