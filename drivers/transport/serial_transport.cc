@@ -88,14 +88,17 @@ Status SerialTransport::open(OnBytes on_bytes, OnClosed on_closed) {
     ::close(descriptor);
     return cannot_open(path_, number);
   };
-  if (at_ == At::kPseudoTerminal && (::fstat(descriptor, &there) != 0 || !is_pseudo_terminal(there))) {
+  if (::fstat(descriptor, &there) != 0) return refuse(errno);
+  const bool pseudo_terminal = is_pseudo_terminal(there);
+  if (at_ == At::kPseudoTerminal && !pseudo_terminal) {
     ::close(descriptor);
     return not_the_twins(path_);
   }
   if (::isatty(descriptor) == 0) return refuse(ENOTTY);
-  // TIOCEXCL keeps other programs out, the lock also another daemon of root's.
+  // TIOCEXCL keeps other programs out, the lock also another daemon of root's. A pseudo-terminal would stay closed to
+  // the guardian and the next daemon, who are not root, for as long as its machine stands.
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) return refuse(errno == EWOULDBLOCK ? EBUSY : errno);
-  if (::ioctl(descriptor, TIOCEXCL) != 0) return refuse(errno);
+  if (!pseudo_terminal && ::ioctl(descriptor, TIOCEXCL) != 0) return refuse(errno);
   if (!make_raw(descriptor, speed_of(baud_).value_or(B115200))) return refuse(errno);
   listen(std::move(on_bytes), std::move(on_closed));
   run_on(descriptor);

@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <boost/asio/buffer.hpp>
@@ -127,6 +128,21 @@ TEST_F(TransportTest, IsOpenedByOneAtATime) {
   EXPECT_THAT(refused.error().message, HasSubstr("another program holds it"));
   first->close();
   EXPECT_TRUE(open(*second).ok());
+}
+
+// The kernel keeps a pseudo-terminal that was made exclusive so until its machine is gone, and then only root opens it
+// once more: neither the guardian nor the next daemon are.
+TEST_F(TransportTest, LeavesAPseudoTerminalToWhoeverComesNext) {
+  PtyMachine machine;
+  const auto link = make("serial:" + machine.path());
+  ASSERT_TRUE(open(*link).ok());
+  link->close();
+  const int next = ::open(machine.path().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_GE(next, 0);
+  int exclusive = 1;
+  EXPECT_EQ(::ioctl(next, TIOCGEXCL, &exclusive), 0);
+  EXPECT_EQ(exclusive, 0);
+  ::close(next);
 }
 
 TEST_F(TransportTest, AnUrgentByteOvertakesAllThatWaits) {

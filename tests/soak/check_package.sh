@@ -1,34 +1,26 @@
 #!/usr/bin/env bash
 # usage: check_package.sh PACKAGES      the Debian packages in a bare Debian 12: installed, looked at, run, purged
-#
-# A root of its own is made by mmdebstrap and entered by chroot, so that this runs as root (or under sudo).
 set -euo pipefail
 packages=$(cd "$1" && pwd)
-work=$(mktemp -d)
-root=$work/root
+# shellcheck source=tests/soak/bare_debian.sh
+source "$(dirname "${BASH_SOURCE[0]}")/bare_debian.sh"
 daemon='' twin=''
 cleanup() {
   for process in $daemon $twin; do kill "$process" 2>/dev/null || true; done
   wait 2>/dev/null || true
   # What they started stands in the root as well: the guardian, workers.
-  for inside in dev/pts proc sys; do mountpoint -q "$root/$inside" && umount --lazy "$root/$inside"; done
-  rm -rf --one-file-system "$work"
+  remove_root
 }
 trap cleanup EXIT
 fail() { echo "package: $*" >&2; exit 1; }
-inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
 
-# Where this machine's packages come from, the bare one's do too.
-mmdebstrap --variant=minbase --include=ca-certificates,curl,systemd bookworm "$root" >/dev/null
-mount --bind /proc "$root/proc"
-mkdir -p "$root/dev/pts" "$root/packages"
+make_root
+mkdir -p "$root/dev/pts"
 mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
 ln -sf pts/ptmx "$root/dev/ptmx"
-cp "$packages"/*.deb "$root/packages"
 
 echo "installing"
-inside sh -c 'apt-get update -q && apt-get install -q -y --no-install-recommends /packages/*.deb' >"$work/install.log" 2>&1 ||
-  { tail -20 "$work/install.log" >&2; fail "the packages do not install"; }
+install_packages "$packages" || fail "the packages do not install"
 inside id veneer >/dev/null || fail "there is no user veneer"
 for unit in veneerd veneer-guardian veneer-twin; do
   [[ ! -e $root/etc/systemd/system/multi-user.target.wants/$unit.service ]] || fail "$unit starts by itself"
@@ -73,7 +65,7 @@ inside apt-get purge -q -y veneerd veneerctl veneer-twin veneer-doc >"$work/purg
 [[ -n $(find "$root/var/lib/veneerd" -name '*.db') ]] || fail "a purge that was not asked to took the ledger"
 [[ ! -e $root/var/lib/veneer-twin && ! -e $root/etc/veneerd/veneerd.toml ]] || fail "a purge left what is nobody's"
 
-inside sh -c 'apt-get install -q -y --no-install-recommends /packages/*.deb' >"$work/install.log" 2>&1 || fail "a second installation fails"
+install_packages "$packages" || fail "a second installation fails"
 echo 'veneerd veneerd/remove-stock boolean true' | inside debconf-set-selections
 inside apt-get purge -q -y veneerd >"$work/purge.log" 2>&1 || fail "a second purge fails"
 [[ ! -e $root/var/lib/veneerd ]] || fail "a purge that was asked to left the ledger"

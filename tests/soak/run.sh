@@ -28,6 +28,8 @@
 #   properties   every test that draws its inputs, with 2000 cases per property
 #   demo         five demos
 #   package      the packages of `./dev package` in a bare Debian 12: installed, started by their units' lines, purged; as root
+#   units        the same packages where a systemd runs: their units started, hung and killed in burns and beside a cut, their
+#                limits, devices, network, backups and drop-ins; as root, which may make namespaces; also as units.json
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
 set -euo pipefail
@@ -156,7 +158,15 @@ for ((i = 0; i < 5; ++i)); do
 done
 
 seed=0  # draws nothing
-show_table=1 campaign "package/bare-root" "$seed" sh -c "./dev package && tests/soak/check_package.sh out/packages"
+# Built once for both.
+with_packages() {
+  [[ -n ${packages_built-} ]] || ./dev package || return
+  packages_built=1
+  "$@"
+}
+show_table=1 campaign "package/bare-root" "$seed" with_packages tests/soak/check_package.sh out/packages
+show_table=1 campaign "units/booted" "$seed" with_packages tests/soak/check_units.sh "$build" "$(dirname "$out")/units.json" \
+  --packages out/packages
 
 mkdir -p "$(dirname "$out")"
 (IFS=,; printf '{"schema_version":1,"campaigns":[%s]}\n' "${rows[*]}") >"$out"
