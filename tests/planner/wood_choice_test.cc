@@ -20,9 +20,11 @@ cv::Mat coloured(int columns, int rows, int cell, std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat lab(rows, columns, CV_32FC3), bgr, out;
   for (int top = 0; top < rows; top += cell)
-    for (int left = 0; left < columns; left += cell)
+    for (int left = 0; left < columns; left += cell) {
+      const double yellow = random.uniform(0.0, 40.0), red = random.uniform(-10.0, 30.0), light = random.gaussian(4);
       lab(cv::Rect(left, top, std::min(cell, columns - left), std::min(cell, rows - top)))
-          .setTo(cv::Scalar(60 + random.gaussian(4), random.uniform(-10.0, 30.0), random.uniform(0.0, 40.0)));
+          .setTo(cv::Scalar(60 + light, red, yellow));
+    }
   cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
   bgr.convertTo(out, CV_8UC3, 255);
   return out;
