@@ -269,19 +269,22 @@ TEST_F(PlanEditsTest, AlternativesAreFreeDifferentAndCanBeTaken) {
   }
 }
 
+constexpr Millimetres kRounding(1e-9);
+
 Point<PanelFrame> centre_on_panel(const Piece& it, const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork) {
   const Box<ArtworkFrame> box = bounds(it.artwork_outline);
   return panel_from_artwork * Point<ArtworkFrame>{(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2};
 }
 
 // Two places of a piece are different when they are on different panels or their centres lie at least half the piece's
-// shorter side apart, however they are turned.
+// shorter side apart, however they are turned. Of places that lie exactly so far apart, which a lattice has many of,
+// rounding decides: `by` is how much farther they have to be.
 bool differ(const Piece& it, const PanelId& panel, const Isometry2<PanelFrame, ArtworkFrame>& place,
-            const Alternative& other) {
+            const Alternative& other, Millimetres by) {
   if (!(panel == other.placement.panel)) return true;
   const Box<ArtworkFrame> box = bounds(it.artwork_outline);
   return distance(centre_on_panel(it, place), centre_on_panel(it, other.placement.panel_from_artwork)) >=
-         std::min(box.width(), box.height()) / 2 - Millimetres(1e-9);
+         std::min(box.width(), box.height()) / 2 + by;
 }
 
 // The wood that is free when `left_out` lies nowhere.
@@ -299,11 +302,13 @@ void expect_different_free_and_in_order(const Plan& plan, const StockPanel& pane
       const Placement& placement = it.alternatives[k].placement;
       EXPECT_TRUE(wood.admits(placement.panel_from_artwork * it.artwork_outline)) << it.mark;
       if (it.placement) {
-        EXPECT_TRUE(differ(it, it.placement->panel, it.placement->panel_from_artwork, it.alternatives[k])) << it.mark;
+        EXPECT_TRUE(differ(it, it.placement->panel, it.placement->panel_from_artwork, it.alternatives[k], -kRounding))
+            << it.mark;
       }
       for (std::size_t j = 0; j < k; ++j) {
         EXPECT_LE(it.alternatives[j].cost, it.alternatives[k].cost) << it.mark;
-        EXPECT_TRUE(differ(it, placement.panel, placement.panel_from_artwork, it.alternatives[j])) << it.mark;
+        EXPECT_TRUE(differ(it, placement.panel, placement.panel_from_artwork, it.alternatives[j], -kRounding))
+            << it.mark;
       }
     }
   }
@@ -338,8 +343,9 @@ TEST_F(PlanEditsTest, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIs
       for (int y = 0; y < lattice.height(); ++y) {
         for (int x = 0; x < lattice.width(); ++x) {
           const auto place = panel_from_artwork(lattice, stock_.front().picture, grid, pixels.left, pixels.top, x, y);
-          const bool unlike = std::all_of(it.alternatives.begin(), it.alternatives.end(),
-                                          [&](const Alternative& other) { return differ(it, {"P"}, place, other); });
+          const bool unlike =
+              std::all_of(it.alternatives.begin(), it.alternatives.end(),
+                          [&](const Alternative& other) { return differ(it, {"P"}, place, other, kRounding); });
           ASSERT_FALSE(unlike && wood.admits(place * it.artwork_outline)) << it.mark << " at " << x << ", " << y;
         }
       }
