@@ -325,6 +325,8 @@ TEST_F(PlanEditsTest, OnAmpleWoodEachPieceListsADozenDifferentAlternatives) {
   }
 }
 
+// Not so everywhere yet: in 11 of 20 such scenes 1 to 59 free and different places, of all pieces together, are left
+// out, probably where the shortlist drops cells because enough others alike are kept (shortlist_search.cc, thinned()).
 TEST_F(PlanEditsTest, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIsLeftOut) {
   constexpr int kColumns = 104, kRows = 88;
   stock_ = {test::wood_panel("P", kColumns, kRows, 50.8, 2)};

@@ -178,6 +178,8 @@ void expect_different_places_in_order(const test::ShapeOf& shape_of) {
   }
 }
 
+// Not so everywhere yet: in one of three such scenes the first of several was 0.04 % dearer than best(), probably
+// because its cell was dropped beside others alike.
 TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
   expect_different_places_in_order(nullptr);
   expect_different_places_in_order(test::ell);
