@@ -71,8 +71,8 @@ void soil_tags(Sheet& sheet, double amount, std::uint64_t seed) {
       const bool stained = random.uniform() < amount, scorched = random.uniform() < amount / 2;
       const Vec2 near = centre_of(tag) + Vec2{random.spread(8), random.spread(8)};
       const double radius = random.uniform(1, 3.5);
-      const Vec2 corner =
-          tag.corners[static_cast<std::size_t>(random.below(4))] + Vec2{random.spread(1), random.spread(1)};
+      const Vec2 beside{random.spread(1), random.spread(1)};
+      const Vec2 corner = tag.corners[static_cast<std::size_t>(random.below(4))] + beside;
       if (stained) blot(sheet, face, near, radius, {60, 100, 130}, 0.35, random);
       if (scorched) blot(sheet, face, corner, radius * 0.5, {20, 26, 34}, 0.9, random);
       if (amount >= 0.5 && i == covered) paste_over(sheet, tag, random);

@@ -45,8 +45,8 @@ void cut_log(Strip& s) {
   const double pith_u = s.flat ? width * s.random.uniform(0.25, 0.75) : -s.random.uniform(60, 130);
   const double depth = s.flat ? s.random.uniform(8, 26) * std::sqrt(rings / 3) : s.random.uniform(2, 35);
   // A flat cut runs out of the log: the taper makes the arches.
-  const double tilt = (s.flat ? s.random.uniform(0.035, 0.075) * rings / 3 : s.random.uniform(0.0, 0.02)) *
-                      (s.random.uniform() < 0.5 ? -1 : 1);
+  const double taper = s.flat ? s.random.uniform(0.035, 0.075) * rings / 3 : s.random.uniform(0.0, 0.02);
+  const double tilt = s.random.uniform() < 0.5 ? -taper : taper;
   LineNoise pith_wander(s.random, static_cast<int>(height / 90) + 2),
       depth_wander(s.random, static_cast<int>(height / 70) + 2);
   const double wander_u = s.flat ? 5.0 : 2.0, wander_d = s.flat ? 2.6 : 1.0;

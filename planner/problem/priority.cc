@@ -84,9 +84,11 @@ cv::Mat importance_map(const Artwork& artwork, cv::Size size) {
 }
 
 std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches, SaliencyMaps& maps) {
-  cv::Mat map = maps.of(artwork.picture);
-  if (!artwork.importance.empty()) map = map.mul(importance_map(artwork, map.size()));
-  return sums_over(map, artwork, patches);
+  const cv::Mat map = maps.of(artwork.picture);
+  if (artwork.importance.empty()) return sums_over(map, artwork, patches);
+  cv::Mat weighed;  // not the map itself, which others share
+  cv::multiply(map, importance_map(artwork, map.size()), weighed);
+  return sums_over(weighed, artwork, patches);
 }
 
 std::vector<double> centre_distances(const Artwork& artwork, const std::vector<Patch>& patches) {

@@ -12,7 +12,8 @@ double number(double limit) { return *rc::gen::inRange(-100000, 100001) * limit 
 
 template <class Frame>
 Point<Frame> random_point() {
-  return point<Frame>(number(500), number(500));
+  const double x = number(500), y = number(500);
+  return point<Frame>(x, y);
 }
 
 template <class To, class From>

@@ -14,16 +14,16 @@ Region<PanelFrame> rectangle(double x, double y, double width, double height) {
 
 double mm2(const Region<PanelFrame>& region) { return region.area().count(); }
 
+Point<PanelFrame> any_point() {
+  const double x = *rc::gen::inRange(0, 40000) / 1000.0, y = *rc::gen::inRange(0, 40000) / 1000.0;
+  return point<PanelFrame>(x, y);
+}
+
 // A triangle or quadrilateral anywhere within 40 mm, self-crossing ones included.
 Region<PanelFrame> any_region() {
   Ring<PanelFrame> ring;
-  for (int i = 0, n = *rc::gen::inRange(3, 6); i < n; ++i)
-    ring.push_back(point<PanelFrame>(*rc::gen::inRange(0, 40000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0));
+  for (int i = 0, n = *rc::gen::inRange(3, 6); i < n; ++i) ring.push_back(any_point());
   return Region<PanelFrame>(ring);
-}
-
-Point<PanelFrame> any_point() {
-  return point<PanelFrame>(*rc::gen::inRange(0, 40000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0);
 }
 
 bool on_border(const Region<PanelFrame>& region, const Point<PanelFrame>& p) {

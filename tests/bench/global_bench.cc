@@ -114,8 +114,8 @@ cv::Mat packed_mask(const cv::Mat& free, std::size_t wanted, cv::Size2d side, in
     const int most = tried < 2000 ? 6 : tried < 20000 ? 3 : 1;
     const int columns = random.uniform(1, most + 1), rows = random.uniform(1, most + 1);
     const double angle = 2 * CV_PI * random.uniform(0, rotations) / rotations;
-    const cv::Point2d centre(random.uniform(0.0, static_cast<double>(free.cols)),
-                             random.uniform(0.0, static_cast<double>(free.rows)));
+    const cv::Point2d centre{random.uniform(0.0, static_cast<double>(free.cols)),
+                             random.uniform(0.0, static_cast<double>(free.rows))};
     std::vector<cv::Point> corners;
     bool inside = true;
     for (const auto& [u, v] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {

@@ -93,7 +93,10 @@ TEST(BedHoles, SayHowOftenStrangersAgree) {
   double expected = 0;
   for (int bed = 0; bed < kBeds; ++bed) {
     std::vector<Point<BedFrame>> seen;
-    for (std::size_t i = 0; i < kStrangers; ++i) seen.push_back(point<BedFrame>(x(random), y(random)));
+    for (std::size_t i = 0; i < kStrangers; ++i) {
+      const double across = x(random), up = y(random);
+      seen.push_back(point<BedFrame>(across, up));
+    }
     for (const HolePose& pose : locate_by_holes(seen, stock)) {
       ++agreed;
       EXPECT_GT(pose.by_chance, 0.001) << "never so surely";

@@ -108,7 +108,8 @@ std::vector<Tag<CameraFrame>> seen_tags(const test::TrueCamera& camera, const st
       const auto bed = lay.bed_of(sheet[0], sheet[1]);
       const double lifted = lift ? lift(sheet[0] / kWidth, sheet[1] / kHeight) : 0;
       const auto px = camera.pixel_of(bed[0], bed[1], height + lifted);
-      tag.corners[i] = point<CameraFrame>(px[0] + noise(random), px[1] + noise(random));
+      const double right = noise(random), down = noise(random);
+      tag.corners[i] = point<CameraFrame>(px[0] + right, px[1] + down);
     }
     out.push_back(tag);
   }

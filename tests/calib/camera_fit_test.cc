@@ -42,7 +42,8 @@ GridView seen_view(const test::TrueCamera& camera, const SheetPlace& place, doub
       const auto bed = place.lay.bed_of(nominal[i].x.count(), nominal[i].y.count());
       const auto px = camera.pixel_of(bed[0], bed[1], place.height);
       inside = inside && px[0] > 5 && px[1] > 5 && px[0] < camera.width - 5 && px[1] < camera.height - 5;
-      tag.corners[i] = point<CameraFrame>(px[0] + noise(random), px[1] + noise(random));
+      const double right = noise(random), down = noise(random);
+      tag.corners[i] = point<CameraFrame>(px[0] + right, px[1] + down);
     }
     if (inside) view.tags.push_back(tag);
   }

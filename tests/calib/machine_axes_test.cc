@@ -110,11 +110,8 @@ std::vector<FoundRing> measured_rings(const TrueAxes& truth, double noise_mm, un
   const auto known = pattern();
   for (std::size_t i = 0; i < known.size(); ++i) {
     const auto world = truth.burnt(known[i].centre.x.count(), known[i].centre.y.count());
-    rings.push_back({i,
-                     known[i].centre,
-                     point<BedFrame>(world[0] + noise(random), world[1] + noise(random)),
-                     known[i].diameter,
-                     {}});
+    const double x = world[0] + noise(random), y = world[1] + noise(random);
+    rings.push_back({i, known[i].centre, point<BedFrame>(x, y), known[i].diameter, {}});
   }
   return rings;
 }

@@ -38,7 +38,8 @@ PanelFiducials on_part(const std::vector<int>& tags, const std::vector<int>& hol
   std::uniform_real_distribution<double> off(-noise, noise);
   const auto seen = [&](const Point<PanelFrame>& p) {
     const auto place = kPartFromParent * p;
-    return point<PanelFrame>(place.x.count() + off(random), place.y.count() + off(random));
+    const double x = place.x.count() + off(random), y = place.y.count() + off(random);
+    return point<PanelFrame>(x, y);
   };
   const PanelFiducials all = whole();
   PanelFiducials out;

@@ -140,7 +140,7 @@ TEST_F(BitFlipTest, NoChangedRowIsTaken) {
     std::vector<std::size_t> places;
     for (auto at = bytes_.find(value); at != std::string::npos; at = bytes_.find(value, at + 1)) places.push_back(at);
     if (places.empty()) continue;  // a number
-    const std::size_t at = places[random() % places.size()] + random() % value.size();
+    const std::size_t place = places[random() % places.size()], at = place + random() % value.size();
     const int bit = static_cast<int>(random() % 8);
     const Outcome outcome = open_with_flip(at, bit, i % 2 == 0);
     EXPECT_NE(outcome, Outcome::kTaken) << "byte " << at << ", bit " << bit << ", of " << value;

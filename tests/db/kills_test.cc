@@ -64,7 +64,8 @@ class BusyProcess {
 
   PlannedPatch somewhere(const std::string& mark) {
     const PanelId panel{below(2) == 0 ? "P-0001" : "P-0002"};
-    return square_piece(mark, panel, 2 + 16.0 * below(26), 2 + 16.0 * below(17), 14);
+    const double x = 2 + 16.0 * below(26), y = 2 + 16.0 * below(17);
+    return square_piece(mark, panel, x, y, 14);
   }
   NewPlan some_plan() {
     std::vector<PlannedPatch> pieces;

@@ -272,16 +272,18 @@ RC_GTEST_PROP(Parts, MovedWoodNeitherOverlapsNorBecomesFree, ()) {
   // Corners of the lattice shift by up to a third of its step, in whole micrometres: slanted borders, shared by two.
   std::vector<std::vector<Point<PanelFrame>>> corners(static_cast<std::size_t>(rows) + 1);
   for (int r = 0; r <= rows; ++r)
-    for (int c = 0; c <= columns; ++c)
-      corners[static_cast<std::size_t>(r)].push_back(
-          point<PanelFrame>(c * 12 + number(-4000, 4000) / 1000.0, r * 12 + number(-4000, 4000) / 1000.0));
+    for (int c = 0; c <= columns; ++c) {
+      const double x = c * 12 + number(-4000, 4000) / 1000.0, y = r * 12 + number(-4000, 4000) / 1000.0;
+      corners[static_cast<std::size_t>(r)].push_back(point<PanelFrame>(x, y));
+    }
   for (std::size_t r = 0; r < static_cast<std::size_t>(rows); ++r)
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c)
       if (number(0, 4) > 0)
         areas.emplace_back(
             Ring<PanelFrame>{corners[r][c], corners[r][c + 1], corners[r + 1][c + 1], corners[r + 1][c]});
-  const Map map(Radians(number(-3142, 3142) / 1000.0),
-                point<PanelFrame>(number(-40000, 40000) / 1000.0, number(-40000, 40000) / 1000.0));
+  const Radians turn(number(-3142, 3142) / 1000.0);
+  const double right = number(-40000, 40000) / 1000.0, up = number(-40000, 40000) / 1000.0;
+  const Map map(turn, point<PanelFrame>(right, up));
   const Ring<PanelFrame> sheet{point<PanelFrame>(0, 0), point<PanelFrame>(37, 0), point<PanelFrame>(37, 29),
                                point<PanelFrame>(0, 29)};
   const Region<PanelFrame> within{sheet};
@@ -299,8 +301,9 @@ RC_GTEST_PROP(Parts, MovedWoodNeitherOverlapsNorBecomesFree, ()) {
       const auto& p = ring[static_cast<std::size_t>(number(0, static_cast<int>(ring.size())))];
       const auto& q = ring[static_cast<std::size_t>(number(0, static_cast<int>(ring.size())))];
       const double along = number(0, 1001) / 1000.0;
-      const auto place = point<PanelFrame>(p.x.count() + along * (q.x - p.x).count() + number(-500, 500) / 1000.0,
-                                           p.y.count() + along * (q.y - p.y).count() + number(-500, 500) / 1000.0);
+      const double beside = number(-500, 500) / 1000.0, above = number(-500, 500) / 1000.0;
+      const auto place = point<PanelFrame>(p.x.count() + along * (q.x - p.x).count() + beside,
+                                           p.y.count() + along * (q.y - p.y).count() + above);
       if (sure.contains(place) && well_within.contains(map * place)) RC_ASSERT(all.contains(map * place));
     }
   }

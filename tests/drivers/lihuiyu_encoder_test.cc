@@ -29,7 +29,10 @@ Polyline<MachineFrame> random_path(double spread_mm) {
   const int n = *rc::gen::inRange(2, 30);
   const auto offset = [&] { return spread_mm * (*rc::gen::inRange(-100000, 100001)) / 100000.0; };
   Polyline<MachineFrame> path;
-  for (int i = 0; i < n; ++i) path.push_back(point<MachineFrame>(x + offset(), y + offset()));
+  for (int i = 0; i < n; ++i) {
+    const double across = x + offset(), up = y + offset();
+    path.push_back(point<MachineFrame>(across, up));
+  }
   return path;
 }
 

@@ -68,8 +68,8 @@ class MarkReading : public ::testing::Test {
 TEST_F(MarkReading, ReadsEveryLetterAndManyNumbersAtAnyAngle) {
   std::mt19937 random(3);
   for (int i = 0; i < 26; ++i) {
-    const std::string text = std::string(1, static_cast<char>('A' + i)) + std::to_string(random() % 41) + "-" +
-                             std::to_string(random() % 41);
+    const std::string row = std::to_string(random() % 41), column = std::to_string(random() % 41);
+    const std::string text = std::string(1, static_cast<char>('A' + i)) + row + "-" + column;
     const double angle = i * 0.7;
     const auto mark = reader_->read(engraved(text, 2.4, angle, false, random()), kPxPerMm);
     ASSERT_TRUE(mark) << text;

@@ -326,8 +326,8 @@ class SanePnmTest : public SaneBackendsTest {
     shown = cv::Mat(61, 83, CV_8UC3);
     std::mt19937 random(7);
     for (auto byte = shown.begin<cv::Vec3b>(); byte != shown.end<cv::Vec3b>(); ++byte)
-      *byte = cv::Vec3b(static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
-                        static_cast<std::uint8_t>(random()));
+      *byte = cv::Vec3b{static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
+                        static_cast<std::uint8_t>(random())};
     const std::string served = (folder / "served.ppm").string();
     ASSERT_TRUE(cv::imwrite(served, shown));
     settings.device = "pnm:0";

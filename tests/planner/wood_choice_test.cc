@@ -20,9 +20,11 @@ cv::Mat coloured(int columns, int rows, int cell, std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat lab(rows, columns, CV_32FC3), bgr, out;
   for (int top = 0; top < rows; top += cell)
-    for (int left = 0; left < columns; left += cell)
+    for (int left = 0; left < columns; left += cell) {
+      const double yellow = random.uniform(0.0, 40.0), red = random.uniform(-10.0, 30.0), light = random.gaussian(4);
       lab(cv::Rect(left, top, std::min(cell, columns - left), std::min(cell, rows - top)))
-          .setTo(cv::Scalar(60 + random.gaussian(4), random.uniform(-10.0, 30.0), random.uniform(0.0, 40.0)));
+          .setTo(cv::Scalar(60 + light, red, yellow));
+    }
   cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
   bgr.convertTo(out, CV_8UC3, 255);
   return out;
@@ -63,8 +65,9 @@ TEST(WoodChoice, TheColourWeightLowersTheMeanColourDifference) {
   EXPECT_LT(full, 0.8 * without);
 }
 
-// Tan wood of all tones and some red of the middle ones: by tones alone a grey picture takes the red too; once colours
-// count and are mapped to the wood's it is made of the tan alone.
+// Tan wood of all tones and some red of the middle ones: by tones alone grey pictures take the red too; once colours
+// count and are mapped to the wood's they are made of the tan alone. By tones alone 20 pictures had 0 to 12 red pieces
+// of 36, one of them none.
 TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
   StockPanel panel = test::wood_panel("P", 240, 200, 50.8, 1);
   cv::Mat lab(200, 240, CV_32FC3), bgr;
@@ -78,19 +81,23 @@ TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
     }
   cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
   bgr.convertTo(panel.picture.pixels, CV_8UC3, 255);
-  const Artwork artwork = test::blob_artwork("A", 60, 60, 30_mm, 3);  // grey
   PlanOptions options;
   options.patch = 5_mm, options.dpi = 50.8, options.rotations = 2, options.threads = 1, options.w_edge = 0.1;
-  options.w_hist = 1;
+  options.w_hist = 1, options.priority = Priority::kCentre;
   const auto red_pieces = [&] {
-    const auto plan = make_plan({&artwork, 1}, {&panel, 1}, options);
-    EXPECT_TRUE(plan.ok());
-    return std::count_if(plan->pieces.begin(), plan->pieces.end(), [](const Piece& piece) {
-      const Ring<PanelFrame> outline = piece.panel_outline();
-      return bounds(outline).max.x.count() > 170 / 2.0 + 1;
-    });
+    std::ptrdiff_t count = 0;
+    for (const std::uint64_t seed : {3U, 4U, 5U}) {
+      const Artwork artwork = test::blob_artwork("A", 60, 60, 30_mm, seed);
+      const auto plan = make_plan({&artwork, 1}, {&panel, 1}, options);
+      EXPECT_TRUE(plan.ok());
+      count += std::count_if(plan->pieces.begin(), plan->pieces.end(), [](const Piece& piece) {
+        const Ring<PanelFrame> outline = piece.panel_outline();
+        return bounds(outline).max.x.count() > 170 / 2.0 + 1;
+      });
+    }
+    return count;
   };
-  EXPECT_GT(red_pieces(), 3);
+  EXPECT_GT(red_pieces(), 0);
   options.w_colour = 0.5, options.w_gamut = 1;
   EXPECT_EQ(red_pieces(), 0);
 }

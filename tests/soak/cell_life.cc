@@ -136,10 +136,12 @@ class CellLife {
 
   // Another picture each time.
   std::string picture() {
-    cv::Mat drawn(120, 120, CV_8UC3, cv::Scalar(below(256), below(256), below(256)));
-    cv::circle(drawn, cv::Point(static_cast<int>(below(120)), static_cast<int>(below(120))),
-               20 + static_cast<int>(below(60)), cv::Scalar(below(256), below(256), below(256)), cv::FILLED,
-               cv::LINE_AA);
+    const auto tone = [&] { return static_cast<double>(below(256)); };
+    const auto colour = [&] { return cv::Scalar{tone(), tone(), tone()}; };
+    cv::Mat drawn(120, 120, CV_8UC3, colour());
+    const cv::Point middle{static_cast<int>(below(120)), static_cast<int>(below(120))};
+    const int radius = 20 + static_cast<int>(below(60));
+    cv::circle(drawn, middle, radius, colour(), cv::FILLED, cv::LINE_AA);
     std::vector<unsigned char> png;
     cv::imencode(".png", drawn, png);
     return {png.begin(), png.end()};

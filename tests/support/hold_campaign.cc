@@ -210,7 +210,10 @@ class HeldRun {
       at_done_ = 1 + static_cast<int>(random_() % kHoldPieces);
     } else {
       double at = up_to(kHoldPieces * piece_s);
-      if (stratum == 1) at = piece_s * static_cast<double>(1 + random_() % kHoldPieces) - up_to(0.5);
+      if (stratum == 1) {
+        const double end = piece_s * static_cast<double>(1 + random_() % kHoldPieces);
+        at = end - up_to(0.5);
+      }
       moment_ = began_ + Duration(static_cast<Duration::rep>(at * 1e9));
       turns_ = 0;
     }

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,7 +25,8 @@ std::string encoded(const cv::Mat& picture, const std::string& ending) {
 // A few flat and rough patches: short, but with something in every part of the file.
 cv::Mat honest(Random& random, int type) {
   constexpr int kLeast = 32;  // JPEG 2000 cannot be written smaller
-  cv::Mat picture(kLeast + static_cast<int>(random() % 100), kLeast + static_cast<int>(random() % 100), type);
+  const cv::Size size{kLeast + static_cast<int>(random() % 100), kLeast + static_cast<int>(random() % 100)};
+  cv::Mat picture(size, type);
   cv::theRNG().state = random();
   cv::randu(picture, 0, CV_MAT_DEPTH(type) == CV_32F ? 1 : CV_MAT_DEPTH(type) == CV_16U ? 65535 : 255);
   cv::GaussianBlur(picture, picture, {0, 0}, 1 + static_cast<double>(random() % 5));
@@ -102,7 +104,8 @@ HostilePicture hostile_text(Random& random, const std::string& name, const std::
 
 HostilePicture hostile_picture(std::uint64_t seed) {
   Random random(seed);
-  auto [ending, bytes] = honest_file(random);
+  std::string ending, bytes;
+  std::tie(ending, bytes) = honest_file(random);
   const std::string original = bytes;
   const auto told = [&](std::string what) {
     const bool same = bytes == original;

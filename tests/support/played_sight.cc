@@ -41,7 +41,8 @@ struct Played {
 
   Point<CameraFrame> seen(Vec2 bed, double height, double noise_px) {
     const Vec2 px = truth.camera.pixel(bed, height);
-    return point<CameraFrame>(px.x + noise_px * noise.normal(), px.y + noise_px * noise.normal());
+    const double y = px.y + noise_px * noise.normal(), x = px.x + noise_px * noise.normal();
+    return point<CameraFrame>(x, y);
   }
 };
 

@@ -54,9 +54,11 @@ inline Artwork blob_artwork(const std::string& letter, int columns, int rows, Mi
     for (int c = 0; c < columns; ++c)
       picture.at<cv::Vec3b>(r, c) =
           cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(40 + 150.0 * (r + c) / (rows + columns)));
-  for (int i = 0; i < 4; ++i)
-    cv::circle(picture, {random.uniform(0, columns), random.uniform(0, rows)}, random.uniform(2, columns / 4 + 3),
-               cv::Scalar::all(random.uniform(0, 255)), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 4; ++i) {
+    const int tone = random.uniform(0, 255), radius = random.uniform(2, columns / 4 + 3);
+    const cv::Point middle{random.uniform(0, columns), random.uniform(0, rows)};
+    cv::circle(picture, middle, radius, cv::Scalar::all(tone), cv::FILLED, cv::LINE_AA);
+  }
   const ArtworkSize size = artwork_size(picture, shorter);
   return {"blobs " + letter, letter, picture, size.width, size.height};
 }

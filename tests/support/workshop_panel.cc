@@ -175,7 +175,8 @@ class Painter {
 
   void crack(int strip, double left, double right, double low, double high) {
     const double width = random_.uniform(0.3, 1.2), length = random_.uniform(15.0, std::min(60.0, (high - low) * 0.8));
-    cv::Point2d at(random_.uniform(left + 3, right - 3), random_.uniform(low, high - length));
+    cv::Point2d at;
+    at.y = random_.uniform(low, high - length), at.x = random_.uniform(left + 3, right - 3);
     if (random_.uniform(0, 2) == 1) at.y = low - 0.5;  // from the strip's end
     panel_.faults.push_back({Matter::kCrack, "crack", strip, at, width});
     const bool deep = random_.uniform(0, 2) == 1;

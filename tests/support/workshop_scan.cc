@@ -47,7 +47,8 @@ void lay_hairs(cv::Mat& scan, double out_px, const Order& order, Panel& panel) {
     const int width = std::max(1, static_cast<int>(std::lround(random.uniform(0.06, 0.20) * out_px * kFine)));
     const double length = random.uniform(8.0, 40.0), step = 0.5;
     const double grey = random.uniform(0, 3) > 0 ? random.uniform(25.0, 110.0) : random.uniform(190.0, 230.0);
-    cv::Point2d at(random.uniform(0.2, 0.8) * fine.cols, random.uniform(0.2, 0.8) * fine.rows);
+    cv::Point2d at;
+    at.y = random.uniform(0.2, 0.8) * fine.rows, at.x = random.uniform(0.2, 0.8) * fine.cols;
     double way = random.uniform(0.0, 2 * kPi), bend = random.uniform(-0.06, 0.06);
     for (double s = 0; s < length; s += step) {
       const cv::Point2d next = at + cv::Point2d(std::cos(way), std::sin(way)) * (step * out_px * kFine);

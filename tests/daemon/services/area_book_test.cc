@@ -56,8 +56,8 @@ Scene any_scene() {
   Scene scene;
   const auto rectangles = *rc::gen::inRange(0, 6);
   for (int i = 0; i < rectangles; ++i) {
-    const cv::Rect place(*rc::gen::inRange(0, kColumns), *rc::gen::inRange(0, kRows), *rc::gen::inRange(1, kColumns),
-                         *rc::gen::inRange(1, kRows));
+    const cv::Rect place{*rc::gen::inRange(0, kColumns), *rc::gen::inRange(0, kRows), *rc::gen::inRange(1, kColumns),
+                         *rc::gen::inRange(1, kRows)};
     scene.mask.pixels(place & cv::Rect(0, 0, kColumns, kRows)) = *rc::gen::element(0, 1, 255);
   }
   for (double x = 2.5; x < 25; x += 5)

@@ -52,7 +52,10 @@ RC_GTEST_PROP(Brush, WithholdsAllThatWasPaintedAndGivesNothingElse, ()) {
   const double width = 0.5 + *mm(59);
   BrushStroke stroke;
   const int points = *rc::gen::inRange(1, 30);
-  for (int i = 0; i < points; ++i) stroke.push_back(at(*mm(60), *mm(60)));
+  for (int i = 0; i < points; ++i) {
+    const double x = *mm(60), y = *mm(60);
+    stroke.push_back(at(x, y));
+  }
   const auto withheld = brushed({stroke}, Millimetres(width), BrushEdge::kOutwards);
   const auto given = brushed({stroke}, Millimetres(width), BrushEdge::kInwards);
   RC_ASSERT(withheld.ok());

@@ -14,10 +14,12 @@ namespace {
 constexpr ScanResolution kFourPixels{4};  // to the millimetre
 
 Raster<PanelFrame> speckled_wood() {
-  Raster<PanelFrame> out{cv::Mat(*rc::gen::inRange(1, 90), *rc::gen::inRange(1, 90), CV_8UC1, cv::Scalar(255)),
-                         kFourPixels};
-  for (int i = 0, n = *rc::gen::inRange(0, 12); i < n; ++i)
-    cv::circle(out.pixels, {*rc::gen::inRange(0, 90), *rc::gen::inRange(0, 90)}, *rc::gen::inRange(0, 9), {0}, -1);
+  const cv::Size size{*rc::gen::inRange(1, 90), *rc::gen::inRange(1, 90)};
+  Raster<PanelFrame> out{cv::Mat(size, CV_8UC1, cv::Scalar(255)), kFourPixels};
+  for (int i = 0, n = *rc::gen::inRange(0, 12); i < n; ++i) {
+    const cv::Point middle{*rc::gen::inRange(0, 90), *rc::gen::inRange(0, 90)};
+    cv::circle(out.pixels, middle, *rc::gen::inRange(0, 9), {0}, -1);
+  }
   return out;
 }
 

@@ -16,12 +16,13 @@ Raster<PanelFrame> wood(int columns, int rows, int value) {
 
 // Rectangles of free wood with holes in them, of up to 24 x 20 pixels.
 Raster<PanelFrame> any_wood() {
-  auto out = wood(*rc::gen::inRange(1, 25), *rc::gen::inRange(1, 21), 0);
+  const int columns = *rc::gen::inRange(1, 25), rows = *rc::gen::inRange(1, 21);
+  auto out = wood(columns, rows, 0);
   const cv::Rect all(0, 0, out.pixels.cols, out.pixels.rows);
   const auto patch = [&](int most, int value) {
-    out.pixels(cv::Rect(*rc::gen::inRange(0, all.width), *rc::gen::inRange(0, all.height), *rc::gen::inRange(1, most),
-                        *rc::gen::inRange(1, most)) &
-               all) = value;
+    const cv::Rect place{*rc::gen::inRange(0, all.width), *rc::gen::inRange(0, all.height), *rc::gen::inRange(1, most),
+                         *rc::gen::inRange(1, most)};
+    out.pixels(place & all) = value;
   };
   const int patches = *rc::gen::inRange(0, 4), holes = *rc::gen::inRange(0, 4);
   for (int i = 0; i < patches; ++i) patch(25, 255);

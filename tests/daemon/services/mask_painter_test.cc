@@ -20,7 +20,7 @@ Raster<PanelFrame> mask_of(unsigned char value) {
 Region<PanelFrame> any_outline() {
   Ring<PanelFrame> ring;
   const auto mm = [](int most) { return *rc::gen::inRange(-2000, most * 1000) / 1000.0; };
-  for (int i = 0; i < 5; ++i) ring.push_back(point<PanelFrame>(mm(62), mm(42)));
+  for (int i = 0; i < 5; ++i) ring.push_back({Millimetres(mm(62)), Millimetres(mm(42))});
   return Region<PanelFrame>(ring);
 }
 

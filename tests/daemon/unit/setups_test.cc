@@ -129,7 +129,8 @@ TEST(Setups, APanelLargerBothWaysTakesAtLeastFour) {
 
 RC_GTEST_PROP(Setups, KeepTheirPromiseForAnyPanel, ()) {
   const int width = *rc::gen::inRange(200, 1000), height = *rc::gen::inRange(150, 700);
-  SetupInput in = panel(width, height, *rc::gen::inRange(1, 9), *rc::gen::inRange(1, 7));
+  const int columns = *rc::gen::inRange(1, 9), rows = *rc::gen::inRange(1, 7);
+  SetupInput in = panel(width, height, columns, rows);
   tag_edges(in, *rc::gen::inRange(60, 200));
   const auto setups = plan_setups(in);
   if (!setups.ok()) return;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -203,8 +204,15 @@ TEST_F(Refined, SayWhichPiecesCannotBeMade) {
 
 TEST_F(Refined, MoveWherePiecesCanBeMadeThoughOthersCannot) {
   PlanOptions two_sizes = options();
-  two_sizes.patch = 4_mm, two_sizes.adaptive_levels = 1, two_sizes.adaptive_factor = 1.6, two_sizes.min_width = 3.2_mm;
-  const Plan plan = planned(artworks_, stock_, two_sizes);
+  two_sizes.patch = 4_mm, two_sizes.adaptive_levels = 1, two_sizes.adaptive_factor = 1.4, two_sizes.min_width = 3.2_mm;
+  // As many large patches as make sure that two of them meet; the small ones are too small.
+  Plan plan;
+  std::ptrdiff_t large = 0;
+  while (large < 8 && two_sizes.adaptive_factor < 9) {
+    two_sizes.adaptive_factor += 0.2;
+    plan = planned(artworks_, stock_, two_sizes);
+    large = std::ranges::count_if(plan.pieces, [](const Piece& piece) { return piece.cells == 2; });
+  }
   EXPECT_THAT(plan.warnings, ::testing::Contains(HasSubstr("is too small to be handled")));
   EXPECT_LT(plan.refined->cost_refined, plan.refined->cost_before);
   assert_own_wood(plan, stock_, two_sizes);

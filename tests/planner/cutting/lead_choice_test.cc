@@ -242,7 +242,7 @@ RC_GTEST_PROP(LeadChoice, TakesNobodysWoodWhateverTheOutlines, ()) {
     }
   LeadRoom room = sheet(75, 75);
   for (int i = 0; i < 6; ++i)
-    room.free.pixels(cv::Rect(*rc::gen::inRange(0, 700), *rc::gen::inRange(0, 700), 40, 40)).setTo(0);
+    room.free.pixels(cv::Rect{*rc::gen::inRange(0, 700), *rc::gen::inRange(0, 700), 40, 40}).setTo(0);
   // Pieces themselves lie on free wood, always.
   for (const auto& piece : pieces) {
     const auto box = bounds(piece.allocation.rings().front());

@@ -337,12 +337,14 @@ TEST(GlobalPlan, TheClockStopsItAfterWholeLegsThatIterationsRepeat) {
 RC_GTEST_PROP(Footprint, AgreesWithTheRuleOfFreeWood, ()) {
   const auto number = [](int low, int high) { return *rc::gen::inRange(low * 1000, high * 1000) / 1000.0; };
   const Millimetres kerf(number(0, 1));
-  const auto square = [](double w, double h) {
+  const auto rectangle = [&] {
+    const double w = number(2, 8), h = number(2, 8);
     return Ring<ArtworkFrame>{point<ArtworkFrame>(3, 5), point<ArtworkFrame>(3 + w, 5),
                               point<ArtworkFrame>(3 + w, 5 + h), point<ArtworkFrame>(3, 5 + h)};
   };
-  const Ring<ArtworkFrame> a = square(number(2, 8), number(2, 8)), b = square(number(2, 8), number(2, 8));
-  const Pose at_a = pose_at(0, 50, 50, number(0, 7)), at_b = pose_at(0, number(40, 60), number(40, 60), number(0, 7));
+  const Ring<ArtworkFrame> a = rectangle(), b = rectangle();
+  const double turn_a = number(0, 7), x = number(40, 60), y = number(40, 60), turn_b = number(0, 7);
+  const Pose at_a = pose_at(0, 50, 50, turn_a), at_b = pose_at(0, x, y, turn_b);
   Raster<PanelFrame> free;
   free.pixels = cv::Mat(100, 100, CV_8UC1, cv::Scalar(255));
   free.resolution = ScanResolution{1};

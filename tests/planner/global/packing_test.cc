@@ -85,7 +85,8 @@ TEST_P(PackingOfSeed, FindsRoomForAllThatAreKnownToFit) {
   for (int tried = 0; tried < 3000; ++tried) {
     const int columns = random.uniform(1, 5), rows = random.uniform(1, 5);
     const double angle = 2 * CV_PI * random.uniform(0, options.rotations) / options.rotations;
-    const cv::RotatedRect block(cv::Point2f(random.uniform(0.F, 400.F), random.uniform(0.F, 300.F)),
+    const cv::Point2f centre{random.uniform(0.F, 400.F), random.uniform(0.F, 300.F)};
+    const cv::RotatedRect block(centre,
                                 cv::Size2f(static_cast<float>(columns * side) + 3, static_cast<float>(rows * side) + 3),
                                 static_cast<float>(-angle * 180 / CV_PI));
     cv::Point2f corners[4];

@@ -54,20 +54,24 @@ constexpr FabricationLimits kLimits{1.5_mm, SquareMillimetres(4)};
 cv::Mat random_labels(cv::Size size, int sites, int specks, std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat seeds(size, CV_8UC1, cv::Scalar(255)), distance, labels;
-  for (int i = 0; i < sites; ++i)
-    seeds.at<std::uint8_t>(random.uniform(0, size.height), random.uniform(0, size.width)) = 0;
+  for (int i = 0; i < sites; ++i) {
+    const cv::Point site{random.uniform(0, size.width), random.uniform(0, size.height)};
+    seeds.at<std::uint8_t>(site) = 0;
+  }
   cv::distanceTransform(seeds, distance, labels, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
-  for (int i = 0; i < specks; ++i)
-    cv::ellipse(labels, {random.uniform(0, size.width), random.uniform(0, size.height)},
-                {random.uniform(0, 9), random.uniform(0, 9)}, random.uniform(0, 180), 0, 360,
-                cv::Scalar(1000 + random.uniform(0, 5)), random.uniform(1, 3));
+  for (int i = 0; i < specks; ++i) {
+    const cv::Point middle{random.uniform(0, size.width), random.uniform(0, size.height)};
+    const cv::Size axes{random.uniform(0, 9), random.uniform(0, 9)};
+    const int turn = random.uniform(0, 180), label = 1000 + random.uniform(0, 5), width = random.uniform(1, 3);
+    cv::ellipse(labels, middle, axes, turn, 0, 360, cv::Scalar(label), width);
+  }
   return labels;
 }
 
 RC_GTEST_PROP(FabricablePartition, OfAnyLabelsCoversTheArtworkInPiecesThatCanBeCut, ()) {
-  const cv::Size size(*rc::gen::inRange(20, 200), *rc::gen::inRange(20, 200));
-  const cv::Mat labels =
-      random_labels(size, *rc::gen::inRange(1, 60), *rc::gen::inRange(0, 12), *rc::gen::arbitrary<std::uint64_t>());
+  const cv::Size size{*rc::gen::inRange(20, 200), *rc::gen::inRange(20, 200)};
+  const int sites = *rc::gen::inRange(1, 60), specks = *rc::gen::inRange(0, 12);
+  const cv::Mat labels = random_labels(size, sites, specks, *rc::gen::arbitrary<std::uint64_t>());
   const double mm_per_px = *rc::gen::inRange(20, 70) / 100.0;
   const Millimetres width(size.width * mm_per_px), height(size.height * mm_per_px * 1.01);
   const Smoothness smoothness = *rc::gen::element(Smoothness::kG0, Smoothness::kG1);
@@ -81,7 +85,7 @@ RC_GTEST_PROP(FabricablePartition, OfAnyLabelsCoversTheArtworkInPiecesThatCanBeC
 }
 
 RC_GTEST_PROP(LabelRegions, AreSimplyConnectedAndNumberedInReadingOrder, ()) {
-  const cv::Size size(*rc::gen::inRange(1, 40), *rc::gen::inRange(1, 40));
+  const cv::Size size{*rc::gen::inRange(1, 40), *rc::gen::inRange(1, 40)};
   cv::Mat labels(size, CV_32SC1);
   cv::RNG random(*rc::gen::arbitrary<std::uint64_t>());
   random.fill(labels, cv::RNG::UNIFORM, 0, *rc::gen::inRange(1, 6));

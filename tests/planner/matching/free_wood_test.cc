@@ -56,6 +56,16 @@ TEST(FreeWood, OutlinesStayTwiceTheKerfApart) {
   EXPECT_TRUE(wood.admits(square(40 + diagonal + 0.01, 25, 10, degrees(45))));
 }
 
+// How something lies on a sheet of 60 x 40 mm.
+struct Lie {
+  double x, y, side;
+  Radians turn;
+};
+Lie any_lie(int largest) {
+  return {*rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
+          *rc::gen::inRange(3000, 1000 * largest) / 1000.0, degrees(*rc::gen::inRange(0, 360))};
+}
+
 RC_GTEST_PROP(FreeWood, WhatItAdmitsTheLedgersPolygonsAdmitToo, ()) {
   const Millimetres kerf(*rc::gen::inRange(0, 60) / 100.0);
   FreeWood wood(free_raster(60, 40), kerf, 0_mm);
@@ -63,8 +73,8 @@ RC_GTEST_PROP(FreeWood, WhatItAdmitsTheLedgersPolygonsAdmitToo, ()) {
   const Region<PanelFrame> sheet(Ring<PanelFrame>{point<PanelFrame>(0, 0), point<PanelFrame>(60, 0),
                                                   point<PanelFrame>(60, 40), point<PanelFrame>(0, 40)});
   for (int i = 0; i < 40; ++i) {
-    const auto outline = square(*rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
-                                *rc::gen::inRange(3000, 9000) / 1000.0, degrees(*rc::gen::inRange(0, 360)));
+    const Lie lie = any_lie(9);
+    const auto outline = square(lie.x, lie.y, lie.side, lie.turn);
     if (!wood.admits(outline)) continue;
     wood.allocate(outline);
     const Region<PanelFrame> allocation = offset(Region<PanelFrame>(outline), kerf);
@@ -74,10 +84,10 @@ RC_GTEST_PROP(FreeWood, WhatItAdmitsTheLedgersPolygonsAdmitToo, ()) {
   }
 }
 
-Ring<PanelFrame> laid(const test::Shape& shape, double x, double y, double side, Radians turn) {
+Ring<PanelFrame> laid(const test::Shape& shape, const Lie& lie) {
   Ring<PanelFrame> upright;
-  for (const auto& [u, v] : shape) upright.push_back(point<PanelFrame>(side * (u - 0.5), side * (v - 0.5)));
-  return Isometry2<PanelFrame, PanelFrame>(turn, point<PanelFrame>(x, y)) * upright;
+  for (const auto& [u, v] : shape) upright.push_back(point<PanelFrame>(lie.side * (u - 0.5), lie.side * (v - 0.5)));
+  return Isometry2<PanelFrame, PanelFrame>(lie.turn, point<PanelFrame>(lie.x, lie.y)) * upright;
 }
 
 // Shapes of all kinds side by side, judged by the ledger's polygons in both directions.
@@ -102,8 +112,7 @@ RC_GTEST_PROP(FreeWood, DecidesAsTheLedgersPolygonsDoForAnyShape, ()) {
                               : number % 5 == 2 ? test::meander(number)
                               : number % 5 == 3 ? test::triangle(number)
                                                 : test::star(number);
-    const auto outline = laid(shape, *rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
-                              *rc::gen::inRange(3000, 15000) / 1000.0, degrees(*rc::gen::inRange(0, 360)));
+    const auto outline = laid(shape, any_lie(15));
     const bool admitted = wood.admits(outline);
     const Region<PanelFrame> allocation = offset(Region<PanelFrame>(outline), kerf);
     const Region<PanelFrame> wider = offset(Region<PanelFrame>(outline), kerf + Millimetres(kRounding));
@@ -128,9 +137,7 @@ RC_GTEST_PROP(FreeWood, AdmitsAgainWhatItAdmittedInAnyOrder, ()) {
   std::vector<Ring<PanelFrame>> admitted;
   for (int i = 0; i < 60; ++i) {
     const auto number = *rc::gen::inRange<std::size_t>(0, 1000);
-    const auto outline = laid(number % 2 == 0 ? test::ell(number) : test::crescent(number),
-                              *rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
-                              *rc::gen::inRange(3000, 9000) / 1000.0, degrees(*rc::gen::inRange(0, 360)));
+    const auto outline = laid(number % 2 == 0 ? test::ell(number) : test::crescent(number), any_lie(9));
     if (!wood.admits(outline)) continue;
     wood.allocate(outline);
     admitted.push_back(outline);
@@ -147,29 +154,29 @@ RC_GTEST_PROP(FreeWood, AdmitsAgainWhatItAdmittedInAnyOrder, ()) {
 TEST(FreeWood, AsksForNoSlackOnceMore) {
   FreeWood wood(free_raster(100, 50), 0.5_mm, 0_mm);
   const test::Shape shape{{0, 0}, {1, 0}, {1, 0.4}, {0.4, 0.4}, {0.4, 1}, {0, 1}};
-  wood.allocate(laid(shape, 30, 25, 10, degrees(0)));
-  const auto close = laid(shape, 30 + 11.002, 25, 10, degrees(0));
+  wood.allocate(laid(shape, {30, 25, 10, degrees(0)}));
+  const auto close = laid(shape, {30 + 11.002, 25, 10, degrees(0)});
   EXPECT_FALSE(wood.admits(close));
   EXPECT_TRUE(wood.admits_again(close));
-  EXPECT_FALSE(wood.admits_again(laid(shape, 30 + 10.99, 25, 10, degrees(0))));
+  EXPECT_FALSE(wood.admits_again(laid(shape, {30 + 10.99, 25, 10, degrees(0)})));
 }
 
 TEST(FreeWood, GrantsTwoLsInOneAnothersNotch) {
   FreeWood wood(free_raster(100, 50), 0.5_mm, 0_mm);
   // Arms of 4 mm and notches of 6: each has an arm in the other's.
   const test::Shape shape{{0, 0}, {1, 0}, {1, 0.4}, {0.4, 0.4}, {0.4, 1}, {0, 1}};
-  ASSERT_TRUE(wood.admits(laid(shape, 30, 25, 10, degrees(0))));
-  wood.allocate(laid(shape, 30, 25, 10, degrees(0)));
-  EXPECT_FALSE(wood.admits(laid(shape, 30 - 1.01, 25 + 5.02, 10, degrees(180)))) << "less than twice the kerf apart";
-  EXPECT_TRUE(wood.admits(laid(shape, 30 - 0.98, 25 + 5.02, 10, degrees(180))));
-  EXPECT_FALSE(wood.admits(laid(shape, 30 - 0.98, 25 + 4.99, 10, degrees(180))));
+  ASSERT_TRUE(wood.admits(laid(shape, {30, 25, 10, degrees(0)})));
+  wood.allocate(laid(shape, {30, 25, 10, degrees(0)}));
+  EXPECT_FALSE(wood.admits(laid(shape, {30 - 1.01, 25 + 5.02, 10, degrees(180)}))) << "less than twice the kerf apart";
+  EXPECT_TRUE(wood.admits(laid(shape, {30 - 0.98, 25 + 5.02, 10, degrees(180)})));
+  EXPECT_FALSE(wood.admits(laid(shape, {30 - 0.98, 25 + 4.99, 10, degrees(180)})));
   // A small square in the notch, and a blocked pixel there that harms nobody.
   EXPECT_TRUE(wood.admits(square(32.51, 27.51, 4.9)));
   Raster<PanelFrame> holed = free_raster(100, 50);
   holed.pixels.at<std::uint8_t>(49 - 27, 32) = 0;
-  EXPECT_TRUE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, 30, 25, 10, degrees(0))));
+  EXPECT_TRUE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, {30, 25, 10, degrees(0)})));
   holed.pixels.at<std::uint8_t>(49 - 21, 32) = 0;
-  EXPECT_FALSE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, 30, 25, 10, degrees(0))));
+  EXPECT_FALSE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, {30, 25, 10, degrees(0)})));
 }
 
 TEST(FreeWood, ANotchThatGrowthClosesLeavesItsMiddleToOthers) {
@@ -177,7 +184,7 @@ TEST(FreeWood, ANotchThatGrowthClosesLeavesItsMiddleToOthers) {
   // A C of 20 mm with a mouth of 0.8 mm and a room of 12 x 12 mm.
   const test::Shape shape{{0, 0},     {1, 0},     {1, 0.48},   {0.8, 0.48}, {0.8, 0.2}, {0.2, 0.2},
                           {0.2, 0.8}, {0.8, 0.8}, {0.8, 0.52}, {1, 0.52},   {1, 1},     {0, 1}};
-  wood.allocate(laid(shape, 30, 30, 20, degrees(0)));
+  wood.allocate(laid(shape, {30, 30, 20, degrees(0)}));
   EXPECT_TRUE(wood.admits(square(30, 30, 9.98)));
   EXPECT_FALSE(wood.admits(square(30, 30, 10.02)));
 }
@@ -195,7 +202,8 @@ RC_GTEST_PROP(Footprint, OfConcaveOutlinesAreNeverTooSmall, ()) {
   };
   const auto a = outline(*rc::gen::inRange<std::size_t>(0, 1000)), b = outline(*rc::gen::inRange<std::size_t>(0, 1000));
   const auto number = [](int low, int high) { return *rc::gen::inRange(low * 1000, high * 1000) / 1000.0; };
-  const Pose at_a = pose_at(0, 30, 30, number(0, 7)), at_b = pose_at(0, number(18, 42), number(18, 42), number(0, 7));
+  const double turn_a = number(0, 7), x = number(18, 42), y = number(18, 42), turn_b = number(0, 7);
+  const Pose at_a = pose_at(0, 30, 30, turn_a), at_b = pose_at(0, x, y, turn_b);
   const Footprint fa(a, kerf + FreeWood::kSlack), fb(b, kerf + FreeWood::kSlack);
   FreeWood wood(free_raster(60, 60), kerf, 0_mm);
   wood.allocate(fa.panel_from_artwork(at_a) * a);
@@ -208,7 +216,10 @@ RC_GTEST_PROP(Clearance, RulesOutOnlyWhatFreeWoodRefuses, ()) {
   const Millimetres kerf(*rc::gen::inRange(0, 60) / 100.0);
   Raster<PanelFrame> raster = free_raster(70, 60);
   cv::RNG random(seed);
-  for (int i = 0; i < 20; ++i) raster.pixels.at<std::uint8_t>(random.uniform(0, 60), random.uniform(0, 70)) = 0;
+  for (int i = 0; i < 20; ++i) {
+    const cv::Point blocked{random.uniform(0, 70), random.uniform(0, 60)};
+    raster.pixels.at<std::uint8_t>(blocked) = 0;
+  }
   FreeWood wood(raster, kerf, 0_mm);
   // Features at twice the stock's resolution.
   Raster<PanelFrame> picture;

@@ -48,8 +48,9 @@ test::Shape any_shape() {
 
 RC_GTEST_PROP(PatchPixels, AreThoseWhoseCentreLiesInside, ()) {
   const auto mm = [](int low, int high) { return *rc::gen::inRange(low, high) / 1000.0; };
-  const Ring<ArtworkFrame> outline =
-      laid(any_shape(), mm(-3000, 12000), mm(-3000, 12000), mm(300, 15000), mm(300, 15000));
+  const test::Shape shape = any_shape();
+  const double x = mm(-3000, 12000), y = mm(-3000, 12000), width = mm(300, 15000), height = mm(300, 15000);
+  const Ring<ArtworkFrame> outline = laid(shape, x, y, width, height);
   const PatchPixels pixels = patch_pixels(outline, kGrid, kSide, kSide);
   cv::Mat counted(kSide, kSide, CV_8UC1, cv::Scalar(0));
   std::int64_t count = 0;
@@ -77,9 +78,10 @@ RC_GTEST_PROP(PatchPixels, OfNeighboursAreApartAndTogetherAll, ()) {
   // A square cut in two along a jagged line with corners on pixel centres too.
   std::vector<Point<ArtworkFrame>> line;
   const int corners = *rc::gen::inRange(1, 6);
-  for (int k = 0; k <= corners + 1; ++k)
-    line.push_back(
-        point<ArtworkFrame>(*rc::gen::inRange(8, 33) / 2.0 + *rc::gen::inRange(0, 3) * 0.25, 20.0 * k / (corners + 1)));
+  for (int k = 0; k <= corners + 1; ++k) {
+    const double half = *rc::gen::inRange(8, 33) / 2.0, x = half + *rc::gen::inRange(0, 3) * 0.25;
+    line.push_back(point<ArtworkFrame>(x, 20.0 * k / (corners + 1)));
+  }
   Ring<ArtworkFrame> left{point<ArtworkFrame>(0, 20), point<ArtworkFrame>(0, 0)};
   left.insert(left.end(), line.begin(), line.end());
   Ring<ArtworkFrame> right{point<ArtworkFrame>(20, 0), point<ArtworkFrame>(20, 20)};

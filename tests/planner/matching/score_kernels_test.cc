@@ -24,9 +24,10 @@ TEST(ScoreKernels, EveryVersionGivesThePlainOnesNumbers) {
     for (const auto& map : maps) blocks.push_back(map.data());
     std::vector<std::int32_t> offsets(kCells + 64), taps;
     for (auto& offset : offsets) offset = static_cast<std::int32_t>(random() % (1U << 28));
-    for (int i = 0; i < pairs * rows * columns; ++i)
-      taps.push_back(static_cast<std::int32_t>(static_cast<std::uint16_t>(entry()) |
-                                               static_cast<std::uint32_t>(static_cast<std::uint16_t>(entry())) << 16));
+    for (int i = 0; i < pairs * rows * columns; ++i) {
+      const auto low = static_cast<std::uint16_t>(entry()), high = static_cast<std::uint16_t>(entry());
+      taps.push_back(static_cast<std::int32_t>(low | static_cast<std::uint32_t>(high) << 16));
+    }
     // A number of groups that no unrolling divides; side by side, overlapping and out of order.
     const std::vector<std::uint32_t> groups{16, 32, 48, 64, 0, 5, 240, 96, 33, 128, 144};
     const auto run = [&](ScoreGroups kernel) {

@@ -45,10 +45,12 @@ cv::Mat upright_step() {
 cv::Mat blobs(std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat out(kDrawn, kDrawn, CV_8UC1, cv::Scalar(random.uniform(0, 256)));
-  for (int i = 0; i < 12; ++i)
-    cv::ellipse(out, {random.uniform(0, kDrawn), random.uniform(0, kDrawn)},
-                {random.uniform(2, 90), random.uniform(2, 90)}, random.uniform(0, 180), 0, 360,
-                cv::Scalar(random.uniform(0, 256)), cv::FILLED);
+  for (int i = 0; i < 12; ++i) {
+    const int tone = random.uniform(0, 256), turn = random.uniform(0, 180);
+    const cv::Size axes{random.uniform(2, 90), random.uniform(2, 90)};
+    const cv::Point middle{random.uniform(0, kDrawn), random.uniform(0, kDrawn)};
+    cv::ellipse(out, middle, axes, turn, 0, 360, cv::Scalar(tone), cv::FILLED);
+  }
   return out;
 }
 

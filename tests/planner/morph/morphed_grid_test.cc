@@ -40,10 +40,12 @@ cv::Mat step(double top, double bottom) {
 cv::Mat shapes(std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat out(kSide, kSide, CV_8UC3, cv::Scalar::all(random.uniform(0, 256)));
-  for (int i = 0; i < 12; ++i)
-    cv::ellipse(out, {random.uniform(0, kSide), random.uniform(0, kSide)},
-                {random.uniform(2, 70), random.uniform(2, 70)}, random.uniform(0, 180), 0, 360,
-                cv::Scalar::all(random.uniform(0, 256)), cv::FILLED);
+  for (int i = 0; i < 12; ++i) {
+    const int tone = random.uniform(0, 256), turn = random.uniform(0, 180);
+    const cv::Size axes{random.uniform(2, 70), random.uniform(2, 70)};
+    const cv::Point middle{random.uniform(0, kSide), random.uniform(0, kSide)};
+    cv::ellipse(out, middle, axes, turn, 0, 360, cv::Scalar::all(tone), cv::FILLED);
+  }
   return out;
 }
 

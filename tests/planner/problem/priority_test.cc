@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -98,13 +99,39 @@ TEST(Order, ImportanceMovesPatchesForward) {
   EXPECT_NEAR(important.front(), 10 / 255.0, 1e-6);
   EXPECT_NEAR(important.back(), 1, 1e-6);
   SaliencyMaps maps;
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency, maps));
-  for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_GE(patches[order[i]].row, 5) << i;
-    EXPECT_GE(patches[order[i]].column, 5) << i;
-  }
+  const auto weighed = urgencies(artwork, patches, Priority::kSaliency, maps);
   artwork.importance = cv::Mat();
   EXPECT_EQ(importances(artwork, patches), std::vector<double>(patches.size(), 1.0));
+  const auto plain = urgencies(artwork, patches, Priority::kSaliency, maps);
+  // What matters keeps its urgency, all else has a 25th of its own.
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const int third = std::min(patches[i].row, patches[i].column);
+    if (third == 5) continue;  // on the third's rim
+    if (third > 5) inside.push_back(i);
+    EXPECT_NEAR(weighed[i], plain[i] * important[i], 1e-6 * plain[i]) << i;
+  }
+  const auto moved = by_urgency(weighed), before = by_urgency(plain);
+  const auto place = [](const std::vector<std::size_t>& order, std::size_t patch) {
+    return std::find(order.begin(), order.end(), patch) - order.begin();
+  };
+  std::ptrdiff_t forward = 0;
+  for (const std::size_t i : inside) {
+    EXPECT_LE(place(moved, i), place(before, i));
+    forward += place(before, i) - place(moved, i);
+  }
+  EXPECT_GT(forward, 0);
+}
+
+// A picture may be planned several times, with what matters marked in it anew.
+TEST(Order, ImportanceIsCountedOnceInEachPlanOfAPicture) {
+  Artwork artwork = blob_artwork("A", 60, 60, 20_mm, 3);
+  const auto patches = grid_layout(artwork.width, artwork.height, 5_mm);
+  artwork.importance = cv::Mat(60, 60, CV_8UC1, cv::Scalar(51));
+  SaliencyMaps maps;
+  const auto once = urgencies(artwork, patches, Priority::kSaliency, maps);
+  EXPECT_EQ(urgencies(artwork, patches, Priority::kSaliency, maps), once);
+  EXPECT_EQ(cv::norm(maps.of(artwork.picture), saliency_of(artwork.picture), cv::NORM_INF), 0);
 }
 
 // What lies in the notch of an L or beyond a slope is not the patch's.

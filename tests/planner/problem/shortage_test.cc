@@ -99,10 +99,11 @@ TEST_P(ScarceWood, OffersSmallerPatchesThatReallyFit) {
   const Artwork artwork = black_and_white(GetParam().side);
   StockPanel panel = clear_panel(GetParam().columns, GetParam().rows);
   cv::RNG random(7);
-  for (int i = 0; i < GetParam().holes; ++i)
-    cv::circle(panel.free.pixels,
-               {random.uniform(0, panel.free.pixels.cols), random.uniform(0, panel.free.pixels.rows)},
-               random.uniform(1, 6), cv::Scalar(0), cv::FILLED);
+  for (int i = 0; i < GetParam().holes; ++i) {
+    const int radius = random.uniform(1, 6);
+    const cv::Point middle{random.uniform(0, panel.free.pixels.cols), random.uniform(0, panel.free.pixels.rows)};
+    cv::circle(panel.free.pixels, middle, radius, cv::Scalar(0), cv::FILLED);
+  }
   const Plan plan = planned(artwork, panel, options());
   ASSERT_TRUE(plan.shortage && plan.shortage->smaller);
   const auto smaller = *plan.shortage->smaller;
