@@ -79,6 +79,7 @@ class ShortlistSearch {
   std::vector<std::int32_t> taps_;
   std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
   bool complete_ = true;  // no cell was dropped
+  int most_alike_ = 0;    // cells of one neighbourhood in a list of several places
   std::vector<std::int16_t> samples_;
   std::vector<float> bounds_;  // of one lattice, while scoring
   // Of one row, while scoring.
