@@ -318,11 +318,11 @@ SheetRectangle fit_rectangle(const std::vector<Point<JoinedFrame>>& border, doub
     if (-std::sin(turned) * up_x + std::cos(turned) * up_y > -std::sin(angle) * up_x + std::cos(angle) * up_y)
       angle = turned;
   }
-  constexpr double kOffASide = 0.75;  // mm off the line that a side begins with
+  constexpr double kNearSide = 0.75;  // mm off the line that a side begins with
   const Eigen::Vector2d centre(rough.center.x, rough.center.y);
   const auto find = [&](double direction, double outwards) {
     const Side begin = outermost_line(all, direction, outwards, centre);
-    return fit_side(all, begin.angle, begin.offset, kOffASide);
+    return fit_side(all, begin.angle, begin.offset, kNearSide);
   };
   const Side lower = find(angle, -1);
 

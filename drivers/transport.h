@@ -16,7 +16,7 @@ class Transport {
   using OnClosed = std::function<void(Error)>;  // the link is gone; said once
   virtual ~Transport() = default;
 
-  // Opens exclusively. kUnavailable names the port and the remedy.
+  // Opens for one program at a time (serial_transport.h). kUnavailable names the port and the remedy.
   virtual Status open(OnBytes on_bytes, OnClosed on_closed) = 0;
   // Queues bytes behind those already waiting; order is kept. Ignored when closed.
   virtual void write(std::string_view bytes) = 0;

@@ -1,4 +1,4 @@
-// A serial line or pseudo-terminal: raw, 8N1, opened by one program at a time.
+// A serial line or pseudo-terminal: raw, 8N1, opened by one program at a time; at a pseudo-terminal, by one of ours.
 //
 // Closing does not drop DTR (HUPCL is cleared), so it does not reset the board; opening may, once.
 #pragma once

@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced by the campaigns that try the programs in a bare Debian 12 of their own, in $root, which goes with them. A root is
 # made by mmdebstrap and entered by chroot, so that this runs as root (or under sudo).
 work=$(mktemp -d)

@@ -253,7 +253,7 @@ class Darkness:
         acting.start()
         seen = 0
         while not death or time.monotonic() < death[0] + WATCHED_MS / 1000:
-            expect(death or watching.is_alive(), "the process does not die")
+            expect(watching.is_alive() or death, "the process does not die")
             if laser()["beam"]:
                 seen = time.monotonic()
         acting.join()

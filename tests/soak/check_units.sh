@@ -56,18 +56,18 @@ mkdir -p "$root/trials/docs/images"
 cp "$here"/{booted_cell,units_trials}.py "$build/bin/veneer-proof" "$source_dir/README.md" "$root/trials"
 cp "$source_dir/docs/images/refined.jpg" "$root/trials/docs/images"
 
-# Its processes are a group of their own, which a systemd here gives, or we do where none runs.
-given=()
-if [[ ! -d /run/systemd/system ]]; then
-  given=(--keep-unit)
-  group=$(awk '$3 == "cgroup2" { print $2; exit }' /proc/mounts)/$machine
-  mkdir "$group" || fail "there are no cgroups of the second version here that root may make"
-fi
-# The second version of cgroups alone, where the machine has both; no filter of system calls but the units' own, which
+# Its processes are a group of their own. Where a systemd runs already, its filters of devices stand above those that are
+# tried, and its groups cannot be entered from outside.
+[[ ! -d /run/systemd/system ]] || fail "a systemd runs here, which has a hand in what is tried: use a container or machine without one"
+mounted=$(awk '$3 == "cgroup2" { print $2; exit }' /proc/mounts)
+[[ -n $mounted ]] || fail "cgroup v2 is not mounted here"
+mkdir "$mounted/$machine" || fail "there are no groups of cgroup v2 here that root may make"
+group=$mounted/$machine
+# cgroup v2 alone, where the machine has both; no filter of system calls but the units' own, which
 # could not be told from nspawn's.
 (
-  [[ -z $group ]] || echo "$BASHPID" >"$group/cgroup.procs"
-  SYSTEMD_NSPAWN_UNIFIED_HIERARCHY=1 SYSTEMD_SECCOMP=0 exec systemd-nspawn --register=no "${given[@]}" --quiet \
+  echo "$BASHPID" >"$group/cgroup.procs"
+  SYSTEMD_NSPAWN_UNIFIED_HIERARCHY=1 SYSTEMD_SECCOMP=0 exec systemd-nspawn --register=no --keep-unit --quiet \
     --private-network --machine="$machine" --directory="$root" --boot --console=pipe
 ) </dev/null >"$work/boot.log" 2>&1 &
 booted=$!
@@ -75,8 +75,9 @@ leader() { cut -d ' ' -f 1 "/proc/$booted/task/$booted/children"; }
 within() { nsenter --target "$(leader)" --all /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 "$@"; }
 for ((tries = 0; ; ++tries)); do
   kill -0 "$booted" 2>/dev/null && ((tries < 6000)) || fail "no system boots here: $(tail -3 "$work/boot.log")"
-  # "starting" has no end that could be waited for before its bus is there.
-  [[ $(within systemctl is-system-running 2>/dev/null) =~ ^(running|degraded)$ ]] && break
+  # "starting" has no end that could be waited for before its bus is there. Nobody but the booted system has the trials:
+  # for a moment the first process stands where it was started.
+  [[ $(within sh -c 'test -e /trials/units_trials.py && systemctl is-system-running' 2>/dev/null) =~ ^(running|degraded)$ ]] && break
   sleep 0.1
 done
 echo "$(within systemctl --version | head -1) is booted, on $(uname -sr)"
