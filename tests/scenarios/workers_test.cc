@@ -15,6 +15,7 @@
 #include <array>
 #include <fstream>
 #include <random>
+#include <regex>
 
 #include "tests/scenarios/worker_campaign.h"
 #include "tests/support/child_process.h"
@@ -30,6 +31,11 @@ using testing::number_from;
 using ::testing::SizeIs;
 
 std::mt19937_64 random_of_campaign() { return std::mt19937_64(number_from("VENEER_SEED", 20261122)); }
+
+// What is said, but for the number that each scan gets (capture-10).
+std::string but_for_numbers(const std::string& sentence) {
+  return std::regex_replace(sentence, std::regex("capture-\\d+"), "capture");
+}
 
 const char* any_fault(std::mt19937_64& random) { return kWorkerFaults[random() % kWorkerFaults.size()]; }
 
@@ -58,7 +64,8 @@ TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
     // A process that was to die in the midst of its work may have been done before: that is no death, and what is said
     // then is what is said without a fault.
     if (after_ms > 0 && !fault.starts_with("late-") && sentence.find(kind.told) == std::string::npos) {
-      EXPECT_EQ(sentence, (this->*kind.begin)()) << fault << " of " << kind.kind << " after " << after_ms << " ms";
+      EXPECT_EQ(but_for_numbers(sentence), but_for_numbers((this->*kind.begin)()))
+          << fault << " of " << kind.kind << " after " << after_ms << " ms";
       ++too_late;
       continue;
     }
