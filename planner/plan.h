@@ -293,8 +293,8 @@ class SharedWork;   // shared_work.h
 
 // Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
 // apart at the working resolution) and rotations; no wood twice. With `exact` the best place is what an exhaustive
-// search would find, else one whose cost is within a per mille on the whole. When wood runs out the rest stays unfilled
-// and the plan is still a success.
+// search would find, else one that is nearly always as cheap (docs/PLANNER.md has the figures). When wood runs out the
+// rest stays unfilled and the plan is still a success.
 //
 // kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, a patch
 // is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request;

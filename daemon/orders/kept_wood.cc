@@ -64,8 +64,8 @@ void keep(const planner::IndexCache& cache, const Wanted& wanted, cv::Mat& pictu
 ScanResolution sketch_resolution() { return ScanResolution::from_dpi(planner::kSketchDpi); }
 
 Raster<PanelFrame> coarse_free(const Raster<PanelFrame>& free) {
-  Raster<PanelFrame> out = free;
-  out.pixels = free.pixels > 0;
+  // In pixels of its own: those of a copy are the original's.
+  Raster<PanelFrame> out{free.pixels > 0, free.resolution, free.origin};
   out = planner::at_resolution(out, sketch_resolution());
   out.pixels = out.pixels == 255;  // a mean that is less has something in it that is not free
   return out;

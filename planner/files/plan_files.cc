@@ -151,9 +151,9 @@ json piece_to_json(const Piece& piece) {
 // `from` is a piece or one of its alternatives.
 Placement placement_from_json(const json& from, const Piece& piece, PlanReader& read) {
   const json& map = read.member(from, "panel_from_artwork");
-  Placement placement{
-      {read.text(from, "panel")},
-      {Radians(read.number(map, "angle_rad")), point<PanelFrame>(read.number(map, "x_mm"), read.number(map, "y_mm"))}};
+  std::string panel = read.text(from, "panel");
+  const double angle = read.number(map, "angle_rad"), x = read.number(map, "x_mm"), y = read.number(map, "y_mm");
+  Placement placement{{std::move(panel)}, {Radians(angle), point<PanelFrame>(x, y)}};
   const Ring<PanelFrame> said = read.ring<PanelFrame>(from, "panel_outline_mm");
   const Ring<PanelFrame> there = placement.panel_from_artwork * piece.artwork_outline;
   if (said.size() != there.size()) {

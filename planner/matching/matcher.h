@@ -1,9 +1,9 @@
 // Dense template matching over all panels, places and rotations (equation 4) on the wood that is still free.
 //
 // Two searches stand behind this interface: CertifiedMatcher (certified_matcher.h) returns what an exhaustive search
-// would, by proof; ShortlistMatcher (shortlist_matcher.h) is far faster and as good but for a per mille. Both agree on
-// what a place is, on its cost and on which wood is free: that is here. Both are deterministic: the answer depends on
-// the patch and on the wood taken so far, not on threads, earlier questions or the machine.
+// would, by proof; ShortlistMatcher (shortlist_matcher.h) is far faster and nearly always as good (docs/PLANNER.md).
+// Both agree on what a place is, on its cost and on which wood is free: that is here. Both are deterministic: the
+// answer depends on the patch and on the wood taken so far, not on threads, earlier questions or the machine.
 //
 // Questions (const) may run on several threads at once; take() on one thread while none runs.
 #pragma once
@@ -60,7 +60,8 @@ class Matcher {
 
   // The cheapest free candidate; none when no place is free. kCancelled: a stop was requested.
   virtual Result<std::optional<LatticeCandidate>> best(const MatchPatch& patch, const std::stop_token& stop) const = 0;
-  // Up to `count` free candidates, cheapest first, no two of them alike(); the first is best(). Costs are exact.
+  // Up to `count` free candidates, cheapest first, no two of them alike(); the first is best(), or of a shortlist
+  // hardly dearer. Costs are exact.
   // kCancelled: a stop was requested.
   virtual Result<std::vector<LatticeCandidate>> candidates(const MatchPatch& patch, std::size_t count,
                                                            const std::stop_token& stop) const = 0;

@@ -17,7 +17,7 @@ constexpr int kFewestSamples = 16;  // pixels of the first look, along the short
 constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
-constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places of usual length
+constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
 constexpr int kCoarserEstimates = 3;   // where windows are not filled, so many times as many cells are listed
 constexpr std::size_t kLongest = 256;  // times as long as usual a list may be to find a further place
 constexpr std::size_t kOverlong = 2;   // times as long as wanted a list may grow before it is cut
@@ -78,20 +78,27 @@ Result<std::vector<LatticeCandidate>> ShortlistSearch::run(std::size_t count) {
   const auto usual =
       static_cast<std::size_t>(std::max(kFewestListed, kListed * cheapness * coarseness * matcher_.thoroughness_));
   // Longer lists when too few of the listed places are free after all.
-  constexpr std::size_t kForSeveral = 4;
-  for (std::size_t times = count == 1 ? 1 : kForSeveral;; times *= 8) {
-    complete_ = true;
-    most_alike_ = kMostAlike * (class_.windows.filled ? 1 : kCoarserEstimates) * static_cast<int>(times / kForSeveral);
-    std::vector<LatticeCandidate> found = cheapest(free_places(shortlist(usual * times, count)), count);
-    const bool enough = !found.empty() && (found.size() == count || times >= kLongest);
+  for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
+    std::vector<LatticeCandidate> found = listed(usual * times, count, count > 1);
+    const bool longest = times >= kLongest;
+    // Where wood is scarce, the places left may all be beside others: once more, with every cell.
+    if (longest && count > 1 && found.size() < count && !complete_) {
+      std::vector<LatticeCandidate> all = listed(usual * times, count, false);
+      if (all.size() > found.size()) found = std::move(all);
+    }
     if (stop_.stop_requested()) return cancelled();
-    if (enough || complete_) return found;
+    if (complete_ || found.size() == count || (longest && !found.empty())) return found;
   }
 }
 
-std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t listed, std::size_t count) {
+std::vector<LatticeCandidate> ShortlistSearch::listed(std::size_t cells, std::size_t count, bool thin) {
+  complete_ = true;
+  return cheapest(free_places(shortlist(cells, thin)), count);
+}
+
+std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t listed, bool thin) {
   std::vector<Scored> cells = score_cells(listed);
-  if (count > 1) {
+  if (thin) {
     std::sort(cells.begin(), cells.end());
     cells = thinned(cells, listed / 2);
   }
@@ -192,7 +199,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<
         for (const LatticeCandidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
       }
     }
-    if (like >= most_alike_) continue;
+    if (like >= kMostAlike * (class_.windows.filled ? 1 : kCoarserEstimates)) continue;
     kept[square(0, 0)].push_back(at);
     out.push_back(cell);
   }

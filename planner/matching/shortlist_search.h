@@ -48,8 +48,10 @@ class ShortlistSearch {
     return matcher_.entries_[static_cast<std::size_t>(matcher_.panel_of(lattice))];
   }
 
+  // The cheapest free places, no two alike, that come of a list of so many cells, thinned or not.
+  std::vector<LatticeCandidate> listed(std::size_t cells, std::size_t count, bool thin);
   // The most promising blocks of places, from a list of `listed` cells.
-  std::vector<Block> shortlist(std::size_t listed, std::size_t count);
+  std::vector<Block> shortlist(std::size_t listed, bool thin);
   std::vector<Scored> score_cells(std::size_t wanted);
   // Adds the cells of one row to `found`, and keeps that short.
   void score_row(std::uint32_t lattice, int row, const kernels::BlockTaps& taps, const TapSums& sums,
@@ -79,7 +81,6 @@ class ShortlistSearch {
   std::vector<std::int32_t> taps_;
   std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
   bool complete_ = true;  // no cell was dropped
-  int most_alike_ = 0;    // cells of one neighbourhood in a list of several places
   std::vector<std::int16_t> samples_;
   std::vector<float> bounds_;  // of one lattice, while scoring
   // Of one row, while scoring.

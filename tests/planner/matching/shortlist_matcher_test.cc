@@ -57,7 +57,7 @@ void compare(const std::vector<Artwork>& artworks, const std::vector<StockPanel>
 
 // Windows of 22 pixels, on wood whose stripes are as fine as the shortlist's blocks: harder than what is planned. In 60
 // such scenes 63 of 2160 choices were misses, at most 7 of 36 in one scene; all together cost 1.0026 times the cheapest
-// places, in the worst scene 1.029 times.
+// places, in the worst scene 1.029 times. In these six it is 6 of 216, and 1.0005 times.
 TEST(ShortlistMatcher, MissesFewOfTheCheapestPlacesAndThoseByLittle) {
   Tally tally;
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
@@ -65,8 +65,8 @@ TEST(ShortlistMatcher, MissesFewOfTheCheapestPlacesAndThoseByLittle) {
             options(11, 50.8, 5), tally);
   }
   EXPECT_EQ(tally.patches, 216);
-  EXPECT_LE(tally.shortlist, 1.01 * tally.certified);
-  EXPECT_LE(tally.misses, 16);
+  EXPECT_LE(tally.shortlist, 1.001 * tally.certified);
+  EXPECT_LE(tally.misses, 8);
 }
 
 // In 20 such scenes 7 of 611 choices were misses, at most two in one; all together cost 1.0001 times the cheapest
@@ -183,6 +183,16 @@ void expect_different_places_in_order(const test::ShapeOf& shape_of) {
 TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
   expect_different_places_in_order(nullptr);
   expect_different_places_in_order(test::ell);
+}
+
+TEST(ShortlistMatcher, FindsAHundredDifferentPlacesOnAmpleWood) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 18)};
+  auto problem =
+      make_problem(artworks, std::vector<StockPanel>{wood_panel("P", 400, 300, 50.8, 19)}, options(11, 50.8, 15));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  ShortlistMatcher matcher(std::move(problem->panels), turns(15), problem->classes, largest_response(PlanOptions{}));
+  ASSERT_TRUE(matcher.build_index(2, {}).ok());
+  for (const Problem::Task& task : problem->queue) EXPECT_EQ(matcher.candidates(task.match, 100, {})->size(), 100U);
 }
 
 TEST(ShortlistMatcher, StopsSoonAfterItIsAsked) {

@@ -123,7 +123,8 @@ TEST(Advice, EverySuggestionIsAPlanThatTheWoodSufficesFor) {
   }
   ASSERT_TRUE(clearest != nullptr && cells != nullptr);
   EXPECT_EQ(cells->crop, clearest->crop);
-  // Patches of 4 mm are the smallest, few or many across: squares of a crop are tried once.
+  // Few or many squares across this picture would both be 4 mm, the smallest allowed, so they are one suggestion. Cells
+  // are another, which may be of the whole picture too.
   EXPECT_EQ(whole, cells->crop.size() == artwork.picture.size() ? 2U : 1U);
   // No other that reads as well is quicker to cut.
   const Suggestion& best = advice->suggestions[*advice->best];
