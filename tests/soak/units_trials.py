@@ -450,11 +450,12 @@ def a_kill_in_a_cut_leaves_the_wood_true():
 
 # ---- What the units may reach
 
-# Major and minor numbers, whether daemon and guardian may open it, and whether the twin may. Consoles have the number of
-# serial lines (ttyS), by which the kernel tells devices apart: their own permissions keep them.
-DEVICES = {"null": (1, 3, True, True), "mem": (1, 1, False, False), "kmsg": (1, 11, False, False), "sda": (8, 0, False, False),
-           "input": (13, 64, False, False), "fuse": (10, 229, False, False), "ttyS0": (4, 64, True, False),
-           "video0": (81, 0, True, False),            "ttyUSB0": (188, 0, True, False), "ttyACM0": (166, 0, True, False), "usb": (189, 0, True, False)}
+# Major and minor numbers, and the units that may open it. Consoles have the number of serial lines (ttyS), by which the
+# kernel tells devices apart: their own permissions keep them.
+LASER_UNITS = (DAEMON, GUARDIAN)
+DEVICES = {"null": (1, 3, (DAEMON, GUARDIAN, TWIN)), "mem": (1, 1, ()), "kmsg": (1, 11, ()), "sda": (8, 0, ()),
+           "input": (13, 64, ()), "fuse": (10, 229, ()), "video0": (81, 0, (DAEMON,)), "ttyS0": (4, 64, LASER_UNITS),
+           "ttyUSB0": (188, 0, LASER_UNITS), "ttyACM0": (166, 0, LASER_UNITS), "usb": (189, 0, LASER_UNITS)}
 
 
 def in_cgroup_of(unit, act):
@@ -475,7 +476,7 @@ def in_cgroup_of(unit, act):
 def the_units_open_their_devices_alone():
     """A process in the units' cgroups opens the cell's devices, also those whose driver is not loaded yet, and no other, root or not."""
     make_ready()
-    for name, (major, minor, daemons, twins) in DEVICES.items():
+    for name, (major, minor, units) in DEVICES.items():
         path = f"/dev/units-{name}"
         kind = stat.S_IFBLK if name == "sda" else stat.S_IFCHR
         os.mknod(path, 0o600 | kind, os.makedev(major, minor))
@@ -483,9 +484,9 @@ def the_units_open_their_devices_alone():
         try:
             outside = in_cgroup_of(None, opening)
             expect(outside not in (errno.EPERM, errno.EACCES), f"{name} cannot be opened outside the units either: {os.strerror(outside)}")
-            for unit, may in ((DAEMON, daemons), (GUARDIAN, daemons), (TWIN, twins)):
+            for unit in (DAEMON, GUARDIAN, TWIN):
                 got = in_cgroup_of(unit, opening)
-                expect(got == (outside if may else errno.EPERM), f"{name} in {unit}: {os.strerror(got)}, outside: {os.strerror(outside)}")
+                expect(got == (outside if unit in units else errno.EPERM), f"{name} in {unit}: {os.strerror(got)}, outside: {os.strerror(outside)}")
         finally:
             os.unlink(path)
 
