@@ -297,7 +297,8 @@ def begin_cut():
     """A job of a minute, cutting; its number."""
     make_ready()
     if not pages("/panels", "panels"):
-        workers_do_their_work()  # leaves wood and certificates
+        workers_do_their_work()  # leaves wood and certificates, and a daemon that was started anew
+        make_ready()
     veneerctl("job", "new", f"{HERE}/docs/images/refined.jpg", "--size-mm", "30", "--patch-mm", "10")
     job = max(row["id"] for row in pages("/jobs", "jobs"))
     api("POST", f"/jobs/{job}/start")
