@@ -97,7 +97,7 @@ TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
     }
     return count;
   };
-  EXPECT_GT(red_pieces(), 0);
+  EXPECT_GT(red_pieces(), 3);
   options.w_colour = 0.5, options.w_gamut = 1;
   EXPECT_EQ(red_pieces(), 0);
 }

@@ -66,7 +66,7 @@ TEST(ShortlistMatcher, MissesFewOfTheCheapestPlacesAndThoseByLittle) {
   }
   EXPECT_EQ(tally.patches, 216);
   EXPECT_LE(tally.shortlist, 1.001 * tally.certified);
-  EXPECT_LE(tally.misses, 8);
+  EXPECT_LE(tally.misses, 6);  // as before: 3 of 108
 }
 
 // In 20 such scenes 7 of 611 choices were misses, at most two in one; all together cost 1.0001 times the cheapest
@@ -79,7 +79,7 @@ TEST(ShortlistMatcher, HardlyEverMissesOnSeveralPanelsWithSeveralSizesAndOneChan
   other.picture.origin = other.free.origin = point<PanelFrame>(3.3, -7.1);
   compare({blob_artwork("A", 40, 40, 36_mm, 3), blob_artwork("B", 50, 30, 31_mm, 4)},
           {wood_panel("P", 150, 140, 61, 6), other}, o, tally);
-  EXPECT_LE(tally.shortlist, 1.005 * tally.certified);
+  EXPECT_LE(tally.shortlist, 1.001 * tally.certified);
   EXPECT_LE(tally.misses, 3);
 }
 
@@ -151,7 +151,7 @@ TEST(ShortlistMatcher, ShapesAreMatchedByTheirOwnPixels) {
     Tally tally;
     compare_with_the_oracle(shape_of, seed += 3, options(9, 50.8, 3), tally);
     EXPECT_GE(tally.patches, 12);
-    EXPECT_LE(tally.shortlist, 1.005 * tally.certified);
+    EXPECT_LE(tally.shortlist, 1.001 * tally.certified);
     EXPECT_LE(tally.misses, 2);
   }
 }
