@@ -294,4 +294,11 @@ Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, 
                fmt::format("the mark \"{}\" does not fit on its piece at {:.1f} mm", text, options.min_height.count())};
 }
 
+bool has_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline, const MarkOptions& options) {
+  Ring<BedFrame> back;  // turned over about the artwork's vertical, which leaves its up where it is
+  back.reserve(outline.size());
+  for (const auto& p : outline) back.push_back({-p.x, p.y});
+  return lay_out_mark(text, back, degrees(90), options).ok();
+}
+
 }  // namespace veneer::planner

@@ -46,4 +46,8 @@ struct Mark {
 Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
                           const MarkOptions& options = {});
 
+// Whether a piece has room for this mark on its back, however it comes to lie on the bed; false for one that no mark
+// can be.
+bool has_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline, const MarkOptions& options = {});
+
 }  // namespace veneer::planner

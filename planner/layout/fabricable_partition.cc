@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <tuple>
 
 #include "planner/cancelled.h"
+#include "planner/cutting/marks.h"
 #include "planner/layout/label_partition.h"
 #include "planner/layout/label_regions.h"
 #include "planner/parallel.h"
@@ -16,6 +18,8 @@ namespace {
 // Straightening takes a little off what the raster had.
 constexpr double kSpare = 1.05;
 constexpr int kCleanings = 6;
+// A little more than a mark takes at least: whole micrometres may take that off.
+const MarkOptions kMarked{.min_height = MarkOptions{}.min_height * 1.02};
 
 bool is_sound(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits) {
   return outline.size() >= 3 && signed_area(outline) > 0 && !fault_of(outline, limits);
@@ -44,7 +48,7 @@ class Maker {
         for (const int f : faulty) how_[static_cast<std::size_t>(f)] = next;
         if (faulty.empty()) break;
       }
-      if (faulty.empty() || count == 1) return in_reading_order(out);
+      if (faulty.empty() || count == 1) return with_faces(out, reading_order(out));
       absorb_regions(labels_, faulty);
       // Cleaning may part what was joined; without it regions become fewer each time, so there is an end.
       if (round < kCleanings)
@@ -57,15 +61,21 @@ class Maker {
  private:
   std::vector<int> faulty_faces(const Partition& partition) const {
     std::vector<char> wrong(partition.faces.size(), 0);
-    (void)run_parallel(wrong.size(), options_.threads, {},
-                       [&](std::size_t f) { wrong[f] = is_sound(outline_of(partition, f), options_.limits) ? 0 : 1; });
+    const std::vector<std::size_t> order = reading_order(partition);
+    (void)run_parallel(wrong.size(), options_.threads, {}, [&](std::size_t i) {
+      const Ring<ArtworkFrame> outline = outline_of(partition, order[i]);
+      const bool sound =
+          is_sound(outline, options_.limits) &&
+          (options_.letter.empty() || has_room_for_mark(options_.letter + std::to_string(i + 1), outline, kMarked));
+      wrong[order[i]] = sound ? 0 : 1;
+    });
     std::vector<int> out;
     for (std::size_t f = 0; f < wrong.size(); ++f)
       if (wrong[f] != 0) out.push_back(static_cast<int>(f));
     return out;
   }
 
-  Partition in_reading_order(const Partition& partition) const {
+  std::vector<std::size_t> reading_order(const Partition& partition) const {
     using Place = std::tuple<int, double, std::size_t>;
     std::vector<Place> places;
     for (std::size_t f = 0; f < partition.faces.size(); ++f) {
@@ -77,7 +87,7 @@ class Maker {
     std::vector<std::size_t> order;
     order.reserve(places.size());
     for (const Place& place : places) order.push_back(std::get<2>(place));
-    return with_faces(partition, order);
+    return order;
   }
 
   cv::Mat labels_;

@@ -1,12 +1,13 @@
 // From any raster of labels to a partition whose faces can all be cut.
 //
 // Labels are cleaned (label_regions.h) and their borders fitted (label_partition.h). Where a face that comes of it is
-// not fabricable (fabrication.h), its borders are straightened less; where that does not help, it becomes part of the
-// neighbour with which it shares the longest border. Pure functions.
+// not fabricable (fabrication.h) or has no room for its mark (cutting/marks.h), its borders are straightened less;
+// where that does not help, it becomes part of the neighbour with which it shares the longest border. Pure functions.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
 #include <stop_token>
+#include <string>
 
 #include "base/result.h"
 #include "planner/layout/bezier_fit.h"
@@ -20,10 +21,12 @@ struct FabricableOptions {
   Millimetres row{10};  // faces are in reading order: in rows of this height, from left to right
   Smoothness smoothness = Smoothness::kG0;
   int threads = 1;
+  // Of the artwork: every face is to have room for the mark that is this and its number. Empty: that is not asked.
+  std::string letter{};
 };
 
-// `labels`: CV_32SC1 over the artwork, any. All faces are fabricable, unless a single one is left. kCancelled: a stop
-// was requested.
+// `labels`: CV_32SC1 over the artwork, any. All faces are as `options` wants them, unless a single one is left.
+// kCancelled: a stop was requested.
 Result<Partition> fabricable_partition(cv::Mat labels, Millimetres width, Millimetres height,
                                        const FabricableOptions& options, const std::stop_token& stop = {});
 

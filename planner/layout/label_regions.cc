@@ -323,7 +323,9 @@ void absorb_regions(cv::Mat& labels, const std::vector<int>& drop) {
   double last = 0;
   cv::minMaxLoc(labels, nullptr, &last);
   RegionGraph graph(labels, static_cast<int>(last) + 1);
-  for (const int region : drop) (void)graph.absorb(region);
+  std::set<int> grown;
+  for (const int region : drop)
+    if (!grown.contains(region)) grown.insert(graph.absorb(region));
   graph.apply(labels);
 }
 

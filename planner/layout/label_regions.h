@@ -23,7 +23,8 @@ int number_regions(cv::Mat& labels);
 // (CV_8UC1, not 0; may be empty) nothing hangs together; they go to whatever lies beside them.
 void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier);
 
-// Regions that `drop` names, by number, go to their neighbours. `labels` as number_regions() leaves them.
+// Regions that `drop` names, by number, go to their neighbours, but for those that took in another one of them on the
+// way: they may be large enough now. The first that has a neighbour goes. `labels` as number_regions() leaves them.
 void absorb_regions(cv::Mat& labels, const std::vector<int>& drop);
 
 // What a region encloses becomes its own, so that all regions are simply connected.

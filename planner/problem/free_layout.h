@@ -13,7 +13,8 @@
 namespace veneer::planner {
 
 struct FreeLayout {
-  Partition partition;  // faces in reading order, all fabricable
+  // Faces in reading order, all fabricable, and with room for their marks: patches of 6 mm or more that nobody drew.
+  Partition partition;
   std::optional<MosaicFigures> mosaic;
 };
 

@@ -8,7 +8,9 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <string>
 
+#include "planner/cutting/marks.h"
 #include "planner/layout/centroidal_voronoi.h"
 #include "planner/layout/direction_field.h"
 #include "planner/layout/fabricable_partition.h"
@@ -245,17 +247,41 @@ TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
   EXPECT_GT(cv::countNonZero(mosaic->labels != other->labels), 0);
 }
 
-RC_GTEST_PROP(Mosaic, CellsAreFabricable, ()) {
+// 80 cells, smaller ones in the left half as far as `detail` says.
+cv::Mat cells_of_portrait(std::uint64_t seed, float detail = 0) {
   const cv::Mat picture = portrait({240, 210});
-  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 80, 2);
-  const auto mosaic = decorative_mosaic(picture, size, {80, 1, *rc::gen::arbitrary<std::uint64_t>(), 2});
-  RC_ASSERT(mosaic.ok());
+  cv::Mat details(picture.size(), CV_32FC1, cv::Scalar(0));
+  details.colRange(0, 120).setTo(detail);
+  const cv::Mat size = tile_sizes(details, 80, 2);
+  const auto mosaic = decorative_mosaic(picture, size, {80, 1, seed, 2});
+  return mosaic.ok() ? mosaic->labels : cv::Mat();
+}
+
+RC_GTEST_PROP(Mosaic, CellsAreFabricable, ()) {
+  const cv::Mat labels = cells_of_portrait(*rc::gen::arbitrary<std::uint64_t>());
+  RC_ASSERT(!labels.empty());
   const FabricableOptions options{{1.5_mm, SquareMillimetres(12)}, 7_mm, Smoothness::kG0, 2};
-  const Result<Partition> partition = fabricable_partition(mosaic->labels, 60_mm, 52.5_mm, options);
+  const Result<Partition> partition = fabricable_partition(labels, 60_mm, 52.5_mm, options);
   RC_ASSERT(partition.ok());
   expect_exact_cover(*partition);
   expect_fabricable(*partition, options.limits);
   RC_ASSERT(partition->faces.size() >= 68U && partition->faces.size() <= 92U);
+}
+
+// Without being asked, one in fourteen would have none.
+TEST(Mosaic, CellsHaveRoomForTheirMarks) {
+  const FabricableOptions options{{1.5_mm, SquareMillimetres(8)}, 7_mm, Smoothness::kG0, 2, "A"};
+  for (const std::uint64_t seed : {11U, 12U, 13U, 14U}) {
+    const Result<Partition> partition = fabricable_partition(cells_of_portrait(seed, 1), 52_mm, 45.5_mm, options);
+    ASSERT_TRUE(partition.ok());
+    expect_exact_cover(*partition);
+    expect_fabricable(*partition, options.limits);
+    for (std::size_t f = 0; f < partition->faces.size(); ++f) {
+      const std::string mark = "A" + std::to_string(f + 1);
+      EXPECT_TRUE(has_room_for_mark(mark, outline_of(*partition, f))) << mark << " of seed " << seed;
+    }
+    EXPECT_GE(partition->faces.size(), 65U) << seed;
+  }
 }
 
 }  // namespace
