@@ -23,11 +23,11 @@ has 'OOMPolicy=continue'
 has 'MemoryMax=[0-9]+%'
 # A core would keep the laser's port from the guardian.
 has 'LimitCORE=1'
-# ttyUSB, ttyACM, ttyS, pts, usb_device and video4linux: their names would count only with their drivers loaded before.
-for device in 188 166 4 136 189 81; do has "DeviceAllow=char-$device rw"; done
+# ttyUSB, ttyACM, ttyS, ttyAMA, pts, usb_device and video4linux: their names would count only with their drivers loaded before.
+for device in 188 166 4 204 136 189 81; do has "DeviceAllow=char-$device rw"; done
 # Without it libusb does not even begin.
 has 'RestrictAddressFamilies=.*AF_NETLINK.*'
-for device in 188 166 4 136 189; do
+for device in 188 166 4 204 136 189; do
   grep -qx "DeviceAllow=char-$device rw" "$units/veneer-guardian.service" || fail "the guardian lost the device $device"
 done
 # Whatever ends the daemon's group or is short of memory must not end the guardian with it.
