@@ -10,9 +10,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "cli/named_option.h"
+#include "cli/painted_mask.h"
 #include "cli/render.h"
 
 namespace veneer::cli {
@@ -37,7 +39,8 @@ struct NewJob {
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
   std::optional<bool> remnants_first;
-  std::map<std::string, std::string> options;  // of the planner, those that are given
+  std::map<std::string, std::string> options;       // of the planner, those that are given
+  std::string importance, large_edges, fine_edges;  // files of masks
 
   std::string title() const { return name.empty() ? std::filesystem::path(picture).stem().string() : name; }
 
@@ -55,6 +58,20 @@ struct NewJob {
     if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
     if (remnants_first) text += fmt::format("&remnants_first={}", *remnants_first ? 1 : 0);
     for (const auto& [key, value] : options) text += fmt::format("&{}={}", key, url_encode(value));
+    return text;
+  }
+
+  // The query's part for the masks, which are read for it.
+  Result<std::string> masks() const {
+    std::string text;
+    for (const auto& [key, file, read] : {std::tuple("importance", &importance, &importance_from_picture),
+                                          std::tuple("large_edges", &large_edges, &edges_from_picture),
+                                          std::tuple("fine_edges", &fine_edges, &edges_from_picture)}) {
+      if (file->empty()) continue;
+      const Result<std::string> mask = read(*file);
+      if (!mask) return mask.error();
+      text += fmt::format("&{}={}", key, url_encode(*mask));
+    }
     return text;
   }
 };
@@ -86,8 +103,19 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option(
       "--forbid", wanted.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
+  command.add_option(
+      "--importance", wanted.importance,
+      "A PNG picture that is white where the picture, or its crop, matters most, and black where it does not");
   for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(command, option, wanted);
   return picture;
+}
+
+// Where a morphed grid is to follow edges; `wanted` outlives the command.
+void add_edge_masks(CLI::App& command, NewJob& wanted) {
+  command.add_option(
+      "--large-edges", wanted.large_edges,
+      "With --layout morph: a PNG picture that is white where the grid follows large edges [everywhere]");
+  command.add_option("--fine-edges", wanted.fine_edges, "The same for fine edges [everywhere]");
 }
 
 // The daemon knows a picture by its name in the lists; who sent it knows the file.
@@ -103,8 +131,10 @@ void plan_picture(const CommandContext& context, const char* path, const NewJob&
                   const CommandContext::Render& render) {
   const auto picture = read_file(wanted.picture);
   if (!picture) return context.finish(picture.error(), render, kUnusableArguments);
+  const auto masks = wanted.masks();
+  if (!masks) return context.finish(masks.error(), render, kUnusableArguments);
   const auto started =
-      context.client().request("POST", path + wanted.query(), *picture, content_type_of(wanted.picture));
+      context.client().request("POST", path + wanted.query() + *masks, *picture, content_type_of(wanted.picture));
   const auto made = context.run_task(started);
   context.finish(made ? made : Result<json>(of_the_file(made.error(), wanted)), render);
 }
@@ -187,6 +217,7 @@ void add_new_job(CLI::App& job, CommandContext& context) {
   CLI::App* command =
       job.add_subcommand("new", "Plan a picture from free stock and reserve its wood; or reserve that of a plan");
   add_planning_options(*command, *wanted);
+  add_edge_masks(*command, *wanted);
   command->add_option("--plan", wanted->plan, "Make it of this plan (see `job plans`); no picture and no option then")
       ->check(positive_number());
   command->callback([wanted, command, &context] {
@@ -205,6 +236,7 @@ void add_plans(CLI::App& job, CommandContext& context) {
   const auto wanted = std::make_shared<NewJob>();
   CLI::App* plan = job.add_subcommand("plan", "Plan a picture from free stock and keep the plan; no wood is reserved");
   add_planning_options(*plan, *wanted)->required();
+  add_edge_masks(*plan, *wanted);
   plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
   const auto asked = std::make_shared<NewJob>();
   CLI::App* advise = job.add_subcommand(

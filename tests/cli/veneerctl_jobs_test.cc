@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -168,6 +169,34 @@ TEST(VeneerctlJobs, APlanIsKeptChangedAndBecomesAJob) {
             (std::vector<std::string>{"/api/v1/plans a picture",
                                       R"(/api/v1/plans/5/changes {"swap":["A1-1,A1-2"],"take":["A2-1=2"]})",
                                       R"(/api/v1/jobs {"plan":5})"}));
+}
+
+TEST(VeneerctlJobs, MasksOfAPictureAreCells) {
+  std::vector<std::string> asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"newPlan", "newJob"})
+      router.bind(operation, [&asked, &running](const ApiRequest& request, const Reply& reply) {
+        for (const char* mask : {"importance", "large_edges", "fine_edges"})
+          if (const auto given = request.query.find(mask); given != request.query.end())
+            asked.push_back(request.path + " " + mask + " " + given->second);
+        const TaskReporter work = running->tasks().start("plan", "");
+        work.done({{"job", 5}, {"plan", 5}, {"pieces", 4}});
+        reply(ApiReply::task(work.id()));
+      });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string(), mask = (server.folder() / "m.png").string();
+  std::ofstream(picture) << "a picture";
+  ASSERT_TRUE(cv::imwrite(mask, cv::Mat((cv::Mat_<std::uint8_t>(1, 2) << 255, 0))));
+  EXPECT_EQ(ask(server, {"job", "plan", picture, "--importance", mask}).status, 0);
+  EXPECT_EQ(ask(server, {"job", "new", picture, "--large-edges", mask, "--fine-edges", mask}).status, 0);
+  const Outcome none = ask(server, {"job", "plan", picture, "--importance", picture});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_EQ(none.err, "veneerctl: " + picture + " is no PNG picture: save the mask as one\n");
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{"/api/v1/plans importance 2x1:f0", "/api/v1/jobs large_edges 2x1:8",
+                                      "/api/v1/jobs fine_edges 2x1:8"}));
 }
 
 TEST(VeneerctlJobs, AMissingPictureIsNamed) {

@@ -86,7 +86,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
       door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/(orders|routes|services)/|cli/|drivers/sim/|tests/)")
       door("^openssl/", "^(base/(base64|hash)\\.cc|daemon/)")
-      door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
+      door("^png\\.h", "^(cli/painted_mask\\.cc|planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
       door("^prometheus/", "^daemon/services/metrics\\.cc$")
