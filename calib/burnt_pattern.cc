@@ -113,6 +113,13 @@ Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const 
     return too_few(match->votes, pattern.size());
   }
   if (match->rival_score > kRivalShare * match->score) {
+    // As for a board that lay beside the pattern, so that its first or last column met none: the rest fits twice.
+    if (static_cast<std::size_t>(match->votes) < pattern.size())
+      return Error{
+          ErrorCode::kRefused,
+          fmt::format("{} of the {} burnt rings are seen, which does not tell where the others would be: lay a "
+                      "fresh board in the middle of the bed, so that all of them meet it",
+                      match->votes, pattern.size())};
     return Error{ErrorCode::kRefused,
                  "the burnt pattern fits the picture in two ways: use a fresh board with one pattern on it"};
   }

@@ -51,11 +51,11 @@ struct TrueAxes {
   }
 };
 
-// A pale board with grain and the rings on it, in the renderer's bed millimetres.
-float board_shade(const TrueAxes& axes, double x, double y) {
+// A pale board with grain and the rings on it, in the renderer's bed millimetres; it begins at `from`.
+float board_shade(const TrueAxes& axes, double x, double y, double from) {
   const test::Lay board{18, 14, 0.8, false};
   const auto own = board.sheet_of(x, y);
-  if (own[0] < 0 || own[1] < 0 || own[0] > 500 || own[1] > 350) return test::kNothingHere;
+  if (own[0] < from || own[1] < 0 || own[0] > 500 || own[1] > 350) return test::kNothingHere;
   const auto machine = axes.commanded(x, y);
   const int column = static_cast<int>(std::lround((machine[0] - kFirstX) / kPitch));
   const int row = static_cast<int>(std::lround((machine[1] - kFirstY) / kPitch));
@@ -68,8 +68,8 @@ float board_shade(const TrueAxes& axes, double x, double y) {
                             5 * std::sin(own[1] * 0.4 + own[0] * 0.01));
 }
 
-cv::Mat board_picture(const test::TrueCamera& camera, const TrueAxes& axes) {
-  return test::photograph(camera, {{{}, 3.0, [&axes](double x, double y) { return board_shade(axes, x, y); }}},
+cv::Mat board_picture(const test::TrueCamera& camera, const TrueAxes& axes, double from = 0) {
+  return test::photograph(camera, {{{}, 3.0, [&](double x, double y) { return board_shade(axes, x, y, from); }}},
                           {.noise = 3, .samples = 3, .thin_lines = true, .seed = 21});
 }
 
@@ -163,6 +163,18 @@ TEST(BurntPattern, SaysWhenNothingWasBurnt) {
   ASSERT_FALSE(rings.ok());
   EXPECT_EQ(rings.error().code, ErrorCode::kNotFound);
   EXPECT_NE(rings.error().message.find("rings"), std::string::npos);
+}
+
+TEST(BurntPattern, SaysWhenTheBoardLayBesideIt) {
+  const test::TrueCamera camera = camera_over_all();
+  const cv::Mat picture = board_picture(camera, TrueAxes(), 60);  // the first column met no board
+  const auto rings = find_burnt_pattern(picture, provisional_model(camera), 3_mm, pattern());
+  ASSERT_FALSE(rings.ok());
+  EXPECT_EQ(rings.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(
+      rings.error().message,
+      "88 of the 96 burnt rings are seen, which does not tell where the others would be: lay a fresh board in the "
+      "middle of the bed, so that all of them meet it");
 }
 
 TEST(MachineAxes, SharesOriginAndXAxisWithTheMachine) {

@@ -155,7 +155,8 @@ std::string Workers::view_grid(bool more) {
 std::string Workers::burn_rings() {
   const std::string board = fmt::format("rings-{}", ++boards_);
   EXPECT_TRUE(cell_->twin({{"cmd", "new-board"}, {"name", board}, {"width_mm", 300}, {"height_mm", 250}}).ok());
-  EXPECT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", board}, {"on", "bed"}, {"face", "show"}}).ok());
+  // In the middle of the bed, as an operator is told to lay it.
+  EXPECT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", board}, {"on", "bed"}, {"face", "show"}, {"turn_deg", 1}}).ok());
   return calibrate("laser", {{"height_mm", 2.1}, {"board_width_mm", 300}, {"board_height_mm", 250}});
 }
 
