@@ -301,4 +301,10 @@ bool has_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline,
   return lay_out_mark(text, back, degrees(90), options).ok();
 }
 
+bool has_spare_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline) {
+  MarkOptions larger;
+  larger.min_height = larger.min_height * 1.02;
+  return has_room_for_mark(text, outline, larger);
+}
+
 }  // namespace veneer::planner

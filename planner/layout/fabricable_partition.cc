@@ -18,8 +18,6 @@ namespace {
 // Straightening takes a little off what the raster had.
 constexpr double kSpare = 1.05;
 constexpr int kCleanings = 6;
-// A little more than a mark takes at least: whole micrometres may take that off.
-const MarkOptions kMarked{.min_height = MarkOptions{}.min_height * 1.02};
 
 bool is_sound(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits) {
   return outline.size() >= 3 && signed_area(outline) > 0 && !fault_of(outline, limits);
@@ -66,7 +64,7 @@ class Maker {
       const Ring<ArtworkFrame> outline = outline_of(partition, order[i]);
       const bool sound =
           is_sound(outline, options_.limits) &&
-          (options_.letter.empty() || has_room_for_mark(options_.letter + std::to_string(i + 1), outline, kMarked));
+          (options_.letter.empty() || has_spare_room_for_mark(options_.letter + std::to_string(i + 1), outline));
       wrong[order[i]] = sound ? 0 : 1;
     });
     std::vector<int> out;

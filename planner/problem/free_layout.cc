@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "planner/cancelled.h"
+#include "planner/cutting/marks.h"
 #include "planner/layout/fabricable_partition.h"
 #include "planner/layout/grid.h"
 #include "planner/layout/tone_areas.h"
@@ -19,10 +20,8 @@ constexpr double kLeastPixels = 6;         // the same, of very many
 constexpr double kMostRasterPixels = 9e6;  // in a raster that is finer than that
 constexpr double kSizeRatio = 2;           // of the largest tile to the smallest
 constexpr double kSmallest = 0.25;         // area of the smallest patch, in wished ones
-// Of smaller patches many have no room for a mark (22 % of a mosaic's at 5 mm, 7 % at 6): they are cut without one.
-constexpr Millimetres kLeastMarked{6};
-constexpr int kToneGroups = 6;      // of an automatic segmentation
-constexpr double kLargestArea = 6;  // of it, in wished patches, about
+constexpr int kToneGroups = 6;             // of an automatic segmentation
+constexpr double kLargestArea = 6;         // of it, in wished patches, about
 
 cv::Size raster_of(const Artwork& artwork, double px_per_mm) {
   const auto pixels = [&](Millimetres side) {
@@ -121,7 +120,7 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
     labels = labels_of(artwork.segmentation);
   }
   const bool drawn_by_hand = options.layout == LayoutKind::kSegmentation && !artwork.segmentation.empty();
-  const bool marked = options.patch >= kLeastMarked && !drawn_by_hand;
+  const bool marked = options.patch >= kLeastMarkedPatch && !drawn_by_hand;
   const FabricableOptions wanted{face_limits(options), options.patch,
                                  options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                                  threads_meant(options.threads), marked ? artwork.letter : ""};
