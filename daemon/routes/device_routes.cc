@@ -320,7 +320,7 @@ Status keep_choice(const DeviceServices& s, const AskedDevice& asked, const std:
   const std::string done = fmt::format("{} from the next start: {}; before: {}", asked.device,
                                        device_of(*tried, asked.device).words(), device_of(*now, asked.device).words());
   if (const Status told = s.audit(who, db::kDeviceChosen, done); !told) return told.error();
-  const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text)));
+  Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text)));
   if (!kept)
     if (const Status told = s.audit(who, db::kDeviceNotChosen, kept.error().message); !told) return told.error();
   return kept;

@@ -26,6 +26,7 @@ std::vector<int> cells_under(int from, int length, int whole, int cells) {
   if (!is_border(begin) || !is_border(end))
     count = std::max(cvCeil(end - begin), std::min(cvCeil(kParts * (end - begin)), length));
   std::vector<int> out;
+  out.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     out.push_back(std::clamp(cvFloor(begin + (i + 0.5) * (end - begin) / count), 0, cells - 1));
   return out;
