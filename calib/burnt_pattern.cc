@@ -76,6 +76,17 @@ std::vector<Millimetres> diameters_of(std::span<const PatternRing> pattern) {
   return out;
 }
 
+// Whether none of the outermost rings on one side is seen, as of a board that lay so that they met none: the rest then
+// fits in two ways.
+bool lacks_a_side(std::span<const PatternRing> pattern, std::span<const int> seen_of_known) {
+  Box<MachineFrame> all, seen;
+  for (std::size_t k = 0; k < pattern.size(); ++k) {
+    all.add(pattern[k].centre);
+    if (seen_of_known[k] >= 0) seen.add(pattern[k].centre);
+  }
+  return seen.min != all.min || seen.max != all.max;
+}
+
 Error too_few(int seen, std::size_t wanted) {
   return {
       ErrorCode::kNotFound,
@@ -113,8 +124,7 @@ Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const 
     return too_few(match->votes, pattern.size());
   }
   if (match->rival_score > kRivalShare * match->score) {
-    // As for a board that lay beside the pattern, so that its first or last column met none: the rest fits twice.
-    if (static_cast<std::size_t>(match->votes) < pattern.size())
+    if (lacks_a_side(pattern, match->seen_of_known))
       return Error{
           ErrorCode::kRefused,
           fmt::format("{} of the {} burnt rings are seen, which does not tell where the others would be: lay a "

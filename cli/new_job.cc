@@ -39,8 +39,8 @@ struct NewJob {
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
   std::optional<bool> remnants_first;
-  std::map<std::string, std::string> options;       // of the planner, those that are given
-  std::string importance, large_edges, fine_edges;  // files of masks
+  std::map<std::string, std::string> options;                      // of the planner, those that are given
+  std::optional<std::string> importance, large_edges, fine_edges;  // files of masks
 
   std::string title() const { return name.empty() ? std::filesystem::path(picture).stem().string() : name; }
 
@@ -67,8 +67,8 @@ struct NewJob {
     for (const auto& [key, file, read] : {std::tuple("importance", &importance, &importance_from_picture),
                                           std::tuple("large_edges", &large_edges, &edges_from_picture),
                                           std::tuple("fine_edges", &fine_edges, &edges_from_picture)}) {
-      if (file->empty()) continue;
-      const Result<std::string> mask = read(*file);
+      if (!*file) continue;
+      const Result<std::string> mask = read(**file);
       if (!mask) return mask.error();
       text += fmt::format("&{}={}", key, url_encode(*mask));
     }
@@ -103,9 +103,8 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option(
       "--forbid", wanted.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
-  command.add_option(
-      "--importance", wanted.importance,
-      "A PNG picture that is white where the picture, or its crop, matters most, and black where it does not");
+  command.add_option("--importance", wanted.importance,
+                     "A PNG picture: white where the picture, or its crop, matters most, black where any wood will do");
   for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(command, option, wanted);
   return picture;
 }

@@ -35,11 +35,18 @@ Result<Grey> grey_of(const std::string& file) {
     png_image_free(&png);
     return refused("has more than 100 million pixels: make it smaller, a mask is coarse");
   }
-  png.format = PNG_FORMAT_GRAY;
-  Grey out{static_cast<int>(png.width), static_cast<int>(png.height), std::vector<std::uint8_t>(PNG_IMAGE_SIZE(png))};
-  const png_color unpainted{0, 0, 0};
-  if (png_image_finish_read(&png, &unpainted, out.pixels.data(), 0, nullptr) == 0)
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // tones of deep pictures are as they look, too
+  png.format = PNG_FORMAT_GA;
+  std::vector<std::uint8_t> pairs(PNG_IMAGE_SIZE(png));
+  if (png_image_finish_read(&png, nullptr, pairs.data(), 0, nullptr) == 0)
     return refused("is damaged: save the mask again");
+  Grey out{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+  out.pixels.reserve(pairs.size() / 2);
+  for (std::size_t i = 0; i < pairs.size(); i += 2) {
+    if (pairs[i + 1] != 255)
+      return refused("is transparent in places: lay it on black or white, so that it says what they are");
+    out.pixels.push_back(pairs[i]);
+  }
   return out;
 }
 

@@ -1,8 +1,8 @@
 // What somebody painted over a picture in a program for pictures, as the API takes it: WIDTHxHEIGHT:HEX, cells over the
 // whole picture (or its crop), row by row from its upper left corner.
 //
-// A PNG file of any size, stretched over the picture; what is transparent in it is not painted. kNotFound or
-// kInvalidArgument name the file and say what to do. Pure but for reading it.
+// A PNG file of any size without transparency, stretched over the picture. kNotFound or kInvalidArgument name the file
+// and say what to do. Pure but for reading it.
 #pragma once
 
 #include <string>

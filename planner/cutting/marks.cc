@@ -298,7 +298,11 @@ bool has_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline,
   Ring<BedFrame> back;  // turned over about the artwork's vertical, which leaves its up where it is
   back.reserve(outline.size());
   for (const auto& p : outline) back.push_back({-p.x, p.y});
-  return lay_out_mark(text, back, degrees(90), options).ok();
+  // Whatever fits larger or farther from the outline fits like this.
+  MarkOptions least = options;
+  least.height = least.good_height = least.min_height;
+  least.margin = least.min_margin = std::min(least.margin, least.min_margin);
+  return lay_out_mark(text, back, degrees(90), least).ok();
 }
 
 bool has_spare_room_for_mark(std::string_view text, const Ring<ArtworkFrame>& outline) {

@@ -42,7 +42,9 @@ class Maker {
       for (const Straightening next : {Straightening::kClose, Straightening::kNone, Straightening::kNone}) {
         if (stop.stop_requested()) return cancelled();
         out = partition_of_labels(labels_, width_, height_, options_.smoothness, how_);
-        faulty = faulty_faces(out);
+        Result<std::vector<int>> found = faulty_faces(out, stop);
+        if (!found.ok()) return found.error();
+        faulty = *std::move(found);
         for (const int f : faulty) how_[static_cast<std::size_t>(f)] = next;
         if (faulty.empty()) break;
       }
@@ -57,16 +59,17 @@ class Maker {
   }
 
  private:
-  std::vector<int> faulty_faces(const Partition& partition) const {
+  Result<std::vector<int>> faulty_faces(const Partition& partition, const std::stop_token& stop) const {
     std::vector<char> wrong(partition.faces.size(), 0);
     const std::vector<std::size_t> order = reading_order(partition);
-    (void)run_parallel(wrong.size(), options_.threads, {}, [&](std::size_t i) {
+    const Status looked = run_parallel(wrong.size(), options_.threads, stop, [&](std::size_t i) {
       const Ring<ArtworkFrame> outline = outline_of(partition, order[i]);
       const bool sound =
           is_sound(outline, options_.limits) &&
           (options_.letter.empty() || has_spare_room_for_mark(options_.letter + std::to_string(i + 1), outline));
       wrong[order[i]] = sound ? 0 : 1;
     });
+    if (!looked.ok()) return looked.error();
     std::vector<int> out;
     for (std::size_t f = 0; f < wrong.size(); ++f)
       if (wrong[f] != 0) out.push_back(static_cast<int>(f));

@@ -40,11 +40,20 @@ TEST(PaintedMask, PutsFourCellsOfEdgesInADigit) {
   EXPECT_EQ(edges_from_picture(saved(folder, picture)).value(), "3x2:a4");
 }
 
-TEST(PaintedMask, WhatIsTransparentIsNotPainted) {
+TEST(PaintedMask, SaysNothingWhereItIsTransparent) {
   const testing::TempDirectory folder;
   cv::Mat picture(1, 2, CV_8UC4, cv::Scalar(255, 255, 255, 255));
-  picture.at<cv::Vec4b>(0, 1)[3] = 0;
-  EXPECT_EQ(importance_from_picture(saved(folder, picture)).value(), "2x1:f0");
+  EXPECT_EQ(importance_from_picture(saved(folder, picture)).value(), "2x1:ff");
+  picture.at<cv::Vec4b>(0, 1)[3] = 128;
+  const std::string file = saved(folder, picture);
+  EXPECT_EQ(importance_from_picture(file).error().message,
+            file + " is transparent in places: lay it on black or white, so that it says what they are");
+}
+
+TEST(PaintedMask, OfADeepPictureHasTheSameTones) {
+  const testing::TempDirectory folder;
+  const cv::Mat picture = (cv::Mat_<std::uint16_t>(1, 3) << 0x8080, 0x1111, 0xffff);
+  EXPECT_EQ(importance_from_picture(saved(folder, picture)).value(), "3x1:81f");
 }
 
 TEST(PaintedMask, NamesTheFileThatIsNone) {

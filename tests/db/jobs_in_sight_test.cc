@@ -115,8 +115,10 @@ TEST_F(JobsInSight, WorkIsFoundWithoutAWalkThroughAllPieces) {
   const auto pages = [this] { return cell.pages_for([this] { must(jobs.with_work()); }); };
   const int before = pages();
   std::vector<PlannedPatch> many;
-  for (int i = 0; i < 40; ++i)
-    many.push_back(square_piece("B" + std::to_string(i), other, 40 + 8 * (i % 8), 40 + 8 * (i / 8), 5));
+  for (int i = 0; i < 40; ++i) {
+    const int column = i % 8, row = i / 8;
+    many.push_back(square_piece("B" + std::to_string(i), other, 40 + 8 * column, 40 + 8 * row, 5));
+  }
   const JobId second = must(jobs.create(job_of(many), kNow));
   EXPECT_LT(pages() - before, 20) << "not a page and more for each of its 40 pieces, but their index";
   VENEER_ASSERT_OK(jobs.cancel(second, kLater));

@@ -272,7 +272,9 @@ TEST_F(ScannerWorkers, MayDieInEveryWayWhileADrawingIsBurnt) {
     const auto after = witness_->beam();
     ASSERT_TRUE(after.ok());
     ++found_.cuts;
+    if (after->on) ++found_.beams_on;
     if (std::abs(after->burnt_mm - before - kDrawnMm) > 1) ++found_.disturbed;
+    EXPECT_FALSE(after->on);
     expect_dark_unless_cutting();
     EXPECT_NEAR(after->burnt_mm - before, kDrawnMm, 1) << "mm of strokes";
   }

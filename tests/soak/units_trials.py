@@ -456,7 +456,8 @@ def a_kill_in_a_cut_leaves_the_wood_true():
 LASER_UNITS = (DAEMON, GUARDIAN)
 DEVICES = {"null": (1, 3, (DAEMON, GUARDIAN, TWIN)), "mem": (1, 1, ()), "kmsg": (1, 11, ()), "sda": (8, 0, ()),
            "input": (13, 64, ()), "fuse": (10, 229, ()), "video0": (81, 0, (DAEMON,)), "ttyS0": (4, 64, LASER_UNITS),
-           "ttyUSB0": (188, 0, LASER_UNITS), "ttyACM0": (166, 0, LASER_UNITS), "usb": (189, 0, LASER_UNITS)}
+           "ttyUSB0": (188, 0, LASER_UNITS), "ttyACM0": (166, 0, LASER_UNITS), "ttyAMA0": (204, 64, LASER_UNITS),
+           "usb": (189, 0, LASER_UNITS)}
 
 
 def in_cgroup_of(unit, act):

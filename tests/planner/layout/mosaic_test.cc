@@ -122,6 +122,17 @@ TEST(LabelRegions, WhatSurroundsAnotherIsCutInTwo) {
   EXPECT_EQ(labels.at<int>(30, 30), labels.at<int>(22, 22));
 }
 
+TEST(LabelRegions, WhatTookInAnotherStays) {
+  cv::Mat labels(10, 30, CV_32SC1, cv::Scalar(0));
+  labels.colRange(10, 14).setTo(1);
+  labels.colRange(14, 18).setTo(2);
+  labels.colRange(18, 30).setTo(3);
+  labels(cv::Rect(14, 0, 4, 1)).setTo(1);  // so that region 2 has its longest border with 1
+  absorb_regions(labels, {2, 1});
+  EXPECT_EQ(labels.at<int>(5, 12), 1) << "it is larger now, and asked about again";
+  EXPECT_EQ(labels.at<int>(5, 16), 1);
+}
+
 TEST(LabelRegions, ANeckIsCutThrough) {
   cv::Mat labels(40, 80, CV_32SC1, cv::Scalar(0));
   labels(cv::Rect(5, 5, 30, 30)).setTo(1);
@@ -268,6 +279,17 @@ RC_GTEST_PROP(Mosaic, CellsAreFabricable, ()) {
   RC_ASSERT(partition->faces.size() >= 68U && partition->faces.size() <= 92U);
 }
 
+// A piece's back as it may lie on the bed: turned over about the artwork's horizontal, then turned by `angle`.
+Result<Mark> mark_on_back(const std::string& mark, const Ring<ArtworkFrame>& outline, Radians angle) {
+  const double c = std::cos(angle.count()), s = std::sin(angle.count());
+  Ring<BedFrame> back;
+  for (const auto& p : outline) {
+    const double x = p.x.count(), y = -p.y.count();
+    back.push_back(point<BedFrame>(c * x - s * y, s * x + c * y));
+  }
+  return lay_out_mark(mark, back, angle - degrees(90));
+}
+
 // Without being asked, one in fourteen would have none.
 TEST(Mosaic, CellsHaveRoomForTheirMarks) {
   const FabricableOptions options{{1.5_mm, SquareMillimetres(8)}, 7_mm, Smoothness::kG0, 2, "A"};
@@ -278,7 +300,10 @@ TEST(Mosaic, CellsHaveRoomForTheirMarks) {
     expect_fabricable(*partition, options.limits);
     for (std::size_t f = 0; f < partition->faces.size(); ++f) {
       const std::string mark = "A" + std::to_string(f + 1);
-      EXPECT_TRUE(has_room_for_mark(mark, outline_of(*partition, f))) << mark << " of seed " << seed;
+      const Ring<ArtworkFrame> outline = outline_of(*partition, f);
+      EXPECT_TRUE(has_room_for_mark(mark, outline)) << mark << " of seed " << seed;
+      EXPECT_TRUE(mark_on_back(mark, outline, degrees(37.0 * static_cast<double>(f))).ok())
+          << mark << " of seed " << seed;
     }
     EXPECT_GE(partition->faces.size(), 65U) << seed;
   }
