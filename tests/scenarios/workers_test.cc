@@ -170,7 +170,7 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
         ++bombs;
       }
   expect_a_whole_job();
-  print(told, fmt::format("{} hostile pictures ({} honest among them), {} hostile SVG files, {} hostile bodies of "
+  print(told, fmt::format("{} hostile pictures (and {} honest ones), {} hostile SVG files, {} hostile bodies of "
                           "strokes, {} times a largest bomb",
                           done, honest, svg, runs, bombs));
 }

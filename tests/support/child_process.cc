@@ -23,6 +23,7 @@ namespace {
   dup2(nothing, STDIN_FILENO);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): a child that was forked has one thread
   unsetenv("NOTIFY_SOCKET");  // of whoever runs the tests
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): the same
   for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
   std::vector<char*> arguments;
   for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
