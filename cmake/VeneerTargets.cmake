@@ -51,6 +51,11 @@ endif()
 if(VENEER_SANITIZE MATCHES thread)
   # ThreadSanitizer does not see fences. Asio's order comes from its own mutex as well, which it sees.
   target_compile_definitions(veneer_settings INTERFACE BOOST_ASIO_DISABLE_FENCED_BLOCK)
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    # Clang's runtime brings operators new and delete of its own, which tests that count or refuse memory replace: theirs
+    # come first. (AddressSanitizer's give way by themselves.)
+    target_link_options(veneer_settings INTERFACE -Wl,--allow-multiple-definition)
+  endif()
 endif()
 
 # veneer_is_glue(VARIABLE): whether this folder, or the room that it tests, moves data but does not compute. Compiling
