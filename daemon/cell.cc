@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <boost/asio/post.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/journal.h"
@@ -438,6 +439,12 @@ Status Cell::may_be_noted(const Caller& caller) const {
 }
 
 void Cell::audit(const Router::Change& change) {
+  if (std::this_thread::get_id() != reactor_thread_)
+    return boost::asio::post(reactor, [this, alive = std::weak_ptr<int>(alive_), caller = change.caller,
+                                       operation = std::string(change.operation), detail = change.detail,
+                                       refused = change.refused, task = change.task] {
+      if (!alive.expired()) audit({caller, operation, detail, refused, task});
+    });
   if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
   const LogAbout about({.who = change.caller.who});
   if (change.caller.role >= Role::kOperator)

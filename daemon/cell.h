@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "base/clock.h"
@@ -75,6 +76,8 @@ class Cell {
   nlohmann::json status(Role told) const;
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
+  // Of the reactor or of the pools below, which answer some requests themselves: then it is noted in the reactor's
+  // turn.
   void audit(const Router::Change& change);
   // What is about to be done, in words of its own; it is written when this returns. Never on the reactor.
   Status audit_now(const std::string& who, const std::string& what, const std::string& detail) const;
@@ -156,6 +159,8 @@ class Cell {
 
   std::unique_ptr<CellCounter> counter_;
 
+  const std::thread::id reactor_thread_ = std::this_thread::get_id();
+  const std::shared_ptr<int> alive_ = std::make_shared<int>();
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
