@@ -38,7 +38,8 @@ class Router {
   // An unknown id, or one bound twice, is a bug and aborts.
   void bind(std::string_view operation_id, Handler handler);
   // Told of every operation that changes something before its handler runs, and again when it was refused or began a
-  // task; of one that needs no login only once it was done.
+  // task; of one that needs no login only once it was done. What comes of it is told on the thread that replies, which
+  // may be any.
   struct Change {
     const Caller& caller;
     std::string_view operation;  // its id

@@ -1,10 +1,13 @@
 // Choosing laser, scanner and camera for the next start.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "base/files.h"
+#include "db/audit.h"
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
@@ -494,6 +497,23 @@ class LaserThatDoesNotOpen : public testing::RoutedCell {
           config.laser.port = "serial:" + (directory / "no-laser").string() + "?baud=115200";
         }) {}
 };
+
+// The threads that answer questions refuse some changes themselves; the audit log's lists are the reactor's.
+TEST_F(DeviceRoutes, WhatAnotherThreadRefusesIsNotedInTheReactorsTurn) {
+  const auto noted = [this] {
+    const auto rows = cell->database->call([](Repositories& r) { return r.audit.latest(20); });
+    EXPECT_TRUE(rows.ok());
+    return rows ? std::ranges::count(*rows, "api.chooseDevice.refused", &db::AuditEntry::what) : -1;
+  };
+  std::thread([this] {
+    const Caller caller{Role::kOperator, "uid 1000", TransportKind::kUnix};
+    cell->audit({caller, "chooseDevice", "no such laser", true});
+  }).join();
+  EXPECT_EQ(noted(), 0);
+  reactor.restart();
+  reactor.poll();
+  EXPECT_EQ(noted(), 1);
+}
 
 TEST_F(LaserThatDoesNotOpen, IsNamedByItsPortToOperatorsOnly) {
   ask("POST", "/api/v1/commands/reset");
