@@ -38,6 +38,7 @@ class Day:
             const plain = window.fetch;
             window.fetch = (path, ...more) => { window.asked.push(String(path)); return plain(path, ...more); };
             window.WebSocket = class extends WebSocket { constructor(...how) { super(...how); window.sockets.push(this); } };"""})
+        self.browser.set_script_timeout(PATIENCE_S)
         self.pictures = pictures
         self.size("desk")
         self.browser.get(link)
@@ -161,14 +162,18 @@ class Day:
         return self.browser.execute_script("return window.asked.filter((path) => path.includes(arguments[0])).length", part)
 
     def settled(self, css):
-        """Where it lies in the window, once nothing moves it any more: pictures are there, and frames are alike."""
+        """Where it lies in the window, whole, once nothing moves it any more: pictures and sketches are there, and frames are alike."""
         return self.browser.execute_async_script("""
             const [css, done] = arguments;
-            document.querySelector(css).scrollIntoView({block: 'center'});  // not under what stays at the top
             let before = '', alike = 0;
             (function look() {
-              const box = document.querySelector(css).getBoundingClientRect(), now = [box.left, box.top, box.width, box.height];
-              alike = before === now.join() && [...document.images].every((one) => one.complete) ? alike + 1 : 0;
+              const found = document.querySelector(css);
+              if (!found) { alike = 0; requestAnimationFrame(look); return; }
+              const box = found.getBoundingClientRect(), now = [box.left, box.top, box.width, box.height];
+              const there = [...document.images].every((one) => one.complete) && !document.querySelector('[aria-busy=true]');
+              const seen = box.left >= 0 && box.top >= 0 && box.right <= innerWidth && box.bottom <= innerHeight;
+              if (!seen) found.scrollIntoView({block: 'center'});  // not under what stays at the top; again, if something came above it
+              alike = before === now.join() && there && seen ? alike + 1 : 0;
               before = now.join();
               if (alike === 3) done(now); else requestAnimationFrame(look);
             })();""", css)
