@@ -236,16 +236,18 @@ Result<PanelId> Panels::next_panel_id() {
 }
 
 Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-                   const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of) {
+                   const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of,
+                   const std::vector<ZoneRecord>& zones) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (Status in = enter_panel(connection, panel, scans, fiducials); !in.ok()) return in;
+    if (Status zoned = Materials(*database_).add_zones(panel.id, zones); !zoned.ok()) return zoned;
     return of ? accept(connection, *of, panel.id, 1, panel.created_at) : Ok();
   });
 }
 
 Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                         const std::vector<FiducialRecord>& fiducials, const PartRecord& part,
-                        const std::optional<Acceptance>& of) {
+                        const std::optional<Acceptance>& of, const std::vector<ZoneRecord>& zones) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement parent(connection, std::string(kPanelColumns) + "WHERE p.id = ?");
     parent.bind(1, panel.parent.value_or(PanelId{}).value);
@@ -272,6 +274,7 @@ Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>&
                                "scan it again",
                                *other)};
     carry_over(connection, entered, part, panel.created_at);
+    if (Status zoned = Materials(*database_).add_zones(panel.id, zones); !zoned.ok()) return zoned;
     return of ? accept(connection, *of, panel.id, 1, panel.created_at) : Ok();
   });
 }
@@ -313,10 +316,6 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
     insert_fiducials(connection, panel, new_tags);
     return freeze_fiducials(connection, panel, fiducials);
   });
-}
-
-Status Panels::check_new_tags(const std::vector<FiducialRecord>& tags) {
-  return guarded(*database_, [&](SQLite::Database& connection) { return check_tags_are_new(connection, tags); });
 }
 
 Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at) {

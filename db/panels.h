@@ -15,6 +15,7 @@
 #include "base/result.h"
 #include "base/units.h"
 #include "db/database.h"
+#include "db/materials.h"
 #include "db/proposals.h"
 
 namespace veneer::db {
@@ -99,18 +100,19 @@ class Panels {
 
   // The id the next panel will get: "P-0001". Ids are never used twice.
   Result<PanelId> next_panel_id();
-  // The panel, its scans and its frozen fiducials enter together, or not at all. An empty root means the panel itself.
-  // kConflict when a panel in stock carries one of the tags: it is the same sheet.
-  // Like add_part() and add_mask(): of a proposal, which is accepted with it (db/proposals.h).
+  // The panel, its scans, its frozen fiducials and its zones enter together, or not at all. An empty root means the
+  // panel itself. kConflict when a panel in stock carries one of the tags: it is the same sheet. Like add_part() and
+  // add_mask(): of a proposal, which is accepted with it (db/proposals.h).
   Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-             const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of = {});
+             const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of = {},
+             const std::vector<ZoneRecord>& zones = {});
   // The same of a part of `panel.parent`, which was sawn apart; its root is the parent's. All wood of it that was cut
   // or written off while it was the parent's enters as such, in its frame, within its width and height.
   // kConflict too when the parent is not sawn any more, turned out to be another panel or has a suspect piece, or when
   // wood of the part was booked under a name that it does not come from.
   Status add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                   const std::vector<FiducialRecord>& fiducials, const PartRecord& part,
-                  const std::optional<Acceptance>& of = {});
+                  const std::optional<Acceptance>& of = {}, const std::vector<ZoneRecord>& zones = {});
   // Nothing of a panel that is no part.
   Result<std::optional<PartRecord>> part(const PanelId& panel);
   Result<std::vector<PanelId>> parts_of(const PanelId& parent);  // in order of id
@@ -118,8 +120,6 @@ class Panels {
   // the panel is retired); `new_tags` were glued to a face that has some (kConflict when a panel in stock carries one).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials, const std::vector<FiducialRecord>& new_tags = {});
-  // kConflict when a panel in stock carries one of them.
-  Status check_new_tags(const std::vector<FiducialRecord>& tags);
   // A new version of map and mask, made by comparison with version `after`; its number. The frame, the size, the
   // fiducials and earlier versions stay. kConflict when another version counts by now, or the panel is retired.
   Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after,

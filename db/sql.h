@@ -47,9 +47,11 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
   }
 }
 
-// Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok.
+// Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok. Inside of another one it is a
+// step of that: written when that one is, so whoever takes several steps ends with the first that fails.
 template <class Body>
 auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
+  if (database.guard().writing) return body(database.connection());
   if (Status may = database.may_write(); !may.ok()) return may.error();
   return guarded(database, [&](SQLite::Database& connection) {
     const WritePermission permission(database.guard());

@@ -81,21 +81,22 @@ db::Seen what_was_seen(double share_gone) {
 }
 
 // What the scan saw of wood that is suspect is noted until somebody says what became of it; nothing is decided.
-Result<std::vector<SeenSuspect>> note_suspects(Repositories& r, const std::vector<SuspectWood>& suspects,
-                                               const std::vector<double>& gone, int mask_version,
-                                               const std::string& at) {
-  std::vector<SeenSuspect> out;
-  std::vector<std::pair<db::AllocationId, db::Sighting>> seen;
+struct SeenSuspects {
+  std::vector<SeenSuspect> told;
+  std::vector<std::pair<db::AllocationId, db::Sighting>> noted;  // the same
+};
+Result<SeenSuspects> see_suspects(Repositories& r, const std::vector<SuspectWood>& suspects,
+                                  const std::vector<double>& gone, const std::string& at) {
+  SeenSuspects out;
   for (std::size_t i = 0; i < suspects.size(); ++i) {
     const auto piece = r.jobs.find_piece({suspects[i].piece});
     if (!piece) return piece.error();
     // Somebody said it while the scan was being looked at.
     if (piece->state != db::PieceState::kSuspect || piece->allocation.value != suspects[i].allocation) continue;
-    const db::Sighting sighting{what_was_seen(gone[i]), gone[i], mask_version, at};
-    seen.emplace_back(db::AllocationId{suspects[i].allocation}, sighting);
-    out.push_back({piece->job, piece->mark, sighting});
+    const db::Sighting sighting{what_was_seen(gone[i]), gone[i], 0, at};
+    out.noted.emplace_back(db::AllocationId{suspects[i].allocation}, sighting);
+    out.told.push_back({piece->job, piece->mark, sighting});
   }
-  if (const Status noted = r.jobs.note_sightings(seen); !noted) return noted.error();
   return out;
 }
 
@@ -351,18 +352,13 @@ Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelI
   std::size_t carried = 0;
   std::vector<db::ZoneRecord> zones = seen.read.zones;
   const Status added = database_.call([&](Repositories& r) -> Status {
-    if (!*part) {
-      if (Status entered = r.panels.add(panel, scans, fiducials, of); !entered) return entered;
-      return r.materials.add_zones(panel.id, zones);
-    }
-    if (Status entered = r.panels.add_part(panel, scans, fiducials, **part, of); !entered) return entered;
-    const auto live = r.ledger.live_states(panel.id);
-    if (!live) return live.error();
-    carried = live->size();
+    if (!*part) return r.panels.add(panel, scans, fiducials, of, zones);
     const auto before = r.materials.zones(*panel.parent);
     if (!before) return before.error();
     zones = zones_of_part(seen.read.zones, *before, (*part)->part_from_parent, seen.read.sheet);
-    return r.materials.add_zones(panel.id, zones);
+    if (Status entered = r.panels.add_part(panel, scans, fiducials, **part, of, zones); !entered) return entered;
+    if (const auto live = r.ledger.live_states(panel.id)) carried = live->size();
+    return Ok();
   });
   if (!added) return added.error();
   library_.make_small(seen.map_file, seen.mask_file);
@@ -401,30 +397,24 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
   }
   std::optional<std::vector<FoundDifference>> differences;
   const Status written = database_.call([&](Repositories& r) -> Status {
+    db::LaterScan scan{made,           seen.after, seen.read.zones, std::nullopt,
+                       seen.later_map, {},         scans,           new_tag_records(seen.read, Face::kShow)};
     if (seen.read.differences) {
       auto named = with_pieces(r, panel, *seen.read.differences);
       if (!named) return named.error();
       differences = std::move(*named);
+      scan.differences = to_records(*differences);
     }
-    // Before anything of the scan is written: another panel may have got one of them while this one waited.
-    const auto new_tags = new_tag_records(seen.read, Face::kShow);
-    if (Status free = r.panels.check_new_tags(new_tags); !free) return free;
-    const auto version = r.panels.add_mask(panel, made, seen.after, of);
-    if (!version) return version.error();
-    // A panel from before zones were kept gets them now.
-    if (Status zoned = r.materials.add_zones(panel, seen.read.zones); !zoned) return zoned;
-    if (differences)
-      if (Status told_all = r.differences.found(panel, to_records(*differences), now, seen.later_map); !told_all)
-        return told_all;
-    auto suspects = note_suspects(r, seen.suspects, seen.read.suspects_gone, *version, now);
+    auto suspects = see_suspects(r, seen.suspects, seen.read.suspects_gone, now);
     if (!suspects) return suspects.error();
-    outcome.suspects = std::move(*suspects);
+    scan.sightings = std::move(suspects->noted);
+    const auto version = r.later_scans.enter(panel, scan, of);
+    if (!version) return version.error();
+    outcome.suspects = std::move(suspects->told);
+    for (SeenSuspect& suspect : outcome.suspects) suspect.sighting.mask_version = *version;
     // Those that it had, whatever strips the eye makes of wood that pieces were cut from.
-    const auto zones = r.materials.zones(panel);
-    if (!zones) return zones.error();
-    outcome.zones = zones->size();
-    // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
-    return r.panels.add_scans(panel, scans, {}, new_tags);
+    if (const auto zones = r.materials.zones(panel)) outcome.zones = zones->size();
+    return Ok();
   });
   if (!written) return written.error();
   library_.drop_index(panel);

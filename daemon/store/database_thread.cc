@@ -59,6 +59,25 @@ void DatabaseThread::ask_may_write(std::function<void(const Status&)> then) {
   });
 }
 
+void DatabaseThread::owe(std::function<Status(Repositories&)> write, std::function<void()> tried) {
+  worker_.post([this, write = std::move(write), tried = std::move(tried)]() mutable {
+    {
+      const Doubts doubts(*this);
+      owed_.push_back(std::move(write));
+      pay();
+    }
+    if (tried) boost::asio::post(reactor_, std::move(tried));
+  });
+}
+
+void DatabaseThread::pay() {
+  while (!owed_.empty()) {
+    const Status written = caught([this] { return owed_.front()(*repositories_); });
+    if (!written && !has_settled(written.error().code)) return;
+    owed_.pop_front();
+  }
+}
+
 void DatabaseThread::tell_doubt() noexcept {
   try {
     if (auto why = database_->take_doubt(); why && on_doubt_)

@@ -6,6 +6,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "db/database.h"
 #include "db/differences.h"
 #include "db/job_store.h"
+#include "db/later_scans.h"
 #include "db/leases.h"
 #include "db/ledger.h"
 #include "db/masks.h"
@@ -38,6 +40,12 @@ struct CellDevices {
   std::string scanner, camera, laser;
 };
 
+// Was that the last word on a write? A store refuses what was done already or can never be done; what the disk or
+// another program refuses is of the moment.
+inline bool has_settled(ErrorCode code) {
+  return code == ErrorCode::kConflict || code == ErrorCode::kNotFound || code == ErrorCode::kInvalidArgument;
+}
+
 // What a piece of work on the database thread may touch.
 struct Repositories {
   explicit Repositories(db::Database& database)
@@ -55,7 +63,8 @@ struct Repositories {
         proposals(database),
         masks(database),
         accounts(database),
-        remnants(database) {}
+        remnants(database),
+        later_scans(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -71,6 +80,7 @@ struct Repositories {
   db::Masks masks;
   db::Accounts accounts;
   db::RemnantBook remnants;
+  db::LaterScans later_scans;
   CellDevices devices;
 };
 
@@ -119,6 +129,7 @@ class DatabaseThread {
   auto call(F work) {
     return worker_.call([&] {
       const Doubts doubts(*this);
+      pay();
       return work(*repositories_);
     });
   }
@@ -139,12 +150,18 @@ class DatabaseThread {
     worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {
       const auto asked = [&] {
         const Doubts doubts(*this);
+        pay();
         return work(*repositories_);
       };
       boost::asio::post(reactor_,
                         [result = caught(asked), then = std::move(then)]() mutable { then(std::move(result)); });
     });
   }
+
+  // A write that nobody waits for and that must not be lost: what the disk or another program refuses is tried again
+  // before whatever is asked of the database later, until it is written, or said never to be (has_settled). The end of
+  // the process ends that too, and its next start recovers. `tried`: on the reactor, after the first attempt.
+  void owe(std::function<Status(Repositories&)> write, std::function<void()> tried = {});
 
   explicit DatabaseThread(boost::asio::io_context& reactor) : reactor_(reactor), worker_("database") {}
   ~DatabaseThread();
@@ -162,6 +179,7 @@ class DatabaseThread {
     DatabaseThread& thread;
   };
   void tell_doubt() noexcept;
+  void pay();  // what is owed, in its order
 
   boost::asio::io_context& reactor_;
   std::filesystem::path file_;
@@ -169,9 +187,10 @@ class DatabaseThread {
   bool needs_check_ = false;
   std::function<void(const std::string&)> on_doubt_;
   std::stop_source checking_;
-  // Both live and die on the worker.
+  // They live and die on the worker.
   std::optional<db::Database> database_;
   std::optional<Repositories> repositories_;
+  std::deque<std::function<Status(Repositories&)>> owed_;
   Worker worker_;
 };
 

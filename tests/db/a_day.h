@@ -11,6 +11,7 @@
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/differences.h"
+#include "db/later_scans.h"
 #include "db/leases.h"
 #include "db/masks.h"
 #include "db/materials.h"
@@ -180,29 +181,12 @@ inline std::vector<Step> a_day() {
     const std::pair seen(piece->allocation, Sighting{Seen::kStillThere, 0.01, 1, kLater});
     return JobStore(db).note_sightings({&seen, 1});
   });
-  settle(9, AllocationState::kReleased);
-
-  add("written off", [=](Database& db) {
-    return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);
-  });
   const auto difference = [](bool gone, double x, double y) {
     DifferenceRecord found;
     found.gone = gone, found.place = point<PanelFrame>(x + 1, y + 1), found.area = SquareMillimetres(9.5);
     found.shape = rectangle(x, y, 4, 3);
     return found;
   };
-  add("differences", [=](Database& db) {
-    return Differences(db).found(oak, {difference(true, 350, 10), difference(false, 25, 45), difference(true, 300, 50)},
-                                 kNow);
-  });
-  add("difference written off", [=](Database& db) {
-    return Differences(db).decide(oak, {1}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
-  });
-  add("difference accepted", [=](Database& db) {
-    return Differences(db).decide(oak, {2}, DifferenceVerdict::kAccepted, "local:1000", "", kLater);
-  });
-  add("differences not seen again", [=](Database& db) { return Differences(db).found(oak, {}, kLater); });
-  add("mask taken back", [=](Database& db) { return Panels(db).revert_mask(ash, 1, kLater); });
   const auto proposal = [](std::vector<int> tags) {
     ProposalRecord out;
     out.who = "local:1000", out.made_at = kLater, out.map_file = "proposals/map", out.mask_file = "proposals/mask";
@@ -210,24 +194,70 @@ inline std::vector<Step> a_day() {
     out.tags = std::move(tags), out.width = 420_mm, out.height = 280_mm;
     return out;
   };
+  // Proposal 1, difference 1, and the third version of this panel's mask.
+  add("proposal", [=](Database& db) {
+    ProposalRecord known = proposal({});
+    known.panel = ash, known.after = 2;
+    return Proposals(db).add(known);
+  });
+  add("proposal of a known panel accepted", [=](Database& db) -> Status {
+    const auto piece = JobStore(db).find_piece(PieceId{9});
+    if (!piece.ok()) return piece.error();
+    ScanRecord look;
+    look.panel = ash, look.device = "twin:3", look.file = "scans/9.png", look.sha256 = "ef56", look.dpi = 600;
+    look.lattice = "[[1,0],[0,1]]", look.taken_at = kLater;
+    FiducialRecord tag;
+    tag.tag_id = 301, tag.corners = square(5, 5, 8);
+    const LaterScan scan{{0, "proposals/map", "proposals/mask", "hash", kLater, SquareMillimetres(1200)},
+                         2,
+                         {{1, square(10, 10, 100), ""}},
+                         {{difference(true, 200, 200)}},
+                         false,
+                         {{piece->allocation, {Seen::kUnclear, 0.4, 0, kLater}}},
+                         {look},
+                         {tag}};
+    return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
+  });
+  settle(9, AllocationState::kReleased);
+
+  add("written off", [=](Database& db) {
+    return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);
+  });
+  add("written off where nothing is booked", [=](Database& db) {
+    return Ledger(db).write_off_free(oak, rectangle(290, 195, 20, 20), "a scorched rim", kNow);
+  });
+  add("differences", [=](Database& db) {
+    return Differences(db).found(oak, {difference(true, 350, 10), difference(false, 25, 45), difference(true, 300, 50)},
+                                 kNow);
+  });
+  add("difference written off", [=](Database& db) {
+    return Differences(db).decide(oak, {2}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
+  });
+  add("difference accepted", [=](Database& db) {
+    return Differences(db).decide(oak, {3}, DifferenceVerdict::kAccepted, "local:1000", "", kLater);
+  });
+  add("differences not seen again", [=](Database& db) { return Differences(db).found(oak, {}, kLater); });
+  add("mask taken back", [=](Database& db) { return Panels(db).revert_mask(ash, 1, kLater); });
   add("proposal", [=](Database& db) { return Proposals(db).add(proposal({401})); });
   add("proposal replaced", [=](Database& db) { return Proposals(db).add(proposal({401, 402})); });
-  add("proposal refused", [=](Database& db) { return Proposals(db).refuse({2}, "local:1000", "dust", kLater); });
+  add("proposal refused", [=](Database& db) { return Proposals(db).refuse({3}, "local:1000", "dust", kLater); });
   const auto painted = [](const char* file) {
     return MaskRecord{0, "map", file, "hash", kLater, SquareMillimetres(1200), "mask"};
   };
   add("mask edited", [=](Database& db) {
-    return Masks(db).add(ash, {{}, true, rectangle(300, 200, 5, 5), "local:1000", "", kLater, {}}, painted("given"), 3);
+    return Masks(db).add(ash, {{}, true, rectangle(300, 200, 5, 5), "local:1000", "", kLater, {}}, painted("given"), 4);
   });
   add("edit taken back",
-      [=](Database& db) { return Masks(db).remove(ash, {1}, "local:1000", kLater, painted("mask"), 4); });
+      [=](Database& db) { return Masks(db).remove(ash, {1}, "local:1000", kLater, painted("mask"), 5); });
   add("scan", [=](Database& db) {
     ScanRecord scan;
     scan.panel = ash, scan.face = Face::kBack, scan.device = "twin:2", scan.file = "scans/2.png", scan.sha256 = "cd34";
     scan.dpi = 600, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kLater;
     FiducialRecord hole;
     hole.kind = FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners = {point<PanelFrame>(9, 9)};
-    return Panels(db).add_scans(ash, {scan}, {hole});
+    FiducialRecord tag;
+    tag.tag_id = 302, tag.corners = square(405, 5, 8);
+    return Panels(db).add_scans(ash, {scan}, {hole}, {tag});
   });
 
   add("plan", [=](Database& db) { return Plans(db).add(job_of({square_piece("E1", oak, 10, 100, 14)}), kLater); });
@@ -236,6 +266,8 @@ inline std::vector<Step> a_day() {
   add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
   add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
   add("archived", [](Database& db) { return JobStore(db).archive_done(kNow); });
+  for (const bool away : {false, true})
+    jobs(away ? "out of sight" : "back in sight", [away](JobStore store) { return store.archive({2}, away, kLater); });
   const PanelId beech{"P-0004"};
   add("panel", [=](Database& db) { return Panels(db).add(sheet(beech), {}, {}); });
   add("written off", [=](Database& db) {
@@ -245,14 +277,15 @@ inline std::vector<Step> a_day() {
   add("part", [=](Database& db) {
     PanelRecord part = sheet({"P-0005"});
     part.parent = beech;
-    return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm});
+    return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm}, {},
+                               {{1, square(10, 10, 100), "walnut"}});
   });
   const PanelId yew{"P-0006"}, yew_again{"P-0007"};
   for (const PanelId& panel : {yew, yew_again}) {
     add("proposal", [=](Database& db) { return Proposals(db).add(proposal({501})); });
     add("proposal accepted", [=](Database& db) {
-      const Acceptance accepted{{panel == yew ? 3 : 4}, {"size"}, "local:1000"};
-      return Panels(db).add(sheet(panel), {}, {}, accepted);
+      const Acceptance accepted{{panel == yew ? 4 : 5}, {"size"}, "local:1000"};
+      return Panels(db).add(sheet(panel), {}, {}, accepted, {{1, square(10, 10, 100), ""}});
     });
     add("written off", [=](Database& db) {
       return Ledger(db).write_off(panel, rectangle(panel == yew ? 30 : 90, 20, 20, 20), "burnt pattern", kNow);
@@ -309,7 +342,7 @@ inline std::vector<Step> a_day() {
   leased(8, next_week);
   add("difference", [=](Database& db) { return Differences(db).found(elm, {difference(true, 102, 12)}, kLater); });
   add("leased wood written off", [=](Database& db) {
-    return Differences(db).decide(elm, {4}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
+    return Differences(db).decide(elm, {5}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
   });
   // Job 5's first piece, in run 8, whose cuts are still kept at the day's end.
   run(5, elm);

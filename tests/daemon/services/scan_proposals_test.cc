@@ -313,6 +313,49 @@ TEST_F(ScanProposalsTest, WoodThatWasGivenAndIsGoneIsNotUsable) {
   EXPECT_TRUE(is_usable(x, y)) << "the scan that saw the hole was taken back";
 }
 
+// A step of it that fails, the disk that is full in its middle: what is accepted is stock whole, or it waits as before.
+TEST_F(ScanProposalsTest, ALaterScanThatCannotBeEnteredWholeChangesNothing) {
+  ASSERT_TRUE(must_scan(true).panel);
+  const auto scans = r().panels.scans(kFirst)->size();
+  rendered::Panel spoilt = sheet_;
+  spoilt.strips.erase(spoilt.strips.begin() + 1);
+  lay(spoilt);
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind != RegisterScans::kKind) return;
+    auto read = answer.get<PanelRead>();
+    ASSERT_TRUE(read.differences);
+    const Region<PanelFrame> flat(MicroArea{{{{20'000, 30'000}, {25'000, 30'000}, {22'000, 30'000}}}});
+    read.differences->push_back({calib::DifferenceKind::kGoneNotBooked, {}, flat, SquareMillimetres(4)});
+    answer = read;
+  };
+  const ScanOutcome seen = must_scan();
+  ASSERT_TRUE(seen.proposal);
+  std::vector<std::string> all;
+  for (const auto& warning : seen.warnings) all.push_back(warning.name);
+  const auto accepted = proposals_->accept(*seen.proposal, all, "uid 7");
+  ASSERT_FALSE(accepted.ok()) << "a difference without a shape";
+  EXPECT_EQ(r().panels.find(kFirst)->mask_version, 1);
+  EXPECT_THAT(*r().panels.scans(kFirst), SizeIs(scans));
+  EXPECT_EQ(*r().differences.open(kFirst), 0);
+  ASSERT_THAT(waiting(), SizeIs(1));
+  EXPECT_FALSE(r().panels.check_seen(kFirst).ok()) << "nothing is cut from it before somebody decides";
+  const auto raw = waiting().front().scan_files.front();
+  ASSERT_TRUE(proposals_->refuse(*seen.proposal, "spoilt", "uid 7").ok());
+  EXPECT_FALSE(std::filesystem::exists(library_.path_of(raw)));
+}
+
+TEST_F(ScanProposalsTest, ASheetWhoseZonesCannotBeEnteredIsNoPanel) {
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind == RegisterScans::kKind) answer["zones"].push_back(answer["zones"].front());
+  };
+  const ScanOutcome seen = must_scan();
+  ASSERT_TRUE(seen.proposal);
+  ASSERT_FALSE(proposals_->accept(*seen.proposal, {}, "uid 7").ok()) << "two zones of one number";
+  EXPECT_TRUE(stock().empty());
+  ASSERT_THAT(waiting(), SizeIs(1));
+  EXPECT_TRUE(std::filesystem::exists(library_.path_of(waiting().front().scan_files.front())));
+}
+
 // The back has tags of its own, strips of nothing, and the same holes the other way round.
 TEST_F(ScanProposalsTest, ABackThatIsTakenForANewSheetIsNoticedAndCanBeTied) {
   ASSERT_EQ(must_scan(true).panel, kFirst);
