@@ -7,11 +7,6 @@
 namespace veneer::daemon {
 namespace {
 
-bool has_settled(ErrorCode code) {
-  // The store refuses what was done already or can never be done; any other error is of the moment.
-  return code == ErrorCode::kConflict || code == ErrorCode::kNotFound || code == ErrorCode::kInvalidArgument;
-}
-
 Result<std::vector<PieceId>> neighbours_of(Repositories& r, const BrokenRun& run, const std::string& at) {
   std::vector<PieceId> out;
   if (run.stray_path.empty()) return out;

@@ -448,11 +448,8 @@ void JobRunner::end_overrides() {
 
 void JobRunner::stop_waiting_job() {
   if (!view_.job) return;
-  parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.stop_job(job, utc_timestamp()); },
-                         // A job that never ran stays planned, which the store says by refusing; that is no fault.
-                         [log = log_](const Status& ended) {
-                           if (!ended) log->debug("{}", ended.error().message);
-                         });
+  // A job that never ran stays planned, which the store says by refusing; that is no fault.
+  parts().database.owe([job = view_.job->id](Repositories& r) { return r.jobs.stop_job(job, utc_timestamp()); });
 }
 
 // Before any run begins: the database is asked in order.

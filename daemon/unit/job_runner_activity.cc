@@ -249,8 +249,10 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
     else
       end_broken(finish);
   } else if (view_.job && wait_.has_pieces()) {
-    parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
-                           while_current([finish](const Status&) { finish(0); }));  // a planned job stays planned
+    parts().database.owe([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
+                         [finish, moment = moment()] {
+                           if (moment.is_current()) finish(0);  // a planned job stays planned
+                         });
   } else {
     finish(0);
   }

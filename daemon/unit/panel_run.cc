@@ -124,11 +124,9 @@ void PanelRun::start_run(db::RunFacts facts, Reply ready) {
       [this, &database, moment = host_.moment(), ready = std::move(ready)](Result<db::RunId> run) {
         if (!moment.is_current()) {  // broken off meanwhile: nothing of it was cut
           if (run)
-            database.async(
-                [id = *run](Repositories& r) {
-                  return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp());
-                },
-                [](const Status&) {});
+            database.owe([id = *run](Repositories& r) {
+              return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp());
+            });
           return;
         }
         if (!run) return ready(run.error());
