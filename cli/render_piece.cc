@@ -1,7 +1,11 @@
 // What a piece tells of its life.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "cli/json_read.h"
 #include "cli/render.h"
@@ -28,6 +32,33 @@ std::string certificate_line(const json& certificate) {
                   moment_words(text_or(certificate, "issued", "")), number_or(certificate, "rms_mm", 0)));
 }
 
+// Where on the panel it was cut out: how large, and from which lower left corner on; its corners too, where they are
+// few.
+std::string outline_lines(const json& outline) {
+  constexpr std::size_t kFew = 8;
+  std::vector<std::pair<double, double>> corners;
+  for (const json& point : outline) {
+    if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) return "";
+    corners.emplace_back(point[0].get<double>(), point[1].get<double>());
+  }
+  if (corners.empty()) return "";
+  auto low = corners.front(), high = low, before = corners.back();
+  double twice = 0;
+  std::string named;
+  for (const auto& [x, y] : corners) {
+    low = {std::min(low.first, x), std::min(low.second, y)};
+    high = {std::max(high.first, x), std::max(high.second, y)};
+    twice += before.first * y - x * before.second;
+    before = {x, y};
+    named += fmt::format("{}{:.2f}, {:.2f}", named.empty() ? "" : "; ", x, y);
+  }
+  std::string text = line("Outline", fmt::format("{} corners, {:.1f} x {:.1f} mm from {:.1f}, {:.1f} mm on, {:.1f} mm2",
+                                                 corners.size(), high.first - low.first, high.second - low.second,
+                                                 low.first, low.second, std::abs(twice) / 2));
+  if (corners.size() <= kFew) text += line("", named);
+  return text;
+}
+
 std::string wood_lines(const json& wood, const json& run) {
   if (!wood.is_object()) return line("Wood", "none was found for it");
   const std::string material = text_or(member(run, "recipe"), "material", "");
@@ -35,6 +66,7 @@ std::string wood_lines(const json& wood, const json& run) {
   std::string text = line("Wood", fmt::format("panel {}{}{}", text_or(wood, "panel", "?"),
                                               root.empty() || root == text_or(wood, "panel", "") ? "" : " of " + root,
                                               material.empty() ? "" : ", " + material));
+  text += outline_lines(member(wood, "outline_mm"));
   text += line("Turned", fmt::format("{:.1f} degrees", number_or(wood, "rotation_deg", 0)));
   const std::string map = text_or(wood, "map_sha256", "");
   if (!map.empty())

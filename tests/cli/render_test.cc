@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "cli/progress.h"
@@ -94,7 +95,8 @@ TEST(Render, NothingOfAnotherTypeThrows) {
           render_certificates, render_proposals, render_proposal, render_refused,      render_edits,
           render_edited,       render_merged,    render_jobs,     render_job,          render_new_job,
           render_plans,        render_plan,      render_new_plan, render_tasks,        render_task,
-          render_next,         render_state,     render_twin,     render_plain,        render_pieces}) {
+          render_next,         render_state,     render_twin,     render_plain,        render_pieces,
+          render_passport}) {
       render(odd);
     }
   }
@@ -116,6 +118,22 @@ TEST(Render, PanelsLineUp) {
             "PANEL           SIZE     FREE  RESERVED     CUT  FACES            FIT  FROM\n"
             "P-0001  420 x 280 mm  812 cm2     0 cm2  12 cm2  show, back  0.031 mm\n"
             "P-2       90 x 80 mm   50 cm2                                          P-0001\n");
+}
+
+TEST(Render, APieceTellsWhereOnThePanelItsOutlineIs) {
+  json outline = {{30, 20}, {40, 20}, {40, 25}, {35, 28}, {30, 25}};
+  const auto told = [&] { return render_passport({{"wood", {{"panel", "P-1"}, {"outline_mm", outline}}}}); };
+  EXPECT_THAT(told(), ::testing::HasSubstr("Outline      5 corners, 10.0 x 8.0 mm from 30.0, 20.0 mm on, 65.0 mm2\n"
+                                           "             30.00, 20.00; 40.00, 20.00; 40.00, 25.00; 35.00, 28.00; "
+                                           "30.00, 25.00\n"));
+  outline = json::array();
+  for (int i = 0; i < 360; ++i)
+    outline.push_back({50 + 10 * std::cos(i * M_PI / 180), 60 - 10 * std::sin(i * M_PI / 180)});
+  EXPECT_THAT(told(), ::testing::HasSubstr("Outline      360 corners, 20.0 x 20.0 mm from 40.0, 50.0 mm on, 314.1 mm2\n"
+                                           "Turned"))
+      << "nobody reads so many";
+  outline = {{30, "x"}, 3};
+  EXPECT_THAT(told(), ::testing::Not(::testing::HasSubstr("Outline")));
 }
 
 TEST(Render, AReconciledScanNamesEachDifference) {

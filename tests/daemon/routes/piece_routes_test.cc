@@ -124,6 +124,7 @@ TEST_F(PieceRoutes, APieceTellsWhereItComesFromAndHowItWasMade) {
   const std::string told = cli::render_passport(piece);
   EXPECT_THAT(told, HasSubstr("Piece A1 of job 1, cut\n"));
   EXPECT_THAT(told, HasSubstr("Wood         panel P-0001, walnut\n"));
+  EXPECT_THAT(told, HasSubstr("Outline      4 corners, "));
   EXPECT_THAT(told, HasSubstr("Certificate  2 scanner, issued 2026-01-01 00:00:00 UTC, 0.021 mm\n"));
   EXPECT_THAT(told, HasSubstr("Burnt with   12.5 mm/s, 80 % power, 2 passes, with air\n"));
   EXPECT_THAT(told, HasSubstr("History      2026-05-01 07:30:00 UTC  reserved on panel P-0001\n"));
