@@ -1,0 +1,251 @@
+// A process that does whatever a cell does to its wood, drawn from a seed and from what the database says: the same
+// seed on the same database does the same.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "db/differences.h"
+#include "db/later_scans.h"
+#include "db/leases.h"
+#include "db/masks.h"
+#include "db/shapes.h"
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+
+class BusyProcess {
+ public:
+  BusyProcess(Database& database, std::uint32_t seed)
+      : database_(database), jobs_(database), panels_(database), random_(seed) {}
+
+  // The first step is the recovery, as at every start. kConflict when the wood is taken, kRefused while a scan waits to
+  // be decided or a panel to be scanned, kNotFound where it asks for a version that is not there: answers like others.
+  Status step() {
+    if (!std::exchange(recovered_, true)) return jobs_.recover(kLater).ok() ? Ok() : failed("recovery");
+    const auto run = row("SELECT id FROM runs WHERE ended_at IS NULL");
+    return run ? cut({*run}) : prepare();
+  }
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  static Status failed(const std::string& what) { return Error{ErrorCode::kStorage, what + " failed"}; }
+
+  // One of the numbers that the query finds.
+  std::optional<std::int64_t> row(const std::string& query) {
+    SQLite::Statement rows(database_.connection(), query);
+    std::vector<std::int64_t> all;
+    while (rows.executeStep()) all.push_back(rows.getColumn(0).getInt64());
+    if (all.empty()) return std::nullopt;
+    return all[below(static_cast<unsigned>(all.size()))];
+  }
+
+  Status cut(RunId run) {
+    const auto cutting = row("SELECT piece FROM allocations WHERE state = 'cutting'");
+    if (below(12) == 0) return jobs_.abort_run(run, {}, "stop", kLater);
+    if (cutting) return jobs_.book_piece({*cutting}, kNow);
+    const auto next =
+        row("SELECT a.piece FROM allocations AS a JOIN runs AS r ON r.job = a.job AND r.panel = a.panel WHERE "
+            "r.ended_at IS NULL AND a.state = 'reserved'");
+    if (!next || below(12) == 0) return jobs_.finish_run(run, below(2) == 0, kLater);
+    return jobs_.mark_cutting({*next}, kNow);
+  }
+
+  // Of all that are in stock; never none.
+  PanelRecord some_panel() {
+    const auto stock = must(panels_.in_stock());
+    return stock[below(static_cast<unsigned>(stock.size()))];
+  }
+  Point<PanelFrame> some_place() {
+    const double x = 2 + kCell * below(26);
+    return point<PanelFrame>(x, 2 + kCell * below(17));
+  }
+  PlannedPatch somewhere(const std::string& mark) {
+    const PanelId panel = some_panel().id;
+    const auto place = some_place();
+    return square_piece(mark, panel, place.x.count(), place.y.count(), 14);
+  }
+  NewPlan plan_of(const std::vector<PlannedPatch>& pieces) {
+    NewPlan plan = job_of(pieces);
+    for (auto& on : plan.planned_on) on.mask_version = must(panels_.find(on.panel)).mask_version;
+    return plan;
+  }
+  NewPlan some_plan() {
+    std::vector<PlannedPatch> pieces;
+    for (unsigned i = 0, n = 1 + below(5); i < n; ++i) pieces.push_back(somewhere(fmt::format("A{}", i)));
+    return plan_of(pieces);
+  }
+  Status reserve() {
+    const auto made = jobs_.create(some_plan(), kNow);
+    return made.ok() ? Ok() : Status(made.error());
+  }
+  // A plan is kept, leases its wood, and gives it back, to a job of its own or to nobody.
+  Status lease() {
+    Leases leases(database_);
+    if (const auto leased = row("SELECT plan FROM leases WHERE ended IS NULL"); leased && below(2) == 0) {
+      if (below(3) == 0) return leases.release({*leased}, kLater);
+      if (below(2) == 0) return leases.expire(kLater).ok() ? Ok() : failed("expiry");
+      const auto made = jobs_.create(PlanId{*leased}, kNow);
+      return made.ok() ? Ok() : Status(made.error());
+    }
+    const auto kept = row(
+        "SELECT id FROM plans WHERE id NOT IN (SELECT plan FROM jobs) AND id NOT IN (SELECT plan FROM redos) AND id "
+        "NOT IN (SELECT plan FROM leases WHERE ended IS NULL)");
+    if (!kept || below(3) == 0) {
+      const auto stored = Plans(database_).add(some_plan(), kNow);
+      return stored.ok() ? Ok() : Status(stored.error());
+    }
+    const auto taken = leases.take({*kept}, "local:1000", kNow, below(2) == 0 ? kLater : "2026-05-08T07:30:00.000Z");
+    return taken.ok() ? Ok() : Status(taken.error());
+  }
+  Status redo() {
+    const auto piece = row(
+        "SELECT piece FROM piece_states AS s JOIN jobs AS j ON j.id = s.job WHERE j.state <> 'running' AND s.state IN "
+        "('cut', 'scrap', 'released')");
+    if (!piece) return reserve();
+    const PieceRecord lost = must(jobs_.find_piece({*piece}));
+    const auto made = jobs_.redo(lost.job, plan_of({somewhere(lost.mark)}), kLater);
+    return made.ok() ? Ok() : Status(made.error());
+  }
+
+  // The stock itself: sheets come, are sawn apart, and turn out to be one.
+  Status change_stock() {
+    const auto stock = must(panels_.in_stock());
+    const PanelId fresh = must(panels_.next_panel_id());
+    if (stock.size() < kFewestPanels) return panels_.add(sheet(fresh), {}, {}, {}, {{1, square(10, 10, 100), ""}});
+    const Isometry2<PanelFrame, PanelFrame> moved(Radians(0), point<PanelFrame>(-kCell * below(4), 0));
+    const auto sawn = must(panels_.sawn());
+    const unsigned what = below(3);
+    if (what == 0 && !sawn.empty() && stock.size() < kMostPanels) {
+      PanelRecord part = sheet(fresh);
+      part.parent = sawn[below(static_cast<unsigned>(sawn.size()))];
+      return panels_.add_part(part, {}, {}, {moved, 3, 0.02_mm}, {}, {{1, square(10, 10, 100), "walnut"}});
+    }
+    const PanelId one = some_panel().id, other = some_panel().id;
+    if (what == 1 && one != other)
+      return panels_.merge({one, other, moved.inverse(), 4, 0.01_mm, "local:1000", kLater}, {}, {});
+    return panels_.split(one, "local:1000", "sawn apart", kLater);
+  }
+  // A panel's face is looked at again, and what that shows is stock at once, or a proposal that was accepted.
+  Status scan_again() {
+    const PanelRecord panel = some_panel();
+    LaterScan scan{{0, "map", "mask", "hash", kLater, SquareMillimetres(100.0 * below(900))},
+                   panel.mask_version,
+                   {},
+                   {},
+                   false,
+                   {},
+                   {},
+                   {}};
+    scan.zones = {{1, square(10, 10, 100), ""}};
+    scan.differences.emplace();
+    for (unsigned i = 0, n = below(3); i < n; ++i) {
+      DifferenceRecord& seen = scan.differences->emplace_back();
+      seen.place = some_place(), seen.gone = below(4) != 0, seen.area = SquareMillimetres(16);
+      seen.shape = rectangle(seen.place.x.count(), seen.place.y.count(), 4, 4);
+    }
+    for (const auto& [allocation, state] : must(Ledger(database_).live_states(panel.id)))
+      if (state == AllocationState::kSuspect)
+        scan.sightings.push_back({allocation, {Seen::kUnclear, 0.01 * below(100), 0, kLater}});
+    ScanRecord raw;
+    raw.panel = panel.id, raw.device = "twin:1", raw.file = fmt::format("scans/{}.png", below(100'000));
+    raw.sha256 = "ab12", raw.dpi = 600, raw.lattice = "[[1,0],[0,1]]", raw.taken_at = kLater;
+    scan.scans = {raw};
+    if (below(3) != 0) return dropped(LaterScans(database_).enter(panel.id, scan));
+    if (const auto waits = row("SELECT id FROM proposals WHERE id NOT IN (SELECT proposal FROM proposal_verdicts)")) {
+      const ProposalRecord proposal = must(Proposals(database_).find({*waits}));
+      if (below(3) == 0) return Proposals(database_).refuse(proposal.id, "local:1000", "dust", kLater);
+      scan.after = *proposal.after;
+      for (ScanRecord& one : scan.scans) one.panel = *proposal.panel;
+      return dropped(LaterScans(database_).enter(*proposal.panel, scan, Acceptance{proposal.id, {}, "local:1000"}));
+    }
+    ProposalRecord proposal;
+    proposal.panel = panel.id, proposal.after = panel.mask_version, proposal.who = "local:1000";
+    proposal.made_at = kLater, proposal.map_file = "map", proposal.mask_file = "mask", proposal.read_file = "read";
+    proposal.read_sha256 = std::string(64, 'a'), proposal.width = 420_mm, proposal.height = 280_mm;
+    return dropped(Proposals(database_).add(proposal));
+  }
+  Status decide_difference() {
+    const auto open =
+        row("SELECT id FROM differences AS d WHERE NOT EXISTS (SELECT 1 FROM difference_verdicts WHERE difference = "
+            "d.id)");
+    if (!open) return scan_again();
+    SQLite::Statement of(database_.connection(), "SELECT panel, kind FROM differences WHERE id = ?");
+    of.bind(1, *open);
+    of.executeStep();
+    const PanelId panel{of.getColumn(0).getString()};
+    const bool gone = of.getColumn(1).getString() == "gone_not_booked";
+    const auto verdict = gone && below(2) == 0 ? DifferenceVerdict::kWrittenOff : DifferenceVerdict::kAccepted;
+    return dropped(Differences(database_).decide(panel, {*open}, verdict, "local:1000", "", kLater));
+  }
+  Status edit_mask() {
+    const PanelRecord panel = some_panel();
+    MaskRecord painted{0, "map", "painted", "hash", kLater, SquareMillimetres(100.0 * below(900)), "mask"};
+    if (below(4) == 0)
+      return dropped(panels_.revert_mask(panel.id, 1 + static_cast<int>(below(3)), kLater, "local:1000"));
+    const auto edits = must(Masks(database_).counting(panel.id));
+    if (!edits.empty() && below(2) == 0)
+      return Masks(database_).remove(panel.id, edits.front().id, "local:1000", kLater, painted, panel.mask_version);
+    const auto place = some_place();
+    MaskEdit edit;
+    edit.give = below(2) == 0, edit.shape = rectangle(place.x.count(), place.y.count(), 5, 5);
+    edit.who = "local:1000", edit.at = kLater;
+    return dropped(Masks(database_).add(panel.id, edit, painted, panel.mask_version));
+  }
+
+  Status prepare() {
+    const unsigned what = below(20);
+    if (what >= 18) return change_stock();
+    if (what == 17) return decide_difference();
+    if (what == 16) return edit_mask();
+    if (what >= 14) return scan_again();
+    if (what >= 10) return lease();
+    if (what < 2) return reserve();
+    if (what == 2) return redo();
+    if (what == 3)
+      if (const auto job = row("SELECT id FROM jobs WHERE state IN ('planned', 'stopped', 'aborted')"))
+        return jobs_.cancel({*job}, kLater);
+    if (what == 4)
+      if (const auto piece = row("SELECT piece FROM allocations WHERE state = 'suspect'")) {
+        constexpr AllocationState kVerdicts[] = {AllocationState::kCut, AllocationState::kScrap,
+                                                 AllocationState::kReleased};
+        return jobs_.settle({*piece}, kVerdicts[below(3)], kLater);
+      }
+    if (what == 5) {
+      const PlannedPatch wood = somewhere("");
+      if (below(2) == 0)
+        return dropped(Ledger(database_).write_off_free(*wood.panel, wood.allocation, "a scorched rim", kLater));
+      return Ledger(database_).write_off(*wood.panel, wood.allocation, "a knot", kLater);
+    }
+    const auto wood = row(
+        "SELECT a.id FROM allocations AS a JOIN jobs AS j ON j.id = a.job WHERE a.state = 'reserved' AND j.state NOT "
+        "IN ('complete', 'cancelled')");
+    if (!wood) return reserve();
+    SQLite::Statement of(database_.connection(), "SELECT job, panel FROM allocations WHERE id = ?");
+    of.bind(1, *wood);
+    of.executeStep();
+    const auto run = jobs_.start_run({of.getColumn(0).getInt64()}, PanelId{of.getColumn(1).getString()}, {}, 0.05_mm,
+                                     kNow, {"local:1000", {}, "[]"});
+    return run.ok() ? Ok() : Status(run.error());
+  }
+
+  template <class T>
+  static Status dropped(const Result<T>& result) {
+    return result.ok() ? Ok() : Status(result.error());
+  }
+
+  static constexpr double kCell = 16;
+  static constexpr std::size_t kFewestPanels = 2, kMostPanels = 5;
+
+  Database& database_;
+  JobStore jobs_;
+  Panels panels_;
+  std::mt19937 random_;
+  bool recovered_ = false;
+};
+
+}  // namespace veneer::db
