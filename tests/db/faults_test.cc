@@ -11,6 +11,7 @@
 #include "db/backup.h"
 #include "tests/db/a_day.h"
 #include "tests/db/everything.h"
+#include "tests/db/old_rows.h"
 #include "tests/db/power_loss_vfs.h"
 #include "tests/db/scarce_memory.h"
 #include "tests/support/campaign_size.h"
@@ -217,6 +218,50 @@ TEST_F(FaultsTest, ANewDatabaseIsMadeWholeOrMadeByTheNextStart) {
       if (HasFailure()) return;
       if (!met) break;
     }
+}
+
+// What older programs wrote is all there, in the newest schema: after this start, or after the next one.
+TEST_F(FaultsTest, AnOldDatabaseIsBroughtUpToDateByThisStartOrTheNext) {
+  const int newest = static_cast<int>(migrations().size());
+  int brought = 0, left = 0;
+  for (const int version : {1, 12, newest - 1}) {
+    const fs::path old = directory_ / fmt::format("old-{}", version);
+    fs::create_directory(old);
+    {
+      SQLite::Database connection((old / "veneerd.db").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+      grow(connection, version);
+    }
+    const auto lay = [&] {
+      database_.reset();
+      for (const char* end : {"", "-wal", "-shm", ".clean"}) fs::remove(file().string() + end);
+      fs::remove_all(directory_ / "plans");
+      fs::copy(old, directory_.path(), fs::copy_options::recursive);
+    };
+    lay();
+    open();
+    const std::string wanted = everything_in(database_->connection());
+    for (const Fault& fault : kFaults) {
+      const unsigned stride = fault.disk ? 4 * stride_ : 400 * stride_;
+      for (int nth = 1 + static_cast<int>(random_() % stride);;
+           nth += 1 + static_cast<int>(random_() % (2 * stride - 1))) {
+        SCOPED_TRACE(fmt::format("schema {}, {} {}", version, fault.name, nth));
+        lay();
+        arm(fault, nth);
+        {
+          const auto result = Database::open(file());
+          if (!result.ok()) expect_clear(result.error());
+          (result.ok() ? brought : left) += 1;
+        }
+        const bool met = disarm();
+        open();
+        ASSERT_EQ(everything_in(database_->connection()), wanted);
+        VENEER_EXPECT_OK(Plans(*database_).check_files());
+        if (HasFailure()) return;
+        if (!met) break;
+      }
+    }
+  }
+  std::printf("brought up to date %d times, left for the next start %d times\n", brought, left);
 }
 
 }  // namespace

@@ -8,9 +8,6 @@
 #include <set>
 
 #include "db/leases.h"
-#include "db/migrations.h"
-#include "db/sql.h"
-#include "tests/db/cell_database.h"
 #include "tests/db/everything.h"
 #include "tests/db/old_rows.h"
 
@@ -18,17 +15,6 @@ namespace veneer::db {
 namespace {
 
 using ::testing::IsSubsetOf;
-
-void grow(SQLite::Database& old, int version) {
-  register_functions(old);
-  old.exec("PRAGMA foreign_keys = ON; PRAGMA application_id = 1447970130");  // "VNER"
-  for (int step = 1; step <= version; ++step) {
-    VENEER_ASSERT_OK(migrate(old, migrations().first(static_cast<std::size_t>(step))));
-    if (step == 1) old.exec(kOldRows);
-    for (const auto& [of, rows] : kLaterRows)
-      if (of == step) old.exec(rows);
-  }
-}
 
 std::vector<std::string> columns_of(SQLite::Database& connection, const std::string& table) {
   return texts(connection, fmt::format("SELECT name FROM pragma_table_xinfo('{}') WHERE name <> 'checksum' AND hidden "

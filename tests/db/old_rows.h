@@ -1,6 +1,12 @@
 // Rows of databases that older versions of the program wrote.
 #pragma once
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include "db/migrations.h"
+#include "db/sql.h"
+#include "tests/db/cell_database.h"
+
 namespace veneer::db {
 
 // As the first schema wrote it: two panels, a job that was aborted with pieces in every state, one patch without wood.
@@ -137,5 +143,17 @@ INSERT INTO credentials (secret, kind, user, name, role, made_at, expires_at) VA
 INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, taken_at) VALUES
   ('P-0001', 'show', 'flatbed', 's5', printf('%064d', 5), 300, 0.01, 0.02, '#64,1,1;??', 't22');)sql"},
 };
+
+// A database that was in use up to `version`: every schema added rows of its own while it was the newest.
+inline void grow(SQLite::Database& old, int version) {
+  register_functions(old);
+  old.exec("PRAGMA foreign_keys = ON; PRAGMA application_id = 1447970130");  // "VNER"
+  for (int step = 1; step <= version; ++step) {
+    VENEER_ASSERT_OK(migrate(old, migrations().first(static_cast<std::size_t>(step))));
+    if (step == 1) old.exec(kOldRows);
+    for (const auto& [of, rows] : kLaterRows)
+      if (of == step) old.exec(rows);
+  }
+}
 
 }  // namespace veneer::db
