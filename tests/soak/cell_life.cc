@@ -89,12 +89,12 @@ class CellLife {
   // Until all jobs are done, or no place is left for one piece.
   Status live() {
     if (Status told = tell(); !told) return told;
-    for (; done_ < plan_.jobs; ++done_) {
+    while (done_ < plan_.jobs) {
       const auto job = plan_one();
       if (!job) return job.error();
-      if (!*job) break;
+      if (!*job) return tell();
       if (Status lived = live(**job); !lived) return lived;
-      if ((done_ + 1) % plan_.every == 0)
+      if (++done_ % plan_.every == 0)
         if (Status told = tell(); !told) return told;
     }
     return Ok();
@@ -105,11 +105,19 @@ class CellLife {
     std::vector<std::pair<double, double>> later;
     for (const auto& sample : samples_)
       if (sample.first >= done_ / 4.0) later.push_back(sample);
-    return {{"schema_version", 1},    {"panels", panels_.size()},
-            {"jobs", done_},          {"pieces_cut", cut_},
-            {"refused", refused_},    {"cancelled", cancelled_},
-            {"made_again", again_},   {"scans", scans_},
-            {"samples_mb", samples_}, {"own_mb_per_100_jobs", 100 * slope(later)}};
+    return {{"schema_version", 1},
+            {"panels", panels_.size()},
+            {"jobs", done_},
+            {"jobs_wanted", plan_.jobs},
+            {"free_mm2", free_},
+            {"free_at_first_mm2", free_at_first_},
+            {"pieces_cut", cut_},
+            {"refused", refused_},
+            {"cancelled", cancelled_},
+            {"made_again", again_},
+            {"scans", scans_},
+            {"samples_mb", samples_},
+            {"own_mb_per_100_jobs", 100 * slope(later)}};
   }
   // What was lived is enough to be judged, and the memory was level. 30 MB are what a life as long as the soak's may
   // gain.
@@ -244,9 +252,8 @@ class CellLife {
     free_ = free;
     if (samples_.empty()) free_at_first_ = free;
     const Memory memory = memory_of(cell_.daemon_pid());
-    const int jobs = samples_.empty() ? 0 : done_ + 1;
-    samples_.emplace_back(jobs, memory.own_mb);
-    fmt::print("{:>6} {:>8.1f} {:>8.1f} {:>8.0f}\n", jobs, memory.all_mb, memory.own_mb, free / 100);
+    samples_.emplace_back(done_, memory.own_mb);
+    fmt::print("{:>6} {:>8.1f} {:>8.1f} {:>8.0f}\n", done_, memory.all_mb, memory.own_mb, free / 100);
     std::fflush(stdout);
     return Ok();
   }
@@ -289,6 +296,10 @@ int main(int argc, char** argv) {
   if (lived) lived = life.live();
   const json figures = life.figures();
   if (!plan.out.empty()) std::ofstream(plan.out) << figures.dump(2);
+  if (lived && figures["jobs"] < figures["jobs_wanted"])
+    fmt::print("no place was left for one piece more: {} of {} jobs were reached, and {:.0f} of {:.0f} mm2 are free\n",
+               figures["jobs"].get<int>(), figures["jobs_wanted"].get<int>(), figures["free_mm2"].get<double>(),
+               figures["free_at_first_mm2"].get<double>());
   fmt::print(
       "{} jobs, {} pieces cut, {} cancelled, {} plans refused, {} pieces made again, {} scans; {:+.2f} MB in 100 "
       "jobs\n",

@@ -47,9 +47,17 @@ campaign() {
   log=$(mktemp)
   "${@:3}" >"$log" 2>&1 || { result=fail; failed=1; tail -30 "$log" >&2; }
   [[ -z ${show_table-} ]] || cat "$log"
-  rm -f "$log"
   printf '%-44s seed %-9s %5d s  %s\n' "$1" "$2" $((SECONDS - started)) "$result"
-  rows+=("{\"name\":\"$1\",\"seed\":$2,\"seconds\":$((SECONDS - started)),\"result\":\"$result\"}")
+  rows+=("{\"name\":\"$1\",\"seed\":$2,\"seconds\":$((SECONDS - started)),\"result\":\"$result\",\"told\":$(told_in "$log")}")
+  rm -f "$log"
+}
+# What a campaign told of itself, its last lines, as a JSON list: googletest's own are left out.
+told_in() {
+  python3 -c '
+import json, re, sys
+lines = [line.rstrip() for line in open(sys.argv[1], errors="replace")]
+ours = [line for line in lines if line and not re.match(r"\[[- =A-Z]{10}\]|Note: |Using configuration: ", line)]
+print(json.dumps(ours[-40:]))' "$1"
 }
 
 seed=$(fresh_seed)
@@ -100,7 +108,7 @@ show_table=1 campaign "sights/workshop" "$seed" "$build/bin/veneer-soak-sights" 
   --out "$(dirname "$out")/sights.json"
 
 seed=$(fresh_seed)
-campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=10000" \
+show_table=1 campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=10000" \
   "$build/tests/db_tests" db/ledger_model_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/kills" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=10000 \
@@ -115,7 +123,7 @@ seed=$(fresh_seed)
 show_table=1 campaign "ledger/corruption" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 VENEER_CORRUPTIONS=1000 \
   "$build/tests/db_power_loss_tests" db/bit_flip_test.cc
 seed=$(fresh_seed)
-campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
+show_table=1 campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
   "$build/tests/db_tests" db/raw_writers_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/stock-life" "$seed" env VENEER_SEED="$seed" VENEER_STOCK_PANELS=60 VENEER_STOCK_JOBS=2000 \
@@ -124,7 +132,7 @@ seed=$(fresh_seed)
 show_table=1 campaign "ledger/cell-life" "$seed" "$build/bin/veneer-soak-life" --seed "$seed" \
   --dir "$(dirname "$out")/soak-life" --out "$(dirname "$out")/cell-life.json"
 seed=$(fresh_seed)
-campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
+show_table=1 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
   "$build/tests/daemon_services_tests" daemon/services/area_life_test.cc
 
 # A cell has wood for some 25 kills, and each test begins two with a copy of the same one.
