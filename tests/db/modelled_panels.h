@@ -19,6 +19,25 @@ class ModelledPanels : public ModelledWork {
     ruined_.push_back(wood);
     expire(kNow);
   }
+  // What of the middle of a cell nothing is booked on: all of it, or nothing.
+  void write_off_free() {
+    ModelPiece box;
+    box.panel = any_panel();
+    box.cells = {{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}};
+    box.state = AllocationState::kScrap;
+    const auto& [x, y] = *box.cells.begin();
+    const auto place = square(x * kCell + kInset, y * kCell + kInset, kCell - 2 * kInset);
+    const bool adds = !taken(box.panel, box.cells, {}, kNever);
+    const auto done =
+        cell_.ledger().write_off_free(panels_[box.panel], Region<PanelFrame>(place), "a scorched rim", kLater);
+    RC_ASSERT(done.ok() == !(adds && known_[box.panel].retired));
+    if (!done.ok()) return;
+    RC_ASSERT(done->count() == (adds ? (kCell - 2 * kInset) * (kCell - 2 * kInset) : 0));
+    if (adds) written_off_.push_back(box);
+    expire(kLater);
+    for (ModelPlan& plan : plans_)
+      if (plan.leases(box.panel, box.cells, kEver)) plan.lease.reset();
+  }
   void retire_or_restore() {
     const int panel = any_panel();
     ModelPanel& known = known_[panel];
@@ -74,13 +93,15 @@ class ModelledPanels : public ModelledWork {
     RC_ASSERT(entered.ok() == allowed);
     if (!allowed) return RC_ASSERT(entered.error().code == ErrorCode::kConflict);
     const int here = static_cast<int>(panels_.size());
-    know_panel(part.id).is_part = true;
+    ModelPanel& known = know_panel(part.id);
+    known.is_part = true, known.treated = known_[parent].treated;
     known_[parent].has_part = true;
     for (auto* wood : {&gone, &boxes})
       for (const ModelPiece& was : *wood) {
         if (was.panel != parent) continue;
         ModelPiece carried;
         carried.panel = here, carried.state = was.state;
+        carried.carried_outline = Cell{was.outline_cell().first - columns, was.outline_cell().second};
         for (const auto& [x, y] : was.cells)
           if (x >= columns) carried.cells.insert({x - columns, y});
         if (!carried.cells.empty()) (wood == &gone ? ruined_ : written_off_).push_back(carried);
@@ -108,6 +129,7 @@ class ModelledPanels : public ModelledWork {
     const auto moved = [&](ModelPiece wood) {
       std::set<Cell> cells;
       for (const auto& [x, y] : wood.cells) cells.insert({x + columns, y});
+      wood.carried_outline = Cell{wood.outline_cell().first + columns, wood.outline_cell().second};
       wood.panel = kept, wood.cells = std::move(cells);
       return wood;
     };
@@ -150,6 +172,7 @@ class ModelledPanels : public ModelledWork {
     RC_ASSERT(done.ok() == (may && !contradicts));
     if (!done.ok()) return;
     known_[merged].retired = known_[merged].merged = true;
+    known_[kept].scans_when_merged = std::max(known_[kept].scans_when_merged, scans_);
     ruined_.insert(ruined_.end(), gone.begin(), gone.end());
     written_off_.insert(written_off_.end(), boxes.begin(), boxes.end());
     expire(kLater);

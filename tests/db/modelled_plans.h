@@ -33,8 +33,8 @@ class ModelledPlans : public ModelledWood {
   bool can_be_made(const ModelPlan& plan, const std::string& at) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
-      if (plan.masks[piece.panel] != known_[piece.panel].mask() || known_[piece.panel].retired || waits(piece.panel) ||
-          taken(piece.panel, piece.cells, job, at, &plan))
+      if (plan.masks[piece.panel] != known_[piece.panel].mask() || known_[piece.panel].retired ||
+          is_to_scan(piece.panel) || taken(piece.panel, piece.cells, job, at, &plan))
         return false;
       job.pieces.push_back(piece);
     }
@@ -118,7 +118,7 @@ class ModelledPlans : public ModelledWood {
     ModelJob nobody;
     const ModelPiece& wanted = plan.pieces.front();
     const bool allowed = job.state != JobState::kRunning && lost && !known_[wanted.panel].retired &&
-                         !waits(wanted.panel) && !taken(wanted.panel, wanted.cells, nobody, kLater);
+                         !is_to_scan(wanted.panel) && !taken(wanted.panel, wanted.cells, nobody, kLater);
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(says_why(redone.error(), plan.pieces));

@@ -1,6 +1,7 @@
 // What scans see: masks and what people painted on them, proposals, differences, and suspect pieces.
 #pragma once
 
+#include "db/later_scans.h"
 #include "tests/db/modelled_panels.h"
 
 namespace veneer::db {
@@ -10,14 +11,60 @@ class ModelledScans : public ModelledPanels {
   static MaskRecord record_of(const ModelScan& scan) {
     return {0, scan.map, scan.mask, "hash", moment(scan.at), {}, {}};
   }
+  ScanRecord raw_scan(int panel, Face face) const {
+    ScanRecord raw;
+    raw.panel = panels_[panel], raw.face = face, raw.device = "twin:1", raw.file = fmt::format("scan-{}", scans_ + 1);
+    raw.sha256 = "ab12", raw.dpi = 600, raw.lattice = "[[1,0],[0,1]]", raw.taken_at = kNow;
+    return raw;
+  }
+  // A tag that nobody has, or now and then one of a panel in stock, which is refused.
+  FiducialRecord some_tag() {
+    std::vector<int> known;
+    for (const ModelPanel& panel : known_)
+      if (!panel.retired) known.insert(known.end(), panel.tags.begin(), panel.tags.end());
+    FiducialRecord tag;
+    tag.tag_id = !known.empty() && *rc::gen::inRange(0, 4) == 0 ? *rc::gen::elementOf(known) : next_tag_;
+    tag.corners = square(5, 5, 8);
+    return tag;
+  }
+  // All that a later scan brings counts, or nothing of it.
+  void enter_later_scan(int panel, int after, const std::optional<Acceptance>& of, bool may) {
+    ModelPanel& known = known_[panel];
+    const ModelScan scan = next_scan();
+    const FiducialRecord tag = some_tag();
+    const LaterScan brings{record_of(scan),
+                           after,
+                           {{1, square(0, 0, 40), ""}, {2, square(50, 0, 40), "maple"}},
+                           std::nullopt,
+                           false,
+                           {},
+                           {raw_scan(panel, Face::kShow)},
+                           {tag}};
+    const auto version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
+    RC_ASSERT(version.ok() == (may && !known.retired && after == known.mask() && tag.tag_id == next_tag_));
+    if (!version.ok()) return;
+    known.count(scan);
+    known.tags.insert(next_tag_++);
+    known.last_scan = ++scans_;
+    if (known.zones.empty()) known.zones = {"", "maple"};
+    RC_ASSERT(*version == known.mask());
+    if (of) proposals_[static_cast<std::size_t>(of->proposal.value) - 1].verdict = ProposalVerdict::kAccepted;
+  }
   void scan_again() {
     const int panel = any_panel();
-    const ModelScan scan = next_scan();
-    const auto added = cell_.panels().add_mask(panels_[panel], record_of(scan), known_[panel].mask());
-    RC_ASSERT(added.ok() == !known_[panel].retired);
-    if (!added.ok()) return;
-    known_[panel].seen.push_back(scan);
-    RC_ASSERT(*added == known_[panel].mask());
+    // Somebody else may have been faster.
+    enter_later_scan(panel, known_[panel].mask() - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0), {}, true);
+  }
+  void look_at_a_face() {
+    const int panel = any_panel();
+    const Face face = *rc::gen::element(Face::kShow, Face::kBack);
+    const FiducialRecord tag = some_tag();
+    const Status added = cell_.panels().add_scans(panels_[panel], {raw_scan(panel, face)}, {}, {tag});
+    RC_ASSERT(added.ok() == (!known_[panel].retired && tag.tag_id == next_tag_));
+    if (!added.ok()) return RC_ASSERT(added.error().code == ErrorCode::kConflict);
+    known_[panel].tags.insert(next_tag_++);
+    ++scans_;
+    if (face == Face::kShow) known_[panel].last_scan = scans_;
   }
   void take_back_a_scan() {
     const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask() + 2);
@@ -51,7 +98,7 @@ class ModelledScans : public ModelledPanels {
       one.id = {static_cast<std::int64_t>(differences_.size()) + 1};
       differences_.push_back(one);
     }
-    seen.push_back(again);
+    known_[panel].count(again);
     RC_ASSERT(*back == known_[panel].mask());
   }
   // A scan of its panel saw of its wood what it saw.
@@ -125,7 +172,7 @@ class ModelledScans : public ModelledPanels {
     const int panel = any_panel();
     ModelPanel& known = known_[panel];
     const ModelScan scan = known.seen.back();
-    const MaskRecord made{0, scan.map, "painted", "hash", moment(++tick_), {}, scan.mask};
+    const MaskRecord made{0, scan.map, scan.mask + "-painted", "hash", moment(++tick_), {}, scan.mask};
     // Somebody else may have been faster.
     const int after = known.mask() - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0);
     const bool allowed = !known.retired && after == known.mask();
@@ -145,7 +192,7 @@ class ModelledScans : public ModelledPanels {
       if (!removed.ok()) return;
       known.edits[index] = false;
     }
-    known.seen.push_back(scan);
+    known.count(scan, made.mask_file);
   }
 
   void propose() {
@@ -186,20 +233,14 @@ class ModelledScans : public ModelledPanels {
     }
     const Acceptance accepted{number, {"size"}, "local:1000"};
     if (proposal.panel) {
-      ModelPanel& known = known_[*proposal.panel];
-      const ModelScan scan = next_scan();
-      const auto version = cell_.panels().add_mask(panels_[*proposal.panel], record_of(scan), proposal.after, accepted);
-      RC_ASSERT(version.ok() == (!proposal.verdict && !known.retired && known.mask() == proposal.after));
-      if (!version.ok()) return;
-      known.seen.push_back(scan);
-      RC_ASSERT(*version == known.mask());
-    } else {
-      if (panels_.size() == kMostPanels) return;
-      const PanelId id = must(cell_.panels().next_panel_id());
-      RC_ASSERT(cell_.panels().add(sheet(id), {}, {}, accepted).ok() == !proposal.verdict);
-      if (proposal.verdict) return;
-      know_panel(id);
+      return enter_later_scan(*proposal.panel, proposal.after, accepted, !proposal.verdict);
     }
+    if (panels_.size() == kMostPanels) return;
+    const PanelId id = must(cell_.panels().next_panel_id());
+    RC_ASSERT(cell_.panels().add(sheet(id), {}, {}, accepted, {{1, square(0, 0, 40), "oak"}}).ok() ==
+              !proposal.verdict);
+    if (proposal.verdict) return;
+    know_panel(id).zones = {"oak"};
     proposal.verdict = ProposalVerdict::kAccepted;
   }
 };

@@ -6,6 +6,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "db/differences.h"
 #include "db/leases.h"
 #include "db/masks.h"
+#include "db/materials.h"
 #include "db/proposals.h"
 #include "tests/db/cell_database.h"
 
@@ -35,7 +37,10 @@ struct ModelPiece {
   std::set<Cell> cells;
   AllocationState state = AllocationState::kReserved;
   bool seen = false;  // by a scan, since it became suspect
+  // The cell that its outline lies in, of wood that was carried over: perhaps one that was sawn off.
+  std::optional<Cell> carried_outline = std::nullopt;
 
+  Cell outline_cell() const { return carried_outline ? *carried_outline : *cells.begin(); }
   void doubt() { state = AllocationState::kSuspect, seen = false; }
 };
 // A moment of the model: scans, and what they found, are told apart by it.
@@ -48,9 +53,21 @@ struct ModelScan {
 };
 struct ModelPanel {
   std::vector<ModelScan> seen;  // by each version of its mask
+  std::string counts = {};      // the file of the newest version: what that scan saw, or as people painted on it
   int mask() const { return static_cast<int>(seen.size()); }
+  void count(const ModelScan& scan) { count(scan, scan.mask); }
+  void count(const ModelScan& scan, const std::string& file) {
+    const ModelScan kept = scan;  // perhaps one of those that were seen
+    seen.push_back(kept), counts = file;
+  }
   bool retired = false, sawn = false, has_part = false, is_part = false, merged = false;
   std::vector<bool> edits = {};  // of its mask, the oldest first: does it count still?
+  std::set<int> tags = {};
+  std::vector<std::string> zones = {};       // what each is of
+  std::optional<std::string> shelf = {};     // where it lies
+  std::vector<int> remnants = {};            // by each that was booked, the version of the mask
+  std::optional<std::string> treated = {};   // when last
+  int last_scan = 0, scans_when_merged = 0;  // their numbers: of the last one, and of the newest when it got other wood
 };
 struct ModelJob {
   JobId id;
@@ -134,6 +151,11 @@ struct ModelledKnowledge {
   std::optional<ModelRun> run_;
   std::vector<PieceId> kept_cuts_;  // of the last run
   int tick_ = 0;                    // the last moment
+  int scans_ = 0;                   // rows of raw scans, of all panels
+  int next_tag_ = 601;
+  std::optional<int> scans_when_restored_;
+  std::map<std::string, std::pair<std::optional<std::string>, std::optional<std::string>>> woods_;  // names, origins
+  std::map<std::pair<std::string, Operation>, double> recipes_;                                     // speeds
 };
 
 class ModelledWood : protected ModelledKnowledge {
@@ -144,10 +166,13 @@ class ModelledWood : protected ModelledKnowledge {
   ModelPanel& know_panel(const PanelId& id) {
     const PanelRecord as_entered = sheet(id);
     panels_.push_back(id);
-    return known_.emplace_back(ModelPanel{{{0, as_entered.map_file, as_entered.mask_file}}});
+    return known_.emplace_back(ModelPanel{{{0, as_entered.map_file, as_entered.mask_file}}, as_entered.mask_file});
   }
-  // Of the same mask always, for who looks at it; its map tells it from others.
-  ModelScan next_scan() { return {++tick_, fmt::format("map-{}", tick_), "mask"}; }
+  // Its map tells it from others. Of one of two masks, for who looks at them.
+  ModelScan next_scan() {
+    const bool less = *rc::gen::inRange(0, 3) == 0;
+    return {++tick_, fmt::format("map-{}", tick_), less ? "mask-less" : "mask"};
+  }
 
   template <class T>
   static std::vector<T*> pointers(std::vector<T>& all) {
@@ -176,11 +201,23 @@ class ModelledWood : protected ModelledKnowledge {
     return std::any_of(proposals_.begin(), proposals_.end(),
                        [&](const ModelProposal& p) { return p.panel == panel && !p.verdict; });
   }
+  // What is there of its wood nobody knows until it is scanned, or a scan of it is decided.
+  bool is_unseen(int panel) const {
+    const ModelPanel& known = known_[static_cast<std::size_t>(panel)];
+    return waits(panel) || (known.scans_when_merged > 0 && known.scans_when_merged >= known.last_scan) ||
+           (scans_when_restored_ && *scans_when_restored_ >= known.last_scan);
+  }
+  // Nothing is planned from it: unseen, or sanded or finished since what counts was scanned.
+  bool is_to_scan(int panel) const {
+    const ModelPanel& known = known_[static_cast<std::size_t>(panel)];
+    const int at = known.seen.back().at;
+    return is_unseen(panel) || (known.treated && *known.treated > (at == 0 ? kNow : moment(at)));
+  }
   // Why wood could not be had for these pieces.
   bool says_why(const Error& error, const std::vector<ModelPiece>& pieces) const {
-    const bool any_waits =
-        std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) { return waits(piece.panel); });
-    return error.code == ErrorCode::kConflict || (any_waits && error.code == ErrorCode::kRefused);
+    const bool any_is_to_scan =
+        std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) { return is_to_scan(piece.panel); });
+    return error.code == ErrorCode::kConflict || (any_is_to_scan && error.code == ErrorCode::kRefused);
   }
 
   int any_panel() const { return *rc::gen::inRange(0, static_cast<int>(panels_.size())); }
