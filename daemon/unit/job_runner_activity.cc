@@ -120,6 +120,35 @@ void JobRunner::bed_remark(const std::string& text) {
   bed_remark_ = text;
 }
 
+void JobRunner::proven(db::RunId run) {
+  if (options_.look_every == 0) return;  // nobody will look again
+  parts().database.async([run](Repositories& r) { return r.jobs.note_proof(run, utc_timestamp()); },
+                         [log = log_](const Status& noted) {
+                           if (!noted) log->warn("{}", noted.error().message);  // more is owed after a kill
+                         });
+}
+
+void JobRunner::ends_unproven(db::UnprovenCuts cuts) {
+  if (options_.look_every > 0) owed_.owe(std::move(cuts));
+}
+
+// The beam is off, nothing moves, and what an abort proved is booked.
+bool JobRunner::may_look_for_owed() const {
+  const bool at_rest = view_.state == CellState::kAborted || view_.state == CellState::kStopped ||
+                       view_.state == CellState::kIdle || view_.state == CellState::kSuspended ||
+                       view_.state == CellState::kComplete;
+  const LaserStatus laser = parts().laser.status();
+  return owed_.any() && at_rest && !activity_ && !jogging_ && !breaking_ && !unwritten_ && !laser.beam_on;
+}
+
+void JobRunner::doubted(JobId job, const std::string& why) {
+  log_->warn("{}", why);
+  if (view_.state == CellState::kAborted || view_.state == CellState::kStopped) view_.reason += "; " + why;
+  forget_cuts();  // what lies elsewhere is not met again
+  job_changed(job);
+  on_change_();
+}
+
 // ---- The end -----------------------------------------------------------------------------------------------------
 
 void JobRunner::ending(Afterwards afterwards) {
