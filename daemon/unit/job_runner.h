@@ -120,6 +120,7 @@ class JobRunner : private ActivityHost {
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
   bool may_look_for_owed() const;
+  bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});

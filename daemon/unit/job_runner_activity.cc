@@ -46,10 +46,16 @@ void JobRunner::next() {
   if (activity_->next_start()) {
     if (proof_.lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
     if (proof_.is_due(*activity_)) return prove_again();
-  } else if (options_.look_every > 0 && activity_->ends_unproven() && !proof_.lid_was_opened()) {
+  } else if (is_unproven_at_the_end()) {
+    if (proof_.lid_was_opened())
+      return rest("the lid was opened before the camera had seen what was cut last: close it, then Unhold");
     return prove_again();
   }
   activity_->go_on();
+}
+
+bool JobRunner::is_unproven_at_the_end() const {
+  return options_.look_every > 0 && !activity_->next_start() && activity_->ends_unproven();
 }
 
 void JobRunner::burn(const LaserJob& strokes) {
@@ -72,9 +78,9 @@ void JobRunner::prove_again() {
   view_.reason = "looking whether the panel lies as it did";
   on_change_();
   prove([this](const Status& proven) {
-    // Hands that come for what is cut end a run that has nothing left to burn.
-    const bool hands_are_in = !activity_->next_start() && proof_.lid_was_opened();
-    if (!proven && !hands_are_in) return rest(proven.error().message);
+    // Hands that came while the camera looked undo nothing of what it saw, and nothing is left to burn.
+    const bool has_seen = !activity_->next_start() && !is_unproven_at_the_end() && proof_.lid_was_opened();
+    if (!proven && !has_seen) return rest(proven.error().message);
     view_.reason = bed_remark_;
     on_change_();
     next();
