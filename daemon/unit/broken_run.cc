@@ -13,8 +13,8 @@ bool has_settled(ErrorCode code) {
 }
 
 struct Struck {
-  std::vector<PieceId> pieces;                // reserved or cut, and perhaps hit
-  std::optional<Region<PanelFrame>> wood;     // all that may be hit; nothing where nobody knows, or where there is none
+  std::vector<PieceId> pieces;             // reserved or cut, and perhaps hit
+  std::optional<Region<PanelFrame>> wood;  // all that may be hit; nothing where nobody knows, or where there is none
 };
 
 Result<Struck> struck_by(Repositories& r, const BrokenRun& run, const std::string& at) {

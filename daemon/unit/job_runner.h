@@ -11,8 +11,8 @@
 // last RunnerOptions::look_every pieces. Hold is a state, so that it is remembered whatever the laser, the database or
 // the camera do meanwhile; Unhold proves the bed anew.
 //
-// Before a run ends the camera looks once more, so that every booked piece stands between two proofs. What is broken off
-// owes that look (owed_proof.h).
+// Before a run ends the camera looks once more, so that every booked piece stands between two proofs. What is broken
+// off owes that look (owed_proof.h).
 //
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once

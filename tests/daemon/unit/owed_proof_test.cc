@@ -148,6 +148,22 @@ TEST_F(OwedProofTest, WhatWasProvenBeforeIsNotOwed) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
 }
 
+TEST_F(OwedProofTest, TheAuditLogTellsUpToWhereThePanelWasSeen) {
+  options_.look_every = 1;
+  make_runner();
+  cut_one();
+  const auto rows = database_->call([](Repositories& r) {
+    db::AuditFilter proofs;
+    proofs.what = "run.proven";
+    return r.audit.read(proofs, 10);
+  });
+  ASSERT_TRUE(rows.ok());
+  std::vector<std::string> told;
+  for (const auto& row : *rows) told.push_back(row.detail);
+  EXPECT_THAT(told, ElementsAre("run 1 of job 1 on P-0001, 1 pieces cut before",
+                                "run 1 of job 1 on P-0001, 0 pieces cut before"));
+}
+
 TEST_F(OwedProofTest, WithoutLooksNothingIsOwed) {
   options_.look_every = 0;
   make_runner();
