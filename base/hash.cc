@@ -6,38 +6,39 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <memory>
 #include <vector>
+
+#include "base/sha256.h"
 
 namespace veneer {
 namespace {
 
-class Sha256 {
- public:
-  Sha256() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) std::abort();
-  }
-  void add(const void* data, std::size_t size) {
-    if (EVP_DigestUpdate(context_.get(), data, size) != 1) std::abort();
-  }
-  std::string hex() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned size = 0;
-    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) std::abort();
-    std::string out;
-    for (unsigned i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
-    return out;
-  }
-
- private:
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
-};
+EVP_MD_CTX* of(void* context) { return static_cast<EVP_MD_CTX*>(context); }
 
 }  // namespace
 
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+  if (context_ == nullptr || EVP_DigestInit_ex(of(context_), EVP_sha256(), nullptr) != 1) std::abort();
+}
+
+Sha256::~Sha256() { EVP_MD_CTX_free(of(context_)); }
+
+void Sha256::add(std::span<const std::byte> bytes) {
+  if (EVP_DigestUpdate(of(context_), bytes.data(), bytes.size()) != 1) std::abort();
+}
+
+std::string Sha256::hex() {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  if (EVP_DigestFinal_ex(of(context_), digest.data(), &size) != 1) std::abort();
+  std::string out;
+  for (unsigned i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
+  return out;
+}
+
 std::string sha256_hex(std::span<const std::byte> bytes) {
   Sha256 hash;
-  hash.add(bytes.data(), bytes.size());
+  hash.add(bytes);
   return hash.hex();
 }
 
@@ -46,7 +47,7 @@ Result<std::string> sha256_hex(std::span<const std::byte> bytes, const std::stop
   Sha256 hash;
   for (std::size_t at = 0; at < bytes.size(); at += kPart) {
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "hashing was cancelled"};
-    hash.add(bytes.data() + at, std::min(kPart, bytes.size() - at));
+    hash.add(bytes.subspan(at, std::min(kPart, bytes.size() - at)));
   }
   return hash.hex();
 }
@@ -58,7 +59,7 @@ Result<std::string> sha256_hex_of_file(const std::filesystem::path& path, const 
   std::vector<char> buffer(1 << 20);
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "hashing was cancelled"};
-    hash.add(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    hash.add(std::as_bytes(std::span(buffer).first(static_cast<std::size_t>(in.gcount()))));
   }
   if (in.bad())
     return Error{ErrorCode::kStorage, fmt::format("cannot read {} to its end: look at its disk", path.string())};

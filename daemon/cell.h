@@ -106,6 +106,7 @@ class Cell {
   Remnants remnants{panel_library, stock_memory};
   std::unique_ptr<ScanProposals> proposals;
   std::unique_ptr<ScanService> scans;
+  std::unique_ptr<BedPictures> bed_pictures;
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;
   std::unique_ptr<BedWatcher> bed;

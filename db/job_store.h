@@ -112,6 +112,12 @@ struct RunFacts {
   std::string recipes_json = "[]";          // how each wood was burnt, and which pieces lie in it
 };
 
+// What a run has booked since its panel was seen where it has to lie, in the order of burning.
+struct UnprovenCuts {
+  RunRecord run;
+  std::vector<PieceId> pieces;
+};
+
 // A cut of the last run, as the laser burnt it, so that it can be met again.
 struct KeptCut {
   PieceId piece;
@@ -185,6 +191,11 @@ class JobStore {
   // A beam strayed while nothing was cut for the first time: `pieces`, of any job, that are reserved or cut are
   // suspect.
   Status make_suspect(std::span<const PieceId> pieces, const std::string& at);
+  // The panel of the run, which may be over, was seen where it has to lie: noted in the audit log.
+  Status note_proof(RunId run, const std::string& at);
+  // What of the last run is booked since it was noted last, and is `cut` on no person's word; nothing of a run of which
+  // it never was.
+  Result<std::optional<UnprovenCuts>> unproven();
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);

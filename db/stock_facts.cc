@@ -277,6 +277,14 @@ Result<std::vector<PanelFacts>> StockFacts::history_of(const PanelId& panel) {
   });
 }
 
+Result<PanelFacts> StockFacts::of(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelFacts> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    auto newest = panel_rows(connection, panel, 1);
+    return newest.empty() ? PanelFacts{} : std::move(newest.front());
+  });
+}
+
 Result<std::vector<Treatment>> StockFacts::treatments(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<Treatment>> {
     SQLite::Statement rows(connection,

@@ -60,6 +60,7 @@ class StockFacts {
   // be, or the day is to come.
   Status set_panel(const PanelId& panel, const PanelFacts& change, const std::vector<Treatment>& treatments);
   Result<std::vector<PanelFacts>> history_of(const PanelId& panel);  // newest first: that counts
+  Result<PanelFacts> of(const PanelId& panel);                       // what counts; empty where nobody said anything
   Result<std::vector<Treatment>> treatments(const PanelId& panel);   // as they were noted
 
   // kRefused when its surface was treated after the scan that counts, or what is there of its wood is not known

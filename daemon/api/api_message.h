@@ -60,6 +60,7 @@ struct ApiRequest {
   std::string content_type;
   std::string if_none_match;    // ETags of what the client has already
   std::string idempotency_key;  // empty: none
+  std::string body_sha256;      // of a large body that came with a key, hashed as it came in; else empty
   Caller caller;
   std::string address;   // where it comes from: "192.168.1.7"; over the Unix socket that of nobody, ""
   std::stop_token gone;  // stops when the client goes away: nobody needs the reply any more

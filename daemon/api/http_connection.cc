@@ -11,10 +11,12 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "daemon/api/console_routes.h"
 #include "daemon/api/event_client.h"
+#include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/api/url.h"
 #include "daemon/threads/worker.h"
@@ -328,10 +330,27 @@ void HttpConnection::say_continue() {
 void HttpConnection::read_body() {
   if (parser_->is_done()) return handle();
   stream_.expires_after(shared_->options.body_timeout);
-  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code fault, std::size_t) {
+  parser_->eager(true);
+  hashed_ = 0;
+  body_hash_.reset();
+  if (match_.route->changes && parser_->get().find("Idempotency-Key") != parser_->get().end()) body_hash_.emplace();
+  read_more();
+}
+
+void HttpConnection::read_more() {
+  http::async_read_some(stream_, buffer_, *parser_, [self = shared_from_this()](error_code fault, std::size_t) {
     if (fault) return self->on_parse_fault(fault);
+    self->hash_more();
+    if (!self->parser_->is_done()) return self->read_more();
     self->take_turn(&HttpConnection::handle);
   });
+}
+
+void HttpConnection::hash_more() {
+  const std::string& body = parser_->get().body();
+  if (!body_hash_ || body.size() == hashed_) return;
+  body_hash_->add(std::as_bytes(std::span(body).subspan(hashed_)));
+  hashed_ = body.size();
 }
 
 void HttpConnection::handle() {
@@ -345,6 +364,8 @@ void HttpConnection::handle() {
   request.query = std::move(match_.query);
   request.repeated_query = std::move(match_.repeated_query);
   request.content_type = std::string(message[http::field::content_type]);
+  if (body_hash_ && message.body().size() > kHashedWhole) request.body_sha256 = body_hash_->hex();
+  body_hash_.reset();
   request.body = std::move(message.body());
   request.idempotency_key = std::string(message["Idempotency-Key"]);
   request.if_none_match = std::string(message[http::field::if_none_match]);

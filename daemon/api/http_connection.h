@@ -14,6 +14,7 @@
 #include <stop_token>
 #include <string>
 
+#include "base/sha256.h"
 #include "daemon/api/access.h"
 #include "daemon/api/api_stream.h"
 #include "daemon/api/http_server.h"
@@ -88,6 +89,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void route();
   void say_continue();
   void read_body();
+  void read_more();
+  void hash_more();
   void handle();
   void run_handler(const ApiRequest& request);
   void notice_departure();
@@ -107,6 +110,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<TlsHello> hello_;  // until the handshake is over
   TlsGate::Place place_;
   std::optional<RequestParser> parser_;
+  std::optional<Sha256> body_hash_;  // of a body that comes with a key
+  std::size_t hashed_ = 0;           // of it
   std::optional<Response> response_;
   Caller caller_;
   std::string identity_;

@@ -12,13 +12,15 @@
 
 namespace veneer::daemon {
 
-// Of a picture its ends do: hashing it all would hold up the reactor.
 std::string fingerprint_of(const ApiRequest& request) {
-  constexpr std::size_t kEnd = 16 * 1024;
   std::string text = request.method + " " + request.path + "?";
   for (const auto& [name, value] : request.query) text += fmt::format("{}={}&", name, value);
-  text += "\n" + std::to_string(request.body.size()) + "\n" + request.body.text().substr(0, kEnd);
-  if (request.body.size() > kEnd) text += request.body.text().substr(std::max(kEnd, request.body.size() - kEnd));
+  text += "\n" + std::to_string(request.body.size()) + "\n";
+  if (request.body.size() <= kHashedWhole)
+    text += request.body.text();
+  else
+    text +=
+        request.body_sha256.empty() ? sha256_hex(std::as_bytes(std::span(request.body.text()))) : request.body_sha256;
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 

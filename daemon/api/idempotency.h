@@ -52,7 +52,11 @@ class IdempotencyKeys {
 // 1 to 200 visible ASCII characters.
 bool usable_key(std::string_view key);
 
-// Tells requests apart that were given one key by mistake.
+// A larger body is hashed as it comes in (ApiRequest::body_sha256): all of a picture in one go would hold up the loop
+// that answers STOP.
+inline constexpr std::size_t kHashedWhole = 16 * 1024;
+
+// Tells requests apart that were given one key by mistake: by all that they are.
 std::string fingerprint_of(const ApiRequest& request);
 
 }  // namespace veneer::daemon

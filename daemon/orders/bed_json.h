@@ -7,8 +7,8 @@
 
 namespace veneer::daemon {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, height, panels, shown_px)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline, height)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, panels, shown_px)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenHoles, panel, seen, known, by_chance)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, holes, pose, why_none, why_code)

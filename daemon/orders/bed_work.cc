@@ -28,6 +28,16 @@ Status write_shown(const cv::Mat& picture, int width, const std::string& file) {
   return Error{ErrorCode::kStorage, fmt::format("cannot write {}: make room on the disk, then try again", file)};
 }
 
+// Of the panel whose tags are seen; where they are of several panels, none of these is told to lie there.
+Millimetres height_of_seen(const std::vector<BedPanel>& panels, const std::vector<calib::Tag<CameraFrame>>& seen) {
+  for (const auto& tag : seen)
+    for (const BedPanel& panel : panels)
+      if (std::ranges::find(panel.fiducials.tags, tag.id, [](const auto& t) { return t.id; }) !=
+          panel.fiducials.tags.end())
+        return panel.height;
+  return Millimetres(0);
+}
+
 // Into `out`, with the picture to be shown; `picture` is the whole of it.
 cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out) {
   const calib::CameraModel camera(*order.camera);
@@ -39,12 +49,14 @@ cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out)
   if (const Status same = require_picture_size(camera, picture.cols, picture.rows); !same) return none(same.error());
   std::vector<calib::PanelCandidate> candidates;
   for (const BedPanel& panel : order.panels) candidates.push_back({panel.panel, panel.fiducials});
-  const auto found = calib::find_panel(picture, camera, order.height, candidates);
+  const auto tags = calib::detect_tags<CameraFrame>(picture);
+  const Millimetres height = height_of_seen(order.panels, tags);
+  const auto found = calib::locate_panel(tags, camera, height, candidates);
   if (!found) return none(found.error());
   out.pose = SeenPose{found->panel, found->face_up, found->bed_from_panel, found->rms, calib::moved_tags_text(*found)};
   for (const BedPanel& panel : order.panels)
     if (panel.panel == found->panel)
-      return calib::draw_pose(picture, camera, order.height, *found, panel.fiducials, panel.outline);
+      return calib::draw_pose(picture, camera, height, *found, panel.fiducials, panel.outline);
   return picture;
 }
 
@@ -66,12 +78,13 @@ void find_stock(const LookAtBed& order, const cv::Mat& picture, cv::Mat& shown, 
   if (!order.camera) return;
   const calib::CameraModel camera(*order.camera);
   if (!require_picture_size(camera, picture.cols, picture.rows)) return;
-  std::map<double, std::vector<calib::PanelCandidate>> by_diameter;  // of their holes
+  std::map<std::pair<double, double>, std::vector<calib::PanelCandidate>> alike;  // in diameter of holes, and height
   for (const BedPanel& panel : order.panels)
     if (!panel.fiducials.holes.empty())
-      by_diameter[panel.fiducials.holes.front().diameter.count()].push_back({panel.panel, panel.fiducials});
-  for (const auto& [diameter, panels] : by_diameter) {
-    const auto holes = calib::find_bed_holes(picture, camera, order.height, Millimetres(diameter));
+      alike[{panel.fiducials.holes.front().diameter.count(), panel.height.count()}].push_back(
+          {panel.panel, panel.fiducials});
+  for (const auto& [like, panels] : alike) {
+    const auto holes = calib::find_bed_holes(picture, camera, Millimetres(like.second), Millimetres(like.first));
     for (const auto& found : calib::locate_by_holes(holes, panels))
       out.holes.push_back({found.panel, found.seen, found.known, found.by_chance});
   }

@@ -24,6 +24,7 @@ struct BedPanel {
   PanelId panel;
   calib::PanelFiducials fiducials;
   Ring<PanelFrame> outline;  // for people, drawn in
+  Millimetres height{0};     // of its upper face over the bed
 };
 
 struct LookAtBed {
@@ -33,7 +34,6 @@ struct LookAtBed {
   bool stock = false;
   // To prove a pose, or to find holes; without a camera the picture is only shown.
   std::optional<calib::CameraParameters> camera;
-  Millimetres height{0};  // of the panel's upper face over the bed
   std::vector<BedPanel> panels;
   int shown_px = 1600;  // width of the picture for people, at most
 };

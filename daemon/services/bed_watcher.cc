@@ -12,6 +12,7 @@
 #include "daemon/orders/bed_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/services/panel_thickness.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/error_json.h"
 #include "daemon/workers/work_folder.h"
@@ -30,9 +31,10 @@ Ring<PanelFrame> outline_of(const db::PanelRecord& panel) {
   return {{zero, zero}, {panel.width, zero}, {panel.width, panel.height}, {zero, panel.height}};
 }
 
-Result<Shelf> read_shelf(Repositories& r) {
+// `thickness`: of panels of which nobody knows it.
+Result<Shelf> read_shelf(Repositories& r, Millimetres thickness) {
   Shelf shelf;
-  auto calibration = load_calibration(r, utc_timestamp());
+  auto calibration = load_calibration_of_run(r, utc_timestamp());
   if (!calibration) return calibration.error();
   shelf.calibration = std::move(*calibration);
   auto panels = r.panels.in_stock();
@@ -40,7 +42,9 @@ Result<Shelf> read_shelf(Repositories& r) {
   for (const auto& panel : *panels) {
     auto fiducials = r.panels.fiducials(panel.id);
     if (!fiducials) return fiducials.error();
-    shelf.panels.push_back({panel.id, to_calib(*fiducials), outline_of(panel)});
+    const auto height = thickness_of(r, panel.id, thickness);
+    if (!height) return height.error();
+    shelf.panels.push_back({panel.id, to_calib(*fiducials), outline_of(panel), *height});
   }
   return shelf;
 }
@@ -64,7 +68,7 @@ Result<LastSeen> seen_by_last_run(Repositories& r) {
   return LastSeen{{(*run)->panel}, (*run)->ended_at.value_or((*run)->started_at)};
 }
 
-Result<StockMarks> read_marks(Repositories& r, LastSeen seen) {
+Result<StockMarks> read_marks(Repositories& r, LastSeen seen, Millimetres thickness) {
   StockMarks out;
   const auto calibration = load_calibration(r, utc_timestamp());
   if (!calibration) return calibration.error();
@@ -82,7 +86,10 @@ Result<StockMarks> read_marks(Repositories& r, LastSeen seen) {
         if (!panel.retired) in_stock.insert(tag.id);
       }
     if (!panel.retired && !(marks.knows(Face::kShow) && marks.knows(Face::kBack))) out.hidden.push_back(panel.id);
-    if (!marks.holes.empty()) out.with_holes.push_back({panel.id, marks, {}});
+    if (marks.holes.empty()) continue;
+    const auto height = thickness_of(r, panel.id, thickness);
+    if (!height) return height.error();
+    out.with_holes.push_back({panel.id, marks, {}, *height});
   }
   if (seen.panels.empty()) {
     auto run = seen_by_last_run(r);
@@ -130,11 +137,11 @@ std::vector<std::string> doubts_of(const StockMarks& marks, const std::vector<in
 
 }  // namespace
 
-BedWatcher::BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker,
+BedWatcher::BedWatcher(boost::asio::io_context& reactor, BedPictures& pictures, Worker& camera_worker,
                        WorkRunner& workers, DatabaseThread& database, const Config& config,
                        std::function<void()> on_picture, std::function<std::unique_ptr<OneShotTimer>()> make_timer)
     : reactor_(reactor),
-      camera_(camera),
+      pictures_(pictures),
       worker_(camera_worker),
       workers_(workers),
       database_(database),
@@ -159,7 +166,7 @@ std::function<void(Result<Seen>)> BedWatcher::in_time(std::function<void(Result<
     waiting->timer->cancel();
     if (auto first = std::exchange(waiting->reply, nullptr)) first(std::move(seen));
   };
-  waiting->timer->after(patience(), [answer, device = camera_.device()] {
+  waiting->timer->after(patience(), [answer, device = pictures_.device()] {
     answer(Error{ErrorCode::kTimeout,
                  fmt::format("{} gives no picture and no error: see whether it is still there, and restart veneerd if "
                              "it stays so",
@@ -174,7 +181,7 @@ Duration BedWatcher::patience() const {
 }
 
 void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
-  worker_.post([this, hands_in = hands_in_, reply = in_time(std::move(reply))]() mutable {
+  worker_.post([this, hands_in = pictures_.hands_in(), reply = in_time(std::move(reply))]() mutable {
     auto pose = caught([&] { return look_now(hands_in); });
     boost::asio::post(reactor_, [this, pose = std::move(pose), reply = std::move(reply)]() mutable {
       on_picture_();
@@ -184,7 +191,7 @@ void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
 }
 
 void BedWatcher::stock_in_sight(std::function<void(Result<StockSight>)> reply) {
-  worker_.post([this, hands_in = hands_in_, reply = in_time(std::move(reply))]() mutable {
+  worker_.post([this, hands_in = pictures_.hands_in(), reply = in_time(std::move(reply))]() mutable {
     auto seen = caught([&] { return stock_in_sight_now(hands_in); });
     boost::asio::post(reactor_, [this, seen = std::move(seen), reply = std::move(reply)]() mutable {
       on_picture_();
@@ -193,20 +200,18 @@ void BedWatcher::stock_in_sight(std::function<void(Result<StockSight>)> reply) {
   });
 }
 
-Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
-  const auto picture = camera_.capture();
+Result<BedSeen> BedWatcher::photograph(BedPictures::For what, WallTime hands_in, LookAtBed look) {
+  const auto picture = pictures_.take(what, hands_in);
   if (!picture) return picture.error();
-  const auto taken = camera_.taken_at();
-  const bool stale = taken && *taken < hands_in;
-  if (stale) look = {};
-  look.file = picture->string();
+  if (!picture->fresh) look = {};
+  look.file = picture->file.string();
   const auto folder = WorkFolder::make(config_.store.data_dir);
   if (!folder) return folder.error();
   WorkOrder order;
   order.kind = LookAtBed::kKind;
   order.what = "looking at the bed";
   order.folder = folder->path();
-  order.readable = {*picture};
+  order.readable = {picture->file};
   order.deadline = std::chrono::seconds(config_.workers.look_limit_s);
   const auto quietly = [](double, const std::string&) {};
   auto seen = have_done<BedSeen>(workers_, order, look, quietly, ending_.get_token());
@@ -219,18 +224,16 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
     const std::lock_guard lock(picture_mutex_);
     picture_ = *std::move(bytes);
   }
-  if (!stale) return seen;
-  return Error{
-      ErrorCode::kRefused,
-      fmt::format("the picture of {} was taken before hands were last at the bed or the bed was last proven, so "
-                  "it shows what may lie otherwise by now: take a new one",
-                  camera_.device())};
+  if (!picture->fresh) return picture->fresh.error();
+  return seen;
 }
 
 void BedWatcher::note_seen(std::vector<PanelId> panels) { last_seen_ = {std::move(panels), utc_timestamp()}; }
 
 Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
-  const auto marks = database_.read(reader_, [seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  const auto marks = database_.read(reader_, [seen = last_seen_, thickness = config_.panel.thickness](Repositories& r) {
+    return read_marks(r, seen, thickness);
+  });
   if (!marks) return marks.error();
   StockSight sight;
   const bool by_holes = marks->camera && !marks->with_holes.empty();
@@ -245,10 +248,9 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
   look.stock = true;
   if (by_holes) {
     look.camera = marks->camera;
-    look.height = config_.panel.thickness;
     look.panels = marks->with_holes;
   }
-  const auto found = photograph(hands_in, std::move(look));
+  const auto found = photograph(BedPictures::For::kBurning, hands_in, std::move(look));
   if (!found) return found.error();
   const auto see = [&](const PanelId& panel) {
     if (std::find(sight.panels.begin(), sight.panels.end(), panel) == sight.panels.end()) sight.panels.push_back(panel);
@@ -269,11 +271,13 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
 }
 
 Result<BedSight> BedWatcher::see() {
-  const auto marks = database_.read(reader_, [seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  const auto marks = database_.read(reader_, [seen = last_seen_, thickness = config_.panel.thickness](Repositories& r) {
+    return read_marks(r, seen, thickness);
+  });
   if (!marks) return marks.error();
   LookAtBed look;
   look.stock = true;
-  const auto found = photograph({}, std::move(look));
+  const auto found = photograph(BedPictures::For::kPeople, {}, std::move(look));
   boost::asio::post(reactor_, on_picture_);
   if (!found) return found.error();
   BedSight sight{found->tags, {}};
@@ -286,16 +290,16 @@ Result<BedSight> BedWatcher::see() {
 }
 
 Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
-  const auto shelf = database_.read(reader_, read_shelf);
+  const auto shelf = database_.read(
+      reader_, [thickness = config_.panel.thickness](Repositories& r) { return read_shelf(r, thickness); });
   if (!shelf) return shelf.error();
   const Status ready = require_cutting(shelf->calibration);
   LookAtBed look;
   if (ready) {
     look.camera = shelf->calibration.bed->camera.parameters();
-    look.height = config_.panel.thickness;
     look.panels = shelf->panels;
   }
-  const auto seen = photograph(hands_in, std::move(look));
+  const auto seen = photograph(BedPictures::For::kBurning, hands_in, std::move(look));
   if (!seen) return seen.error();
   if (!ready) return ready.error();
   if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -17,12 +16,12 @@
 #include "base/clock.h"
 #include "daemon/config.h"
 #include "daemon/orders/bed_work.h"
+#include "daemon/services/bed_pictures.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/threads/reactor_timer.h"
 #include "daemon/threads/worker.h"
 #include "daemon/unit/bed_view.h"
 #include "daemon/workers/work_runner.h"
-#include "drivers/camera_driver.h"
 
 namespace veneer::daemon {
 
@@ -43,7 +42,7 @@ class BedWatcher final : public BedView {
  public:
   // `on_picture` is called on the reactor when picture() has changed. All references outlive this. `make_timer` is for
   // tests; the reactor's own by default.
-  BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker, WorkRunner& workers,
+  BedWatcher(boost::asio::io_context& reactor, BedPictures& pictures, Worker& camera_worker, WorkRunner& workers,
              DatabaseThread& database, const Config& config, std::function<void()> on_picture,
              std::function<std::unique_ptr<OneShotTimer>()> make_timer = {});
 
@@ -55,7 +54,7 @@ class BedWatcher final : public BedView {
   // Blocking, on the camera's worker; picture() is then what was seen, its tags outlined.
   Result<BedSight> see();
 
-  void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
+  void hands_were_in() override { pictures_.hands_were_in(); }
   void stock_in_sight(std::function<void(Result<StockSight>)> reply) override;
   Duration patience() const;
 
@@ -63,24 +62,23 @@ class BedWatcher final : public BedView {
   std::string picture() const;
 
  private:
-  using WallTime = std::chrono::system_clock::time_point;
+  using WallTime = BedPictures::WallTime;
   template <class Seen>
   std::function<void(Result<Seen>)> in_time(std::function<void(Result<Seen>)> reply);
   Result<ProvenPose> look_now(WallTime hands_in);
   Result<StockSight> stock_in_sight_now(WallTime hands_in);
   void note_seen(std::vector<PanelId> panels);
-  // A fresh picture, and what `look` asks of it; kRefused when it is older than `hands_in`. People see it either way.
-  Result<BedSeen> photograph(WallTime hands_in, LookAtBed look);
+  // A fresh picture, and what `look` asks of it; kRefused when it is too old. People see it either way.
+  Result<BedSeen> photograph(BedPictures::For what, WallTime hands_in, LookAtBed look);
 
   boost::asio::io_context& reactor_;
-  CameraDriver& camera_;
+  BedPictures& pictures_;
   Worker& worker_;
   WorkRunner& workers_;
   DatabaseThread& database_;
   std::unique_ptr<DatabaseReader> reader_;  // of the camera's worker
   const Config& config_;
-  WallTime hands_in_{};  // of the reactor; looks get a copy
-  LastSeen last_seen_;   // of the camera's worker
+  LastSeen last_seen_;  // of the camera's worker
   std::function<void()> on_picture_;
   std::function<std::unique_ptr<OneShotTimer>()> make_timer_;
   std::stop_source ending_;

@@ -41,10 +41,10 @@ Status require_camera(const Calibration& calibration) {
 
 }  // namespace
 
-CalibrationService::CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database,
+CalibrationService::CalibrationService(ScannerDriver& scanner, BedPictures& pictures, DatabaseThread& database,
                                        WorkRunner& workers, const Config& config, Logger log)
     : scanner_(scanner),
-      camera_(camera),
+      pictures_(pictures),
       database_(database),
       workers_(workers),
       config_(config),
@@ -62,7 +62,7 @@ CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camer
 
 Status CalibrationService::issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload,
                                  CalibrationOutcome& outcome) {
-  payload["device"] = device_name(kind, cell_devices(scanner_, camera_, config_));
+  payload["device"] = device_name(kind, cell_devices(scanner_, pictures_.camera(), config_));
   outcome.rms = rms;
   outcome.payload = payload.dump();
   db::CertificateRecord record;
@@ -122,10 +122,17 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   return outcome;
 }
 
+Result<std::filesystem::path> CalibrationService::photograph(BedPictures::For what) {
+  auto picture = pictures_.take(what);
+  if (!picture) return picture.error();
+  if (!picture->fresh) return picture->fresh.error();
+  return std::move(picture->file);
+}
+
 Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress,
                                                       const std::stop_token& stop) {
   progress(0.05, "photographing the AprilGrid sheet");
-  const auto picture = camera_.capture();
+  const auto picture = photograph(BedPictures::For::kMeasuring);
   if (!picture) return picture.error();
   auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress, stop);
   if (!seen) return seen.error();
@@ -206,7 +213,7 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (Status able = require_camera(*calibration); !able) return able;
-  const auto picture = camera_.capture();
+  const auto picture = photograph(BedPictures::For::kBurning);
   if (!picture) return picture.error();
   LookAtBed look;
   look.file = picture->string(), look.stock = true;
@@ -229,7 +236,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (const Status able = require_camera(*calibration); !able) return able.error();
   const auto burnt = burnt_area(*calibration);
   if (!burnt) return burnt.error();
-  const auto picture = camera_.capture();
+  const auto picture = photograph(BedPictures::For::kMeasuring);
   if (!picture) return picture.error();
   auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
                                        calibration->camera_certificate.value, calibration->camera_off, height, *burnt},

@@ -16,6 +16,7 @@
 #include "calib/scanner_model.h"
 #include "daemon/config.h"
 #include "daemon/orders/calibration_work.h"
+#include "daemon/services/bed_pictures.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/calibration.h"
 #include "daemon/store/database_thread.h"
@@ -42,7 +43,7 @@ CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camer
 class CalibrationService {
  public:
   // All references outlive this.
-  CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database, WorkRunner& workers,
+  CalibrationService(ScannerDriver& scanner, BedPictures& pictures, DatabaseThread& database, WorkRunner& workers,
                      const Config& config, Logger log);
 
   // The AprilGrid sheet on the glass; two or three scans at different places cover more of it.
@@ -80,12 +81,13 @@ class CalibrationService {
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
                       const std::stop_token& stop);
+  Result<std::filesystem::path> photograph(BedPictures::For what);
   Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
   // Names the device in the payload; the outcome gets certificate, rms and payload.
   Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
 
   ScannerDriver& scanner_;
-  CameraDriver& camera_;
+  BedPictures& pictures_;
   DatabaseThread& database_;
   WorkRunner& workers_;
   const Config& config_;

@@ -11,6 +11,7 @@
 #include "base/clock.h"
 #include "daemon/orders/wood_recipes.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/services/panel_thickness.h"
 #include "daemon/store/calibration.h"
 #include "daemon/unit/preflight.h"
 #include "daemon/unit/setups.h"
@@ -144,7 +145,11 @@ Result<std::vector<RunSetup>> CutPlanner::plan_setups_now(const std::vector<db::
                                                           const Box<MachineFrame>& travel) {
   struct Stock {
     Calibration calibration;
-    std::map<PanelId, SetupInput> panels;
+    struct OnBed {
+      SetupInput input;
+      Millimetres thickness;
+    };
+    std::map<PanelId, OnBed> panels;
   };
   auto stock = database_.call([&](Repositories& r) -> Result<Stock> {
     Stock out;
@@ -155,7 +160,9 @@ Result<std::vector<RunSetup>> CutPlanner::plan_setups_now(const std::vector<db::
       if (out.panels.contains(*piece.panel)) continue;
       auto input = setup_input(r, *piece.panel, pieces);
       if (!input) return input.error();
-      out.panels[*piece.panel] = std::move(*input);
+      const auto thickness = thickness_of(r, *piece.panel, config_.panel.thickness);
+      if (!thickness) return thickness.error();
+      out.panels[*piece.panel] = {std::move(*input), *thickness};
     }
     return out;
   });
@@ -163,9 +170,10 @@ Result<std::vector<RunSetup>> CutPlanner::plan_setups_now(const std::vector<db::
   if (const Status ready = require_cutting(stock->calibration); !ready) return ready.error();
   const BedCalibration& bed = *stock->calibration.bed;
   std::vector<RunSetup> out;
-  for (auto& [panel, input] : stock->panels) {
+  for (auto& [panel, on_bed] : stock->panels) {
+    auto& [input, thickness] = on_bed;
     input.reach = inner_box(bed.machine_from_bed.inverse() * corners(travel));
-    input.view = view_of(bed.camera, config_.panel.thickness);
+    input.view = view_of(bed.camera, thickness);
     auto setups = daemon::plan_setups(input);
     if (!setups) return setups.error();
     for (std::size_t i = 0; i < setups->size(); ++i) {
@@ -180,7 +188,7 @@ Result<std::vector<RunSetup>> CutPlanner::plan_setups_now(const std::vector<db::
       const Ring<PanelFrame> sheet{
           {zero, zero}, {input.width, zero}, {input.width, input.height}, {zero, input.height}};
       for (const auto& p : (*setups)[i].bed_from_panel* sheet)
-        setup.outline.push_back(in_picture(bed.camera, p, config_.panel.thickness));
+        setup.outline.push_back(in_picture(bed.camera, p, thickness));
     }
   }
   return out;
@@ -192,6 +200,7 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
     Calibration calibration;
     std::optional<WoodRecipes> recipes;
     std::vector<db::AllocationRecord> live;
+    Millimetres thickness;
   };
   auto stock = database_.call([&](Repositories& r) -> Result<Stock> {
     Stock out;
@@ -205,6 +214,9 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
     auto live = r.ledger.live_allocations(pose.panel);
     if (!live) return live.error();
     out.live = std::move(*live);
+    const auto thickness = thickness_of(r, pose.panel, config_.panel.thickness);
+    if (!thickness) return thickness.error();
+    out.thickness = *thickness;
     return out;
   });
   if (!stock) return stock.error();
@@ -247,25 +259,23 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
       burn.strokes.strokes.push_back({stroke->piece, stroke->role, machine_from_bed * stroke->path, stroke->speed,
                                       stroke->power, stroke->passes, stroke->air});
       nlohmann::json line = nlohmann::json::array();
-      for (const auto& p : stroke->path)
-        line.push_back(in_picture(calibration->bed->camera, p, config_.panel.thickness));
+      for (const auto& p : stroke->path) line.push_back(in_picture(calibration->bed->camera, p, stock->thickness));
       lines.push_back({{"role", cut ? "cut" : "engrave"}, {"points", std::move(line)}});
     }
     drawn.push_back({{"piece", burn.piece.value}, {"mark", burn.mark}, {"lines", std::move(lines)}});
   }
-  keep_toolpath(pose.panel, burns, std::move(drawn), *calibration->bed);
+  keep_toolpath(pose.panel, burns, std::move(drawn), *calibration->bed, stock->thickness);
   return PreparedRun{std::move(burns), facts_of(*calibration, *stock->recipes, in_wood)};
 }
 
 // What the console lays over the bed's picture, the frame included.
 void CutPlanner::keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
-                               const BedCalibration& bed) {
+                               const BedCalibration& bed, Millimetres thickness) {
   nlohmann::json frame = nlohmann::json::array();
   double seconds = 0;
   const auto bed_from_machine = bed.machine_from_bed.inverse();
   for (const auto& stroke : frame_of(burns, config_.framing.speed, PowerFraction(0)).strokes)
-    for (const auto& p : stroke.path)
-      frame.push_back(in_picture(bed.camera, bed_from_machine * p, config_.panel.thickness));
+    for (const auto& p : stroke.path) frame.push_back(in_picture(bed.camera, bed_from_machine * p, thickness));
   for (std::size_t i = 0; i < burns.size(); ++i) {
     pieces[i]["seconds"] = burns[i].seconds / config_.sim.time_scale;
     seconds += burns[i].seconds / config_.sim.time_scale;

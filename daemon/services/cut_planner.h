@@ -39,7 +39,7 @@ class CutPlanner final : public RunPlanner {
   Result<PreparedRun> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
                                   const std::optional<LaserMotion>& machine);
   void keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
-                     const BedCalibration& bed);
+                     const BedCalibration& bed, Millimetres thickness);
 
   boost::asio::io_context& reactor_;
   Worker& worker_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace veneer::daemon {
 namespace {
@@ -82,7 +83,9 @@ struct Last {
   bool on_its_device = false;  // and neither expired nor ahead: what it says of the device is so
 };
 
-Result<Last> judge(Repositories& r, const db::CertificateRecord& record, const std::string& now) {
+// `kept`: certificates that do not expire yet.
+Result<Last> judge(Repositories& r, const db::CertificateRecord& record, const std::string& now,
+                   std::span<const CertificateId> kept) {
   Last last{
       {CertificateState::kValid, record.id, record.expires_at}, json::parse(record.payload, nullptr, false), false};
   if (last.payload.is_discarded())
@@ -92,7 +95,7 @@ Result<Last> judge(Repositories& r, const db::CertificateRecord& record, const s
   const std::string device = device_name(record.kind, r.devices);
   if (record.issued_at > now)
     last.standing.state = CertificateState::kAhead;
-  else if (record.expires_at <= now)
+  else if (record.expires_at <= now && std::ranges::find(kept, record.id) == kept.end())
     last.standing.state = CertificateState::kExpired;
   else if (!*on_this_laser || (!device.empty() && made_on(last.payload) != device))
     last.standing.state = CertificateState::kOtherDevice;
@@ -113,14 +116,15 @@ void lean_on_camera(Last& axes, const Last& camera) {
 }
 
 // Of every kind. Throws what the readers throw.
-Result<std::map<db::CertificateKind, Last>> last_ones(Repositories& r, const std::string& now) {
+Result<std::map<db::CertificateKind, Last>> last_ones(Repositories& r, const std::string& now,
+                                                      std::span<const CertificateId> kept = {}) {
   std::map<db::CertificateKind, Last> found;
   for (const auto kind : kKinds) {
     auto record = r.certificates.last(kind);
     if (!record) return record.error();
     Last& last = found[kind];
     if (!*record) continue;
-    auto judged = judge(r, **record, now);
+    auto judged = judge(r, **record, now, kept);
     if (!judged) return judged.error();
     last = std::move(*judged);
   }
@@ -183,9 +187,9 @@ CertificateState CertificateStanding::at(const std::string& now) const {
   return state == CertificateState::kValid && expires_at <= now ? CertificateState::kExpired : state;
 }
 
-Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
+static Result<Calibration> load(Repositories& r, const std::string& now, std::span<const CertificateId> kept) {
   try {
-    const auto found = last_ones(r, now);
+    const auto found = last_ones(r, now, kept);
     if (!found) return found.error();
     Calibration out;
     for (const auto& [kind, last] : *found) out.standing[kind] = last.standing;
@@ -221,6 +225,17 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
   } catch (const json::exception& e) {
     return unreadable(e);
   }
+}
+
+Result<Calibration> load_calibration(Repositories& r, const std::string& now) { return load(r, now, {}); }
+
+Result<Calibration> load_calibration_of_run(Repositories& r, const std::string& now) {
+  const auto run = r.jobs.last_run();
+  if (!run) return run.error();
+  if (!*run || (*run)->ended_at) return load(r, now, {});
+  const auto facts = r.jobs.facts((*run)->id);
+  if (!facts) return facts.error();
+  return load(r, now, facts->certificates);
 }
 
 std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json& payload) {

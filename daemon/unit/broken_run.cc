@@ -7,20 +7,39 @@
 namespace veneer::daemon {
 namespace {
 
-Result<std::vector<PieceId>> neighbours_of(Repositories& r, const BrokenRun& run, const std::string& at) {
-  std::vector<PieceId> out;
+struct Struck {
+  std::vector<PieceId> pieces;             // reserved or cut, and perhaps hit
+  std::optional<Region<PanelFrame>> wood;  // all that may be hit; nothing where nobody knows, or where there is none
+};
+
+Result<Struck> struck_by(Repositories& r, const BrokenRun& run, const std::string& at) {
+  Struck out;
   if (run.stray_path.empty()) return out;
   auto live = r.ledger.live_allocations(run.pose.panel);
   if (!live) return live.error();
-  const auto hit = wood_under(r, run.pose, run.stray_path, run.stray_reach, at);
+  if (auto hit = wood_under(r, run.pose, run.stray_path, run.stray_reach, at)) out.wood = *std::move(hit);
   for (const auto& allocation : *live) {
     const bool may_suffer =
         allocation.state == db::AllocationState::kReserved || allocation.state == db::AllocationState::kCut;
     if (allocation.piece == PieceId{} || !may_suffer) continue;
     // Without certificates nobody knows where on the panel the beam was.
-    if (!hit || overlaps(*hit, allocation.area)) out.push_back(allocation.piece);
+    if (!out.wood || overlaps(*out.wood, allocation.area)) out.pieces.push_back(allocation.piece);
   }
   return out;
+}
+
+// What belongs to nobody, or is only leased, would be taken for whole by the next plan: leases on it end.
+Status write_off_struck(Repositories& r, const BrokenRun& run, const Struck& struck, const std::string& at) {
+  if (!struck.wood) return Ok();
+  const auto panel = r.panels.find(run.pose.panel);
+  if (!panel) return panel.error();
+  const Millimetres zero;
+  const Region<PanelFrame> sheet(
+      Ring<PanelFrame>{{zero, zero}, {panel->width, zero}, {panel->width, panel->height}, {zero, panel->height}});
+  const auto wood = intersect(*struck.wood, sheet);
+  if (wood.empty()) return Ok();
+  const auto spoilt = r.ledger.write_off_free(run.pose.panel, wood, "a beam may have strayed here", at);
+  return spoilt ? Ok() : Status(spoilt.error());
 }
 
 }  // namespace
@@ -35,8 +54,10 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
   if (run.verified)
     if (const Status booked = r.jobs.book_piece(*run.verified, at); !booked && !has_settled(booked.error().code))
       return booked.error();
-  auto neighbours = neighbours_of(r, run, at);
-  if (!neighbours) return neighbours.error();
+  auto struck = struck_by(r, run, at);
+  if (!struck) return struck.error();
+  if (const Status spoilt = write_off_struck(r, run, *struck, at); !spoilt) return spoilt.error();
+  std::vector<PieceId>* const neighbours = &struck->pieces;
   if (!run.id) {
     if (const Status doubted = r.jobs.make_suspect(*neighbours, at); !doubted) return doubted.error();
     const Status aborted = run.waiting_job ? r.jobs.abort_job(*run.waiting_job, at) : Ok();

@@ -31,7 +31,7 @@ struct BrokenRun {
 
 // In the database's thread, one piece of work: books what was proven, ends the run, and makes suspect what was begun,
 // what is unproven and every neighbour, reserved or cut, within reach of the stray path; without a run all within reach
-// are neighbours.
+// are neighbours. Free and leased wood within reach is written off, and the leases end.
 // Gives how many neighbours. Doing it twice changes nothing.
 Result<int> write_down(Repositories& repositories, const BrokenRun& run, const std::string& at);
 

@@ -11,7 +11,7 @@ namespace veneer::daemon {
 
 Result<Region<PanelFrame>> wood_under(Repositories& repositories, const ProvenPose& pose,
                                       const Polyline<MachineFrame>& path, Millimetres reach, const std::string& now) {
-  const auto calibration = load_calibration(repositories, now);
+  const auto calibration = load_calibration_of_run(repositories, now);
   if (!calibration) return calibration.error();
   if (const Status ready = require_cutting(*calibration); !ready) return ready.error();
   const auto bed_from_machine = calibration->bed->machine_from_bed.inverse();

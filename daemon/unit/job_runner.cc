@@ -34,7 +34,8 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
             view_.load = wait_.view();
             on_change_();
           }),
-      proof_(*this, options_, log_) {}
+      proof_(*this, options_, log_),
+      owed_(parts, log_, [this](JobId job, const std::string& why) { doubted(job, why); }) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -43,6 +44,13 @@ JobRunner::~JobRunner() {
 
 void JobRunner::begin(const db::Recovery& recovery) {
   recall_cuts();
+  parts().database.async([](Repositories& r) { return r.jobs.unproven(); },
+                         [this](Result<std::optional<db::UnprovenCuts>> cuts) {
+                           if (!cuts) return log_->warn("{}", cuts.error().message);
+                           if (!*cuts) return;
+                           ends_unproven(std::move(**cuts));
+                           if (may_look_for_owed()) owed_.look();
+                         });
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
   if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
@@ -64,6 +72,7 @@ void JobRunner::enter(CellState state, std::string reason) {
     parts().bed.hands_were_in();
   if (state != CellState::kSuspended) wait_.end(), view_.load.reset();
   on_change_();
+  if (may_look_for_owed()) owed_.look();
 }
 
 void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
@@ -173,6 +182,7 @@ void JobRunner::await_panel() {
 }
 
 void JobRunner::look_again() {
+  if (may_look_for_owed()) owed_.look_now_and_then();
   if (view_.state == CellState::kSuspended && !activity_) wait_.look_again();
 }
 
@@ -296,6 +306,7 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
   if (activity_) return reply(busy_aside());
   if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  owed_.judge(*wait_.found());  // none is owed beyond the next run
   auto run = std::make_unique<PanelRun>(host(), view_.job->id, who, *wait_.found(), wait_.setup_pieces(),
                                         !wait_.is_last_setup(), kept_);
   from_ = CellState::kSuspended;

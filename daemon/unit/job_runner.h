@@ -11,7 +11,8 @@
 // last RunnerOptions::look_every pieces. Hold is a state, so that it is remembered whatever the laser, the database or
 // the camera do meanwhile; Unhold proves the bed anew.
 //
-// Before a run ends the camera looks once more, so that every booked piece stands between two proofs.
+// Before a run ends the camera looks once more, so that every booked piece stands between two proofs. What is broken
+// off owes that look (owed_proof.h).
 //
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
@@ -35,6 +36,7 @@
 #include "daemon/unit/cell_view.h"
 #include "daemon/unit/consent.h"
 #include "daemon/unit/kept_cuts.h"
+#include "daemon/unit/owed_proof.h"
 #include "daemon/unit/panel_wait.h"
 #include "daemon/unit/runner_options.h"
 
@@ -110,11 +112,16 @@ class JobRunner : private ActivityHost {
   const LaserLimits& limits() const override { return limits_; }
   // Somebody else said something of the job's pieces: what the view tells of them is read again.
   void job_changed(JobId job);
-  // Looks at the bed once more while Suspended; called by a timer of the owner, does nothing in other states.
+  // Looks at the bed once more while Suspended, and at rest while a look is owed; called by a timer of the owner.
   void look_again();
 
  private:
   ActivityHost& host() { return *this; }
+  void proven(db::RunId run) override;
+  void ends_unproven(db::UnprovenCuts cuts) override;
+  bool may_look_for_owed() const;
+  bool is_unproven_at_the_end() const;
+  void doubted(JobId job, const std::string& why);
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -183,6 +190,7 @@ class JobRunner : private ActivityHost {
   LaserLimits limits_;
   PanelWait wait_;
   BedProof proof_;
+  OwedProof owed_;
   KeptCuts kept_;
 
   std::unique_ptr<Activity> activity_;

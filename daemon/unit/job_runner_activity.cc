@@ -46,10 +46,16 @@ void JobRunner::next() {
   if (activity_->next_start()) {
     if (proof_.lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
     if (proof_.is_due(*activity_)) return prove_again();
-  } else if (options_.look_every > 0 && activity_->ends_unproven() && !proof_.lid_was_opened()) {
+  } else if (is_unproven_at_the_end()) {
+    if (proof_.lid_was_opened())
+      return rest("the lid was opened before the camera had seen what was cut last: close it, then Unhold");
     return prove_again();
   }
   activity_->go_on();
+}
+
+bool JobRunner::is_unproven_at_the_end() const {
+  return options_.look_every > 0 && !activity_->next_start() && activity_->ends_unproven();
 }
 
 void JobRunner::burn(const LaserJob& strokes) {
@@ -72,9 +78,9 @@ void JobRunner::prove_again() {
   view_.reason = "looking whether the panel lies as it did";
   on_change_();
   prove([this](const Status& proven) {
-    // Hands that come for what is cut end a run that has nothing left to burn.
-    const bool hands_are_in = !activity_->next_start() && proof_.lid_was_opened();
-    if (!proven && !hands_are_in) return rest(proven.error().message);
+    // Hands that came while the camera looked undo nothing of what it saw, and nothing is left to burn.
+    const bool has_seen = !activity_->next_start() && !is_unproven_at_the_end() && proof_.lid_was_opened();
+    if (!proven && !has_seen) return rest(proven.error().message);
     view_.reason = bed_remark_;
     on_change_();
     next();
@@ -118,6 +124,35 @@ void JobRunner::bed_remark(const std::string& text) {
   else
     log_->warn("{}", text);
   bed_remark_ = text;
+}
+
+void JobRunner::proven(db::RunId run) {
+  if (options_.look_every == 0) return;  // nobody will look again
+  parts().database.async([run](Repositories& r) { return r.jobs.note_proof(run, utc_timestamp()); },
+                         [log = log_](const Status& noted) {
+                           if (!noted) log->warn("{}", noted.error().message);  // more is owed after a kill
+                         });
+}
+
+void JobRunner::ends_unproven(db::UnprovenCuts cuts) {
+  if (options_.look_every > 0) owed_.owe(std::move(cuts));
+}
+
+// The beam is off, nothing moves, and what an abort proved is booked.
+bool JobRunner::may_look_for_owed() const {
+  const bool at_rest = view_.state == CellState::kAborted || view_.state == CellState::kStopped ||
+                       view_.state == CellState::kIdle || view_.state == CellState::kSuspended ||
+                       view_.state == CellState::kComplete;
+  const LaserStatus laser = parts().laser.status();
+  return owed_.any() && at_rest && !activity_ && !jogging_ && !breaking_ && !unwritten_ && !laser.beam_on;
+}
+
+void JobRunner::doubted(JobId job, const std::string& why) {
+  log_->warn("{}", why);
+  if (view_.state == CellState::kAborted || view_.state == CellState::kStopped) view_.reason += "; " + why;
+  forget_cuts();  // what lies elsewhere is not met again
+  job_changed(job);
+  on_change_();
 }
 
 // ---- The end -----------------------------------------------------------------------------------------------------

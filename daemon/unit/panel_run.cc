@@ -11,8 +11,6 @@
 namespace veneer::daemon {
 namespace {
 
-// Since the strokes were drawn for it: what is cut next must fit what is cut.
-constexpr Millimetres kMovedSinceBegun{0.15};
 constexpr const char* kLayItBack = ": lay it back as it was and Unhold, or Stop, Reset and Start";
 constexpr std::size_t kNamedMost = 6;  // marks in one sentence
 
@@ -30,13 +28,11 @@ PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenP
       told_(shown.moved_tags) {}
 
 void PanelRun::look(Reply reply) {
-  const int openings = host_.parts().laser.status().lid_openings;  // before the picture is taken
-  host_.parts().bed.look(host_.while_current([this, openings, reply = std::move(reply)](Result<ProvenPose> look) {
-    if (run_) return judge(look, openings, reply);
+  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
+    if (run_) return judge(look, reply);
     if (Status unmoved = require_unmoved(look, pose_, kMovedSinceShown, "since it was shown"); !unmoved)
       return reply(Error{unmoved.error().code, unmoved.error().message + ": check it and press Unsuspend"});
     pose_ = *look;
-    lid_at_proof_ = openings;
     tell_moved_tags(*look);
     reply(Ok());
   }));
@@ -49,24 +45,19 @@ void PanelRun::tell_moved_tags(const ProvenPose& look) {
 }
 
 // In the middle of the run, or at its end.
-void PanelRun::judge(const Result<ProvenPose>& look, int lid_openings, const Reply& reply) {
+void PanelRun::judge(const Result<ProvenPose>& look, const Reply& reply) {
   const Status unmoved = require_unmoved(look, pose_, kMovedSinceBegun, "since its first piece was begun");
   if (unmoved) {
     since_proof_.clear();
     look_failed_ = false;
-    lid_at_proof_ = lid_openings;
+    host_.proven(*run_);
     tell_moved_tags(*look);
     return reply(Ok());
   }
   const Error& why = unmoved.error();
-  // Hands came through the lid after the last piece was burnt, for none is begun behind an opened lid: what was burnt
-  // before was burnt where the panel lay.
-  const bool hands_explain_it = host_.parts().laser.status().lid_openings != lid_at_proof_;
-  if (!hands_explain_it) look_failed_ = true;
-  // A camera that does not answer, or an old picture, says nothing of the panel; an empty bed does.
-  const bool seen_elsewhere = look.ok() || look.error().code == ErrorCode::kNotFound;
-  if (hands_explain_it || !seen_elsewhere || since_proof_.empty())
-    return reply(Error{why.code, why.message + kLayItBack});
+  // A lid that was opened explains nothing: all of these were burnt before, and the panel may have slipped then.
+  if (!tells_where(look)) look_failed_ = true;
+  if (!tells_where(look) || since_proof_.empty()) return reply(Error{why.code, why.message + kLayItBack});
   doubt(why, reply);
 }
 
@@ -131,6 +122,7 @@ void PanelRun::start_run(db::RunFacts facts, Reply ready) {
         }
         if (!run) return ready(run.error());
         run_ = *run;
+        host_.proven(*run_);
         kept_.begin(pose_, basis_);
         ready(Ok());
       });
@@ -216,6 +208,8 @@ void PanelRun::end() {
   host_.commit(write, [this, afterwards](const Status& finished) {
     if (!finished) return host_.abort(fmt::format("the run could not be closed: {}", finished.error().message));
     suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
+    if (std::vector<PieceId> unproven = booked_since_proof(); !unproven.empty())
+      host_.ends_unproven({run_record(), std::move(unproven)});
     const std::string cut = afterwards == Afterwards::kStopped
                                 ? "stopped after a piece; Reset, then Start goes on with the rest"
                                 : fmt::format("job {} is cut", job_.value);
@@ -238,9 +232,24 @@ std::optional<BrokenRun> PanelRun::broken_off(std::string& remark) {
   if (!run_) return std::nullopt;
   if (const PieceBurn* burn = begun()) remark = fmt::format("; piece {} is suspect", burn->mark);
   BrokenRun broken{*run_, {}, pose_, {}, unbooked_, doubted_, {}, Millimetres(0), {}};
-  if (look_failed_)
-    for (const PieceBurn* burn : since_proof_) broken.unproven.push_back(burn->piece);
+  std::vector<PieceId> unproven = booked_since_proof();
+  if (look_failed_) {
+    broken.unproven.insert(broken.unproven.end(), unproven.begin(), unproven.end());
+    unproven.clear();
+  }
+  if (unbooked_) unproven.push_back(*unbooked_);
+  host_.ends_unproven({run_record(), std::move(unproven)});
   return broken;
+}
+
+std::vector<PieceId> PanelRun::booked_since_proof() const {
+  std::vector<PieceId> out;
+  for (const PieceBurn* burn : since_proof_) out.push_back(burn->piece);
+  return out;
+}
+
+db::RunRecord PanelRun::run_record() const {
+  return {*run_, job_, pose_.panel, pose_.bed_from_panel, pose_.rms, {}, {}, {}};
 }
 
 double PanelRun::seconds_left() const {

@@ -6,7 +6,8 @@
 // LaserJob, so nothing of the next piece can be burning while this one is in doubt.
 //
 // A verified piece says what the head did, not what lay under it. That is said by the next look that proves the pose;
-// when it sees the panel gone or moved, the pieces since the look before are suspect.
+// when it sees the panel gone or moved, the pieces since the look before are suspect. A run that is over before such a
+// look owes it (owed_proof.h).
 #pragma once
 
 #include <string>
@@ -38,13 +39,15 @@ class PanelRun final : public Activity {
  private:
   enum class Noted { kNo, kUnderWay, kYes };
 
-  void judge(const Result<ProvenPose>& look, int lid_openings, const Reply& reply);
+  void judge(const Result<ProvenPose>& look, const Reply& reply);
   void tell_moved_tags(const ProvenPose& look);
   void doubt(const Error& why, const Reply& reply);
   void start_run(db::RunFacts facts, Reply ready);
   void note();
   void end();
   const PieceBurn* begun() const;
+  std::vector<PieceId> booked_since_proof() const;
+  db::RunRecord run_record() const;
   bool ends() const { return stop_ || next_ == burns_.size(); }
   double seconds_left() const;
 
@@ -68,7 +71,6 @@ class PanelRun final : public Activity {
   int suspects_ = 0;              // written
   bool look_failed_ = false;      // since then
   std::string told_;              // ProvenPose::moved_tags as a person saw it last
-  int lid_at_proof_ = 0;          // LaserStatus::lid_openings
   bool ends_as_it_is_ = false;    // the operator ends it without another look
   bool stop_ = false;             // asked by the operator: end after the piece under way
 };

@@ -10,6 +10,8 @@ bool lies_back_up(const ProvenPose& pose) {
   return pose.back_up && pose.bed_from_panel.handedness() == Handedness::kImproper;
 }
 
+bool tells_where(const Result<ProvenPose>& look) { return look.ok() || look.error().code == ErrorCode::kNotFound; }
+
 Millimetres moved_between(const ProvenPose& a, const ProvenPose& b) {
   const auto far = point<PanelFrame>(300, 200);  // far from the origin, so that a turn shows as well
   return std::max(distance(a.bed_from_panel * Point<PanelFrame>{}, b.bed_from_panel * Point<PanelFrame>{}),

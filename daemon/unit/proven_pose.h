@@ -22,6 +22,12 @@ bool lies_back_up(const ProvenPose& pose);
 
 // Since the panel was shown to the operator: more is a hand in between, less is the camera's noise.
 inline constexpr Millimetres kMovedSinceShown{0.3};
+// Since the strokes were drawn for it: what is cut next must fit what is cut.
+inline constexpr Millimetres kMovedSinceBegun{0.15};
+
+// Does a look say where the panel is, though it be elsewhere? A camera that does not answer, or an old picture, does
+// not; an empty bed does.
+bool tells_where(const Result<ProvenPose>& look);
 
 // How far the panel lies from where the other pose has it, at the worst of places far apart.
 Millimetres moved_between(const ProvenPose& a, const ProvenPose& b);

@@ -37,7 +37,7 @@ namespace veneer::testing {
 class ApiServer {
  public:
   // `bind` gets the router before the server opens; tasks and console routes are bound, and every other operation
-  // answers {"operation": its id, "bytes": of the body}.
+  // answers {"operation": its id, "bytes": of the body, "sha256": of a large one that came with a key}.
   explicit ApiServer(daemon::HttpServerOptions options = {}, daemon::EventHubOptions hub_options = {},
                      const std::function<void(daemon::Router&)>& bind = {}, const Logger& log = make_null_logger())
       : hub_(hub_options, make_null_logger()) {
@@ -54,7 +54,8 @@ class ApiServer {
         [this] { hub_.drop_unless([this](const daemon::Caller& caller) { return accounts_.holds(caller); }); });
     for (const std::string& id : router_.unbound()) {
       router_.bind(id, [id](const daemon::ApiRequest& request, const daemon::Reply& reply) {
-        reply(daemon::ApiReply::json({{"operation", id}, {"bytes", request.body.size()}}));
+        reply(daemon::ApiReply::json(
+            {{"operation", id}, {"bytes", request.body.size()}, {"sha256", request.body_sha256}}));
       });
     }
     auto opened = daemon::HttpServer::open(

@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <fstream>
 #include <future>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "daemon/api/listen.h"
 #include "tests/support/api_server.h"
 #include "tests/support/http_probe.h"
@@ -159,6 +161,26 @@ TEST(HttpServer, TakesAPictureAsLargeAsAllowed) {
   const auto answer = probe.ask(post("/api/v1/jobs?name=Grace%20H", picture));
   EXPECT_EQ(answer.status, 200) << answer.body;
   EXPECT_EQ(nlohmann::json::parse(answer.body)["bytes"], picture.size());
+}
+
+// In the pieces in which it comes, so that no hash of all of it stands before a STOP.
+TEST(HttpServer, HashesALargeBodyThatCameWithAKey) {
+  ApiServer server;
+  std::string picture(300'000, 'p');
+  for (std::size_t i = 0; i < picture.size(); i += 997) picture[i] = static_cast<char>('a' + i % 26);
+  const std::string hash = sha256_hex(std::as_bytes(std::span(picture)));
+  const std::string head = "POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nIdempotency-Key: k\r\n";
+  auto probe = HttpProbe::over_unix(server.socket());
+  probe.send(head + "Content-Length: " + std::to_string(picture.size()) + "\r\n\r\n" + picture.substr(0, 70'001));
+  const auto whole = probe.ask(picture.substr(70'001));
+  EXPECT_EQ(nlohmann::json::parse(whole.body)["sha256"], hash);
+  probe.send(head + "Transfer-Encoding: chunked\r\n\r\n");
+  for (std::size_t at = 0; at < picture.size(); at += 100'000)
+    probe.send("186a0\r\n" + picture.substr(at, 100'000) + "\r\n");
+  const auto chunked = probe.ask("0\r\n\r\n");
+  EXPECT_EQ(nlohmann::json::parse(chunked.body)["sha256"], hash);
+  const auto small = probe.ask(head + "Content-Length: 2\r\n\r\n{}");
+  EXPECT_EQ(nlohmann::json::parse(small.body)["sha256"], "");
 }
 
 TEST(HttpServer, GreetsThoseWhoAskBeforeSending) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/hash.h"
 #include "daemon/api/router.h"
 
 namespace veneer::daemon {
@@ -79,6 +80,31 @@ TEST_F(Idempotency, AnotherRequestWithTheSameKeyIsRefused) {
   send("a", R"({"more":true})");
   EXPECT_EQ(replies.back().status, 409) << replies.back().body;
   EXPECT_EQ(scans, 1);
+}
+
+// A retouched picture is as large as it was, and begins and ends as it did.
+TEST_F(Idempotency, ALargeBodyThatDiffersInItsMiddleIsAnotherRequest) {
+  ApiRequest request;
+  request.method = "POST";
+  request.path = "/api/v1/plans";
+  std::string picture(100'000, 'x');
+  request.body = picture;
+  const std::string before = fingerprint_of(request);
+  EXPECT_EQ(fingerprint_of(request), before);
+  picture[50'000] = 'y';
+  request.body = picture;
+  EXPECT_NE(fingerprint_of(request), before);
+}
+
+// Keys of requests that make jobs are kept in the database, and outlast an update of this program.
+TEST_F(Idempotency, TheFingerprintOfASmallBodyIsWhatItAlwaysWas) {
+  ApiRequest request;
+  request.method = "POST";
+  request.path = "/api/v1/jobs";
+  request.query = {{"plan", "7"}};
+  request.body = R"({"plan":7})";
+  EXPECT_EQ(fingerprint_of(request),
+            sha256_hex(std::as_bytes(std::span(std::string_view("POST /api/v1/jobs?plan=7&\n10\n{\"plan\":7}")))));
 }
 
 TEST_F(Idempotency, KeysBelongToWhoSentThem) {

@@ -84,7 +84,7 @@ class BedWatcherTest : public ::testing::Test {
     database_ = std::move(*opened);
     camera_.file = folder_ / "picture.ppm";
     config_.store.data_dir = folder_ / "data";
-    watcher_ = std::make_unique<BedWatcher>(io_, camera_, worker_, workers_, *database_, config_, [] {});
+    watcher_ = std::make_unique<BedWatcher>(io_, pictures_, worker_, workers_, *database_, config_, [] {});
   }
   static db::FiducialRecord tag(int id, Face face) {
     return {
@@ -161,6 +161,7 @@ class BedWatcherTest : public ::testing::Test {
   boost::asio::io_context io_;
   Config config_;
   StillCamera camera_;
+  BedPictures pictures_{camera_};
   std::unique_ptr<DatabaseThread> database_;
   veneer::testing::WorkHere workers_;
   Worker worker_{"camera"};
@@ -218,6 +219,23 @@ TEST_F(BedWatcherTest, APanelWithoutTagsIsKnownByItsHoles) {
   const auto seen = stock_in_sight();
   ASSERT_TRUE(seen.ok()) << seen.error().message;
   EXPECT_THAT(seen->panels, ElementsAre(PanelId{"P-0001"}));
+}
+
+TEST_F(BedWatcherTest, APanelOfAnotherThicknessIsLookedForAtItsOwnHeight) {
+  drill(kDrilled);
+  stock_panel(kNoTag, kNoTag);
+  camera_.picture = board_with_holes(kDrilled);  // 2.0 mm thick
+  config_.panel.thickness = Millimetres(14);
+  EXPECT_THAT(stock_in_sight()->panels, IsEmpty());
+  const auto note = [&](const db::PanelFacts& facts) {
+    const Status noted =
+        database_->call([&](Repositories& r) { return r.facts.set_panel(PanelId{"P-0001"}, facts, {}); });
+    ASSERT_TRUE(noted.ok()) << noted.error().message;
+  };
+  note({{}, Millimetres(0.6), {}, "uid 1000", "2026-01-01T00:00:00.000Z"});
+  EXPECT_THAT(stock_in_sight()->panels, IsEmpty()) << "nobody said what the veneer lies on";
+  note({{}, {}, Millimetres(1.4), "uid 1000", "2026-01-01T00:00:00.000Z"});
+  EXPECT_THAT(stock_in_sight()->panels, ElementsAre(PanelId{"P-0001"}));
 }
 
 TEST_F(BedWatcherTest, HolesThatAreAnothersSayNothing) {
@@ -293,9 +311,10 @@ TEST_F(BedWatcherTest, WithoutACameraNobodyCanTell) {
 }
 
 TEST_F(BedWatcherTest, APictureFromBeforeHandsWereInProvesNothing) {
+  using std::chrono::seconds, std::chrono::system_clock;
   stock_panel(215);
   camera_.picture = board_with_tag(215);
-  camera_.taken = std::chrono::system_clock::now() - std::chrono::hours(1);
+  camera_.taken = system_clock::now() - seconds(10);
   ASSERT_TRUE(stock_in_sight().ok()) << "nobody has been at the bed since";
   watcher_->hands_were_in();
   const auto stale = stock_in_sight();
@@ -305,9 +324,34 @@ TEST_F(BedWatcherTest, APictureFromBeforeHandsWereInProvesNothing) {
   const auto pose = look();
   ASSERT_FALSE(pose.ok());
   EXPECT_THAT(pose.error().message, HasSubstr("take a new one"));
-  camera_.taken = std::chrono::system_clock::now() + std::chrono::hours(1);
+  camera_.taken = system_clock::now();
   EXPECT_TRUE(stock_in_sight().ok());
   EXPECT_THAT(look().error().message, Not(HasSubstr("take a new one")));
+}
+
+// The program that takes the pictures hangs, and nothing tells since when.
+TEST_F(BedWatcherTest, AnOldPictureLetsNoBeamBegin) {
+  stock_panel(215);
+  camera_.picture = bare_bed();
+  camera_.taken = std::chrono::system_clock::now() - std::chrono::hours(1);
+  const auto old = stock_in_sight();
+  ASSERT_FALSE(old.ok());
+  EXPECT_EQ(old.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(old.error().message, HasSubstr("see whether the program that takes it still runs"));
+  EXPECT_THAT(look().error().message, HasSubstr("still runs"));
+  EXPECT_FALSE(watcher_->picture().empty()) << "people see it all the same";
+}
+
+// By the clock of the share it lies on, which is ahead.
+TEST_F(BedWatcherTest, APictureOfTheFutureProvesNothing) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  camera_.taken = std::chrono::system_clock::now() + std::chrono::hours(1);
+  const auto ahead = stock_in_sight();
+  ASSERT_FALSE(ahead.ok());
+  EXPECT_EQ(ahead.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(ahead.error().message, HasSubstr("set the clock"));
+  EXPECT_THAT(look().error().message, HasSubstr("set the clock"));
 }
 
 TEST_F(BedWatcherTest, ASimulatedCameraTellsNothingOfARealLasersBed) {
@@ -333,7 +377,7 @@ TEST_F(BedWatcherTest, ALookThatNobodyAnswersEndsWithASentence) {
     std::vector<std::function<void()>>& fired_;
   };
   BedWatcher watcher(
-      io_, camera_, worker_, workers_, *database_, config_, [] {},
+      io_, pictures_, worker_, workers_, *database_, config_, [] {},
       [&late] { return std::make_unique<HandTimer>(late); });
   camera_.picture = board_with_tag(215);
   std::promise<void> dead;

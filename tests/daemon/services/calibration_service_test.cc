@@ -27,7 +27,9 @@ class NoDevice final : public ScannerDriver, public CameraDriver {
   }
   Result<std::filesystem::path> capture() override { return std::filesystem::path("view.png"); }
   std::string device() const override { return "test"; }
+  std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken; }
   std::string make;
+  std::optional<std::chrono::system_clock::time_point> taken;
 };
 
 // Sees something on every scan, and notes how many of them are to be fitted.
@@ -59,7 +61,7 @@ class CollectedViews : public ::testing::Test {
     database_ = std::move(*opened);
     config_.store.data_dir = folder_.path();
     service_ =
-        std::make_unique<CalibrationService>(devices_, devices_, *database_, workers_, config_, make_null_logger());
+        std::make_unique<CalibrationService>(devices_, pictures_, *database_, workers_, config_, make_null_logger());
   }
   Result<CalibrationOutcome> scan(bool more) {
     return service_->scanner(more, [](double, const std::string&) {}, {});
@@ -69,6 +71,7 @@ class CollectedViews : public ::testing::Test {
   boost::asio::io_context reactor_;
   Config config_;
   NoDevice devices_;
+  BedPictures pictures_{devices_};
   Fitter workers_;
   std::unique_ptr<DatabaseThread> database_;
   std::unique_ptr<CalibrationService> service_;
@@ -106,6 +109,47 @@ TEST_F(CollectedViews, OfTheCameraCanBeGivenUpAsThoseOfTheScanner) {
   ASSERT_FALSE(camera.ok());
   EXPECT_EQ(camera.error().code, ErrorCode::kCancelled);
   EXPECT_EQ(service_->scanner(true, silent, asked.get_token()).error().code, ErrorCode::kCancelled);
+}
+
+// A camera that reads files shows an empty bed for as long as the program that takes the pictures hangs.
+TEST_F(CollectedViews, OfABedAsItWasOnceAreRefused) {
+  using std::chrono::seconds, std::chrono::system_clock;
+  using ::testing::HasSubstr;
+  db::CertificateRecord camera;
+  camera.kind = db::CertificateKind::kCamera;
+  camera.issued_at = "2026-01-01T00:00:00.000Z", camera.expires_at = "2999-01-01T00:00:00.000Z";
+  camera.payload = to_payload(calib::CameraFit{}).dump();
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
+  const auto silent = [](double, const std::string&) {};
+  const auto ready = [&] { return service_->ready_for_pattern(silent, {}); };
+  const auto view = [&] { return service_->camera(true, Millimetres(0), silent, {}).error().message; };
+  const auto axes = [&] { return service_->axes(Millimetres(2), silent, {}).error().message; };
+  ASSERT_TRUE(service_
+                  ->pattern_job({{Millimetres(0), Millimetres(0)}, {Millimetres(520), Millimetres(380)}},
+                                Millimetres(400), Millimetres(300))
+                  .ok());
+  devices_.taken = system_clock::now() - seconds(10);
+  EXPECT_TRUE(ready().ok());
+  pictures_.hands_were_in();
+  EXPECT_THAT(ready().error().message, HasSubstr("before hands were last at the bed"));
+  EXPECT_THAT(view(), HasSubstr("before hands were last at the bed"));
+  EXPECT_THAT(axes(), HasSubstr("before hands were last at the bed"));
+  devices_.taken = system_clock::now() + std::chrono::hours(1);
+  EXPECT_THAT(ready().error().message, HasSubstr("set the clock"));
+  EXPECT_THAT(view(), HasSubstr("set the clock"));
+  EXPECT_THAT(axes(), HasSubstr("set the clock"));
+}
+
+TEST_F(CollectedViews, ThatLetAPatternBeBurntAreOfThisMinute) {
+  db::CertificateRecord camera;
+  camera.kind = db::CertificateKind::kCamera;
+  camera.issued_at = "2026-01-01T00:00:00.000Z", camera.expires_at = "2999-01-01T00:00:00.000Z";
+  camera.payload = to_payload(calib::CameraFit{}).dump();
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
+  devices_.taken = std::chrono::system_clock::now() - std::chrono::hours(1);
+  const Status old = service_->ready_for_pattern([](double, const std::string&) {}, {});
+  ASSERT_FALSE(old.ok());
+  EXPECT_THAT(old.error().message, ::testing::HasSubstr("see whether the program that takes it still runs"));
 }
 
 // It burnt first: through the AprilGrid sheet where that still lay on the bed, and with no certificate to measure with.

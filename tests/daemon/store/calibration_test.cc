@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "tests/support/stocked_database.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -141,6 +142,34 @@ TEST_F(CalibrationTest, SaysOfEachKindWhyNoCertificateIsInForce) {
   EXPECT_EQ(noted[0].who + " " + noted[0].what + " " + noted[0].detail, "veneerd laser.found b");
   EXPECT_EQ(standing(Kind::kKerf), State::kOtherDevice);
   EXPECT_EQ(standing(Kind::kCamera), State::kValid);
+}
+
+TEST_F(CalibrationTest, ACertificateDoesNotExpireUnderTheRunThatBeganWithIt) {
+  ASSERT_TRUE(tests::stock_two_panels(*database_, 2, 1).ok());  // with certificates 1, 2 and 3
+  constexpr const char* kExpired = "2999-02-01T00:00:00.000Z";
+  const auto may_cut = [&] {
+    const auto loaded =
+        database_->call([](Repositories& r) { return load_calibration_of_run(r, "2999-02-01T00:00:00.000Z"); });
+    return loaded.ok() && require_cutting(*loaded).ok();
+  };
+  EXPECT_FALSE(may_cut()) << "no run is on";
+  const auto begin = [&](std::vector<CertificateId> with) {
+    return *database_->call([&](Repositories& r) {
+      return r.jobs.start_run(JobId{1}, PanelId{"P-0001"}, {}, Millimetres(0.02), kNow, {"uid 1000", with, "[]"});
+    });
+  };
+  const auto end = [&](db::RunId run) {
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.jobs.abort_run(run, {}, "stop", kNow); }).ok());
+  };
+  db::RunId run = begin({{1}, {2}, {3}});
+  EXPECT_TRUE(may_cut());
+  EXPECT_FALSE(require_cutting(*database_->call([&](Repositories& r) { return load_calibration(r, kExpired); })).ok())
+      << "for all others";
+  end(run);
+  EXPECT_FALSE(may_cut()) << "the next run stands on new ones";
+  run = begin({{1}, {3}});
+  EXPECT_FALSE(may_cut()) << "not on these";
+  end(run);
 }
 
 TEST_F(CalibrationTest, EveryCertificateIsListedAsWhatItIs) {

@@ -94,6 +94,53 @@ TEST_F(ProofTest, AStopOffThePathMakesTheNeighboursSuspectAsWell) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
+TEST_F(ProofTest, AnAbortOffThePathWritesOffTheFreeWoodThatItMayHaveHit) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  const auto before = live().size();
+  go_astray(60, 45);  // 40 to 55 of the panel, which is nobody's
+  ASSERT_EQ(live().size(), before + 1);
+  EXPECT_EQ(live().back().state, db::AllocationState::kScrap);
+  EXPECT_THAT(live().back().reason, HasSubstr("strayed"));
+  const auto box = bounds(live().back().area.rings().front());
+  EXPECT_LT(box.min.x, Millimetres(39.1));  // 1 mm beyond, and half a kerf
+  EXPECT_GT(box.max.x, Millimetres(55.9));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+}
+
+TEST_F(ProofTest, AnAbortOffThePathEndsALeaseOfTheWoodThatItMayHaveHit) {
+  load_first_panel();
+  const Status leased = database_->call([](Repositories& r) -> Status {
+    db::NewPlan plan;
+    plan.name = "later";
+    plan.plan_json = plan.options_json = "{}";
+    db::PlannedPatch& piece = plan.pieces.emplace_back();
+    piece.mark = "B7-1";
+    piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(20, 0), point<ArtworkFrame>(20, 20)};
+    piece.panel = PanelId{"P-0001"};
+    piece.panel_outline = {point<PanelFrame>(80, 0), point<PanelFrame>(100, 0), point<PanelFrame>(100, 20)};
+    piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(0.27));
+    plan.planned_on = {{PanelId{"P-0001"}, 1}};
+    auto id = r.plans.add(plan, kThen);
+    if (!id) return id.error();
+    auto lease = r.leases.take(*id, "uid 1000", utc_timestamp(), "2099-01-01T00:00:00.000Z");
+    return lease ? Ok() : Status(lease.error());
+  });
+  ASSERT_TRUE(leased.ok()) << leased.error().message;
+  const auto is_leased = [](const auto& all) {
+    return std::ranges::any_of(all, [](const auto& a) { return a.state == db::AllocationState::kLeased; });
+  };
+  ASSERT_TRUE(is_leased(live()));
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  go_astray(18, 2);  // 82 to 98 of the panel
+  EXPECT_FALSE(is_leased(live()));
+  EXPECT_EQ(live().back().state, db::AllocationState::kScrap) << "and it is nobody's to take";
+}
+
 TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {
   load_first_panel();
   bed_.lay("P-0001", true, 100, 0);

@@ -224,13 +224,61 @@ TEST_F(ProofTest, APanelThatWasLiftedInMidCutLeavesItsPiecesSuspect) {
               "start 1)");
 }
 
-TEST_F(ProofTest, HandsThatComeThroughTheLidForTheLastPieceMakeNothingSuspect) {
+// The panel slipped under the first piece, and hands came through the lid afterwards.
+TEST_F(ProofTest, ALidThatIsOpenedLaterDoesNotExplainAPanelThatMoved) {
+  begin();
+  bed_.lay("P-0001", true, 300.5);
+  laser_.finish();
+  laser_.open_and_close_lid();
+  settle();
+  ASSERT_EQ(state(), CellState::kHeld);
+  ASSERT_EQ(starts(), 1);
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+  EXPECT_THAT(reason(), AllOf(HasSubstr("moved by 0.50 mm"), HasSubstr("piece A1-1 was cut since")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+}
+
+TEST_F(ProofTest, HandsThatComeThroughTheLidForTheLastPieceAreAskedToLetTheCameraLook) {
+  begin();
+  laser_.finish();
+  settle();
+  laser_.finish();
+  laser_.open_lid();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("before the camera had seen"), HasSubstr("close it, then Unhold")));
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok()) << "it is open";
+  laser_.close_lid();
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kSuspended) << "for the second panel";
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(ProofTest, APanelThatHandsTookAwayBeforeTheCameraLookedLeavesItsPiecesSuspect) {
   begin();
   laser_.finish();
   settle();
   laser_.finish();
   laser_.open_lid();
   bed_.seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
+  settle();
+  laser_.close_lid();
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+// What the camera saw counts, whatever hands do while it is being looked at.
+TEST_F(ProofTest, ALidThatIsOpenedWhileTheLastLookGoesOnUndoesNothing) {
+  begin();
+  laser_.finish();
+  settle();
+  const int looks = bed_.looks;
+  laser_.finish();
+  while (bed_.looks == looks) {
+    database_->call([](Repositories&) { return 0; });
+    turn();
+  }
+  laser_.open_lid();
   settle();
   EXPECT_EQ(state(), CellState::kSuspended) << "for the second panel";
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));

@@ -1,0 +1,208 @@
+// A run that is over before the camera could look once more leaves pieces that nobody has proven.
+#include <gmock/gmock.h>
+
+#include "tests/daemon/unit/proof_fixture.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const Error kNothingThere{ErrorCode::kNotFound, "no panel is on the bed"};
+const Error kSilent{ErrorCode::kUnavailable, "the camera is gone"};
+
+class OwedProofTest : public ProofTest {
+ protected:
+  // The first piece is booked, the second is being burnt.
+  void cut_one() {
+    begin();
+    laser_.finish();
+    settle();
+    ASSERT_EQ(starts(), 2);
+  }
+  // As the owner's timer does while nothing else happens.
+  void wait_long() {
+    for (int tick = 0; tick < 200; ++tick) look();
+  }
+};
+
+TEST_F(OwedProofTest, AStopAfterThePanelWasLiftedLeavesWhatWasBookedSuspect) {
+  cut_one();
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_THAT(reason(), AllOf(HasSubstr("STOP"), HasSubstr("no panel is on the bed"), HasSubstr("is suspect")));
+  EXPECT_EQ(runner_->view().job->suspect, 2);
+}
+
+TEST_F(OwedProofTest, AStopOverAPanelThatLiesAsItDidLeavesWhatWasBookedCut) {
+  cut_one();
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.seen = kNothingThere;  // it is proven, whatever becomes of the panel
+  wait_long();
+  restart();
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, TheLookComesAfterTheResetAndNothingMovesForIt) {
+  cut_one();
+  laser_.can_jog = true;
+  laser_.position = point<MachineFrame>(15, 20);
+  const int looks = bed_.looks;
+  int looked_before = -1;
+  laser_.on_abort = [&] { looked_before = bed_.looks; };
+  const std::size_t said = laser_.calls.size();
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(looked_before, looks);
+  EXPECT_EQ(bed_.looks, looks + 1);
+  EXPECT_THAT(std::vector<std::string>(laser_.calls.begin() + static_cast<std::ptrdiff_t>(said), laser_.calls.end()),
+              Each(std::string("abort")));
+}
+
+TEST_F(OwedProofTest, ACameraThatSaysNothingIsAskedAgain) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.lay("P-0001", true, 300.5);
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_THAT(reason(), HasSubstr("moved by 0.50 mm"));
+}
+
+TEST_F(OwedProofTest, ASilentCameraIsAskedLessAndLessOften) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  const int looks = bed_.looks;
+  wait_long();
+  EXPECT_GT(bed_.looks, looks);
+  EXPECT_LE(bed_.looks, looks + 10);
+}
+
+TEST_F(OwedProofTest, ThroughAnOpenLidAPanelIsSeenButNotMissed) {
+  cut_one();
+  laser_.open_lid();
+  bed_.seen = kNothingThere;  // a hand is over its tags
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.lay("P-0001");
+  wait_long();
+  bed_.seen = kNothingThere;
+  laser_.close_lid();
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, AKillLeavesWhatWasBookedToTheNextLook) {
+  cut_one();
+  bed_.seen = kNothingThere;
+  restart();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_EQ(runner_->view().rest->suspect, 2);
+}
+
+TEST_F(OwedProofTest, WhatIsOwedOutlastsAnotherKill) {
+  cut_one();
+  bed_.seen = kSilent;
+  restart();
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.seen = kNothingThere;
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, WhatAPersonSaidIsNotDoubtedAgain) {
+  cut_one();
+  bed_.seen = kNothingThere;
+  restart();
+  ASSERT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  ASSERT_TRUE(database_
+                  ->call([](Repositories& r) {
+                    return r.jobs.settle(r.jobs.pieces(JobId{1})->front().id, db::AllocationState::kCut, kThen);
+                  })
+                  .ok());
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, WhatWasProvenBeforeIsNotOwed) {
+  options_.look_every = 1;
+  make_runner();
+  cut_one();
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, TheAuditLogTellsUpToWhereThePanelWasSeen) {
+  options_.look_every = 1;
+  make_runner();
+  cut_one();
+  const auto rows = database_->call([](Repositories& r) {
+    db::AuditFilter proofs;
+    proofs.what = "run.proven";
+    return r.audit.read(proofs, 10);
+  });
+  ASSERT_TRUE(rows.ok());
+  std::vector<std::string> told;
+  for (const auto& row : *rows) told.push_back(row.detail);
+  EXPECT_THAT(told, ElementsAre("run 1 of job 1 on P-0001, 1 pieces cut before",
+                                "run 1 of job 1 on P-0001, 0 pieces cut before"));
+}
+
+TEST_F(OwedProofTest, WithoutLooksNothingIsOwed) {
+  options_.look_every = 0;
+  make_runner();
+  cut_one();
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+// Nothing was asked of the camera between Hold and Stop.
+TEST_F(OwedProofTest, StopOfAHeldRunOwesALookAsWell) {
+  begin();
+  laser_.finish();
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  ASSERT_EQ(state(), CellState::kHeld);
+  ASSERT_EQ(starts(), 1);
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_EQ(state(), CellState::kStopped);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+}
+
+TEST_F(OwedProofTest, TheNextRunTellsAtTheLatest) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  for (const auto next : {CellCommand::kClear, CellCommand::kReset}) ASSERT_TRUE(command(next).ok());
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  laser_.open_lid();  // the owed look may miss the first panel, and waits
+  bed_.lay("P-0002");
+  look();
+  laser_.close_lid();
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(starts(), 3);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kCutting));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
