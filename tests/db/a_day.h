@@ -181,6 +181,11 @@ inline std::vector<Step> a_day() {
     return JobStore(db).note_sightings({&seen, 1});
   });
   settle(9, AllocationState::kReleased);
+  jobs("assembled", [](JobStore store) -> Status {
+    const auto piece = store.find_piece(PieceId{8});
+    if (!piece.ok()) return piece.error();
+    return store.assemble(piece->job, std::vector{piece->mark}, true, "local:1000", kLater);
+  });
 
   add("written off", [=](Database& db) {
     return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);
