@@ -29,7 +29,7 @@ constexpr std::array kCellCommands = {
 
 void add_command(CLI::App& parent, CommandContext& context, const std::string& name, const std::string& help) {
   parent.add_subcommand(name, help)->callback([&context, name] {
-    context.finish(context.run_task(context.client().post("/commands/" + name)), render_state);
+    context.finish_step(context.run_task(context.client().post("/commands/" + name)), render_state);
   });
 }
 
@@ -40,7 +40,7 @@ void add_unsuspend(CLI::App& parent, CommandContext& context) {
       "unsuspend", "Cut the panel that the camera has found on the bed: the laser moves and burns");
   add_confirm_option(*unsuspend, *confirmed);
   unsuspend->callback([&context, confirmed] {
-    context.finish(context.client().post("/commands/unsuspend", {{"confirmed", *confirmed}}), render_state);
+    context.finish_step(context.client().post("/commands/unsuspend", {{"confirmed", *confirmed}}), render_state);
   });
 }
 
@@ -56,7 +56,7 @@ void add_frame(CLI::App& parent, CommandContext& context) {
   frame->callback([&context, power, confirmed] {
     nlohmann::json body = {{"power", *power}};
     if (!confirmed->empty()) body["confirmed"] = *confirmed;
-    context.finish(context.client().post("/commands/frame", body), render_state);
+    context.finish_step(context.client().post("/commands/frame", body), render_state);
   });
 }
 

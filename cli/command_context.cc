@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "base/files.h"
+#include "cli/colours.h"
 #include "cli/json_read.h"
 #include "cli/progress.h"
+#include "cli/render.h"
 #include "cli/sign_ins.h"
 #include "cli/unknown_command.h"
 
@@ -46,7 +48,8 @@ ApiClient CommandContext::stop_client(std::chrono::milliseconds patience) const 
 }
 
 void fail(const Error& error, int exit_status) {
-  std::cerr << "veneerctl: " << with_short_numbers(error.message) << std::endl;
+  std::cerr << (err_has_colours() ? in_red("veneerctl:") : "veneerctl:") << ' ' << with_short_numbers(error.message)
+            << std::endl;
   throw CLI::RuntimeError(exit_status);
 }
 
@@ -62,7 +65,19 @@ void CommandContext::finish(const Result<nlohmann::json>& outcome, const Render&
     fail(error, exit_status);
   }
   if (json) return print(*outcome);
-  std::cout << render(*outcome) << std::flush;
+  const std::string text = render(*outcome);
+  std::cout << (out_has_colours() ? with_colours(text) : text) << std::flush;
+}
+
+void CommandContext::finish_step(const Result<nlohmann::json>& outcome, const Render& render) const {
+  constexpr std::chrono::seconds kPatience{2};  // what was asked for is done
+  finish(outcome, [&](const nlohmann::json& value) {
+    std::string text = render(value);
+    if (text.find("veneerctl ") != std::string::npos) return text;
+    const auto status = client(kPatience).get("/status");
+    if (!status || !member(*status, "next_step").is_object()) return text;
+    return text + "Next: " + render_next(*status);
+  });
 }
 
 Result<nlohmann::json> CommandContext::run_task(const Result<nlohmann::json>& started) const {

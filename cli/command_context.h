@@ -33,6 +33,9 @@ struct CommandContext {
   // Prints the value (as JSON with "schema_version" under --json, else as `render` words it), or the error's sentence
   // on stderr. Ends the command with `exit_status` when it failed.
   void finish(const Result<nlohmann::json>& outcome, const Render& render, int exit_status = kWorkFailed) const;
+  // The same of a command after which something else is to be done: where its words name no command, what comes next at
+  // the cell is said behind them, as `veneerctl next` says it.
+  void finish_step(const Result<nlohmann::json>& outcome, const Render& render) const;
   // Posts long work, shows its progress until it is over, lets Ctrl-C cancel it.
   Result<nlohmann::json> run_task(const Result<nlohmann::json>& started) const;
 

@@ -135,7 +135,7 @@ void add_db_commands(CLI::App& app, CommandContext& context) {
       });
   add_db_export(*db, context);
   db->add_subcommand("backups", "The backups there are, newest first")->callback([&context] {
-    context.finish(context.client().get("/backups"), render_backups);
+    context.finish(context.client().get_all("/backups", "backups"), render_backups);
   });
 }
 

@@ -75,7 +75,7 @@ void add_fact_commands(CLI::App& app, CommandContext& context) {
   CLI::App* material = app.add_subcommand("material", "What is known of each wood");
   material->require_subcommand(1);
   material->add_subcommand("list", "All of them")->callback([&context] {
-    context.finish(context.client().get("/materials"), render_materials);
+    context.finish(context.client().get_all("/materials", "materials"), render_materials);
   });
   const auto name = std::make_shared<std::string>();
   CLI::App* show = material->add_subcommand("show", "One of them, and what was noted before");

@@ -1,5 +1,5 @@
-// job list|show|map|start|pieces|recut|redo|settle|cancel|archive|unarchive and the commands to the cell under its
-// name; task list|show|cancel.
+// job list|show|map|start|pieces|recut|redo|settle|assembled|cancel|archive|unarchive and the commands to the cell
+// under its name; task list|show|cancel.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -56,6 +56,22 @@ void add_redo(CLI::App& job, CommandContext& context) {
   });
 }
 
+// What lies at its place in the picture.
+void add_assembled(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto pieces = std::make_shared<std::vector<std::string>>();
+  const auto back = std::make_shared<bool>(false);
+  CLI::App* assembled =
+      add_with_number(job, "assembled", "Tick cut pieces off that you have laid at their places", "JOB", id);
+  assembled->add_option("PIECE", *pieces, "Their marks, as in A3-12")->required();
+  assembled->add_flag("--take-back", *back, "They do not lie there after all");
+  assembled->callback([id, pieces, back, &context] {
+    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/assembled",
+                                         {{"pieces", *pieces}, {"assembled", !*back}}),
+                   render_job);
+  });
+}
+
 // recut, redo, settle, cancel: what a person does about single pieces, or about the rest of a job.
 void add_afterwards(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
@@ -68,9 +84,9 @@ void add_afterwards(CLI::App& job, CommandContext& context) {
   recut->add_option("PIECE", *pieces, "Their marks, as in A3-12")->required();
   add_confirm_option(*recut, *confirmed);
   recut->callback([id, pieces, confirmed, &context] {
-    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/recut",
-                                         {{"pieces", *pieces}, {"confirmed", *confirmed}}),
-                   render_state);
+    context.finish_step(context.client().post("/jobs/" + std::to_string(*id) + "/recut",
+                                              {{"pieces", *pieces}, {"confirmed", *confirmed}}),
+                        render_state);
   });
   add_redo(job, context);
   CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
@@ -79,13 +95,15 @@ void add_afterwards(CLI::App& job, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember({"cut", "scrap", "released"}));
   settle->callback([id, piece, verdict, &context] {
-    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/pieces/" + url_encode(*piece) + "/settle",
-                                         {{"verdict", *verdict}}),
-                   render_job);
+    context.finish_step(
+        context.client().post("/jobs/" + std::to_string(*id) + "/pieces/" + url_encode(*piece) + "/settle",
+                              {{"verdict", *verdict}}),
+        render_job);
   });
+  add_assembled(job, context);
   add_with_number(job, "cancel", "Give up what is left of a job: its wood is free again", "JOB", id)
       ->callback([id, &context] {
-        context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/cancel"), render_job);
+        context.finish_step(context.client().post("/jobs/" + std::to_string(*id) + "/cancel"), render_job);
       });
 }
 
@@ -128,7 +146,7 @@ void add_task_commands(CLI::App& app, CommandContext& context) {
   CLI::App* task = app.add_subcommand("task", "Long work");
   task->require_subcommand(1);
   task->add_subcommand("list", "Running and recent tasks")->callback([&context] {
-    context.finish(context.client().get("/tasks"), render_tasks);
+    context.finish(context.client().get_all("/tasks", "tasks"), render_tasks);
   });
   const auto id = std::make_shared<std::int64_t>(0);
   const auto one = [](const json& view) { return render_task(view) + "\n"; };
@@ -161,8 +179,8 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   });
   const auto to_start = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "start", "Start the job's remaining pieces", "JOB", to_start)->callback([to_start, &context] {
-    context.finish(context.run_task(context.client().post("/jobs/" + std::to_string(*to_start) + "/start")),
-                   render_state);
+    context.finish_step(context.run_task(context.client().post("/jobs/" + std::to_string(*to_start) + "/start")),
+                        render_state);
   });
   add_unit_commands(*job, context);
   add_job_stop(*job, context);

@@ -147,7 +147,7 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
 
   const auto [scans, of_scans] = command("scans", "What its wood was seen as, scan by scan");
   scans->callback([of_scans = of_scans, target, &context] {
-    context.finish(context.client().get(target(*of_scans, "masks")), render_masks);
+    context.finish(context.client().get_all(target(*of_scans, "masks"), "versions"), render_masks);
   });
 
   const auto [revert, of_revert] =
@@ -174,7 +174,7 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
     added->callback([options = options, what = what, target, &context] {
       json body = json::object();
       if (!options->reason.empty()) body["reason"] = options->reason;
-      context.finish(context.client().post(target(*options, what), body), render_retired);
+      context.finish_step(context.client().post(target(*options, what), body), render_retired);
     });
 }
 
@@ -254,8 +254,8 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
     if (options->height_mm) body["height_mm"] = *options->height_mm;
     if (options->board_width_mm) body["board_width_mm"] = *options->board_width_mm;
     if (options->board_height_mm) body["board_height_mm"] = *options->board_height_mm;
-    context.finish(context.run_task(context.client().post("/calibration/" + options->device, body)),
-                   render_calibration);
+    context.finish_step(context.run_task(context.client().post("/calibration/" + options->device, body)),
+                        render_calibration);
   });
 }
 

@@ -110,12 +110,12 @@ void add_decisions(CLI::App& panel, CommandContext& context) {
   accept->callback([options, target, &context] {
     json body = json::object();
     if (!options->overruled.empty()) body["override"] = options->overruled;
-    context.finish(context.run_task(context.client().post(target("accept"), body)), render_scan_result);
+    context.finish_step(context.run_task(context.client().post(target("accept"), body)), render_scan_result);
   });
   refuse->callback([options, target, &context] {
     json body = json::object();
     if (!options->note.empty()) body["note"] = options->note;
-    context.finish(context.run_task(context.client().post(target("refuse"), body)), render_refused);
+    context.finish_step(context.run_task(context.client().post(target("refuse"), body)), render_refused);
   });
 }
 

@@ -183,7 +183,7 @@ void add_recipe_commands(CLI::App& app, CommandContext& context) {
   CLI::App* recipe = app.add_subcommand("recipe", "How each material is cut and engraved");
   recipe->require_subcommand(1);
   recipe->add_subcommand("list", "All recipes")->callback([&context] {
-    context.finish(context.client().get("/recipes"), render_recipes);
+    context.finish(context.client().get_all("/recipes", "recipes"), render_recipes);
   });
   add_set(*recipe, context);
   add_remove(*recipe, context);

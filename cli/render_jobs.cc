@@ -66,6 +66,8 @@ std::string render_job(const json& job) {
                                  sighting_words(piece)},
                                 ": "));
   }
+  if (const auto laid = whole_or(job, "assembled", 0); laid > 0)
+    text += line("Assembled", fmt::format("{} of {} pieces", laid, whole_or(job, "pieces", 0)));
   if (const auto missing = whole_or(job, "missing", 0); missing > 0)
     text += line("Missing", fmt::format("{0} piece{1}: `veneerctl job redo {2}` finds other wood for {3}", missing,
                                         missing == 1 ? "" : "s", whole_or(job, "id", 0), missing == 1 ? "it" : "them"));

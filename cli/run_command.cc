@@ -188,7 +188,7 @@ void run_file(const RunOptions& options, const CommandContext& context) {
                           options.y_mm ? *options.y_mm - extent.min_y : 0};
   auto settings = settings_of(*drawing, options);
   if (!settings) fail(settings.error(), kUnusableArguments);
-  const auto recipes = context.client().get("/recipes");
+  const auto recipes = context.client().get_all("/recipes", "recipes");
   if (!recipes) fail(recipes.error());
   if (const Status told = fill_from_recipe(*drawing, *recipes, *settings); !told)
     fail(told.error(), kUnusableArguments);

@@ -49,16 +49,41 @@ export const give = (name) => command(`/commands/${name}`, {timeoutMs: kDoneMs, 
 
 // ---- which job ------------------------------------------------------------------------------------------------------
 
-let chosen = 0;  // what Start starts; 0 = the one under way, else the newest
-export function choose(job) { chosen = job; changed(); }
+// Of what a button is about: when it is another thing than at the last drawing, nothing is taken for a while, since it
+// may have come under a finger. `is()`: it is known already, as somebody has just chosen it.
+const kLookMs = 1000;
+export function sameThing() {
+  let last, since = -Infinity;
+  return {
+    drawn(thing) {
+      if (last !== undefined && thing !== last) since = performance.now();
+      last = thing;
+    },
+    is(thing) { last = thing; since = -Infinity; },
+    isLooked: () => performance.now() - since >= kLookMs,
+  };
+}
 
+let chosen = 0;  // what Start starts; 0 = the one under way, else the one that the next step leads to, else the oldest
+const target = sameThing();
+export function choose(job) { chosen = job; target.is(job); changed(); }
+
+// As Start is drawn now.
 export function startable() {
   const open = model.jobs.filter((job) => !isOver(job));
-  const current = model.cell && model.cell.job ? model.cell.job.id : 0;
-  return open.find((job) => job.id === chosen) || open.find((job) => job.id === current) || open[open.length - 1] || null;
+  const wanted = [chosen, model.cell && model.cell.job && model.cell.job.id, model.cell && model.cell.next_step && model.cell.next_step.job];
+  return wanted.map((id) => open.find((job) => job.id === id)).find(Boolean) || open[0] || null;
 }
-export const mayStart = () => mayChange() && model.cell.state === "Idle" && Boolean(startable());
-export const start = () => command(`/jobs/${startable().id}/start`);
+// Another job than the one that the next step names, since somebody chose it here.
+export function chosenInstead() {
+  const next = model.cell && model.cell.next_step, job = next && next.job ? startable() : null;
+  return job && job.id === chosen && job.id !== next.job ? job : null;
+}
+export function mayStart(job) {
+  target.drawn(job ? job.id : 0);
+  return mayChange() && model.cell.state === "Idle" && Boolean(job) && target.isLooked();
+}
+export const start = (job) => command(`/jobs/${job}/start`);
 
 // ---- before the beam comes on ---------------------------------------------------------------------------------------
 

@@ -2,7 +2,7 @@
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {isStale, model} from "./model.js";
-import {give, kSteps, mayCommand} from "./commands.js";
+import {chosenInstead, give, kSteps, mayCommand} from "./commands.js";
 import {button, link} from "./parts.js";
 import {loadPictures} from "./pictures.js";
 import {countOf} from "./alarms.js";
@@ -53,15 +53,17 @@ export function showFrame(screens, current) {
 // The cell's sentence is English and names what is meant; another language says before it what is to be done.
 const saidNext = (next) =>
   language === "en" ? [next.sentence] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, next.sentence)];
+// Of the job that was chosen on this page, as its Start is.
+const ownNext = (next, job) => t(`next.${next.step}_chosen`, {n: job.id, name: job.name});
 
 function showNext(next) {
   $("next").hidden = !next;
   if (!next) return;
-  const screen = kSteps[next.step] || "";
+  const screen = kSteps[next.step] || "", job = chosenInstead();
   const here = location.hash.slice(1).split("/")[0] || document.querySelector("#nav [aria-current]").hash.slice(1);
   put($("next"),
     h("span.next-mark", {"aria-hidden": "true"}, next.step === "wait" ? "…" : "▶"),
-    h("p", {}, h("b", {}, t("next")), " ", ...saidNext(next),
+    h("p", {}, h("b", {}, t("next")), " ", ...(job ? [ownNext(next, job)] : saidNext(next)),
       !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
     // After an abort: one decision at a time, wherever one is.
     next.step === "settle" && here !== "run" && oneSuspect(),

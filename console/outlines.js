@@ -13,6 +13,20 @@ export function holds(ring, x, y) {
 // Of its upright box.
 export const middleOf = (ring) => [0, 1].map((i) => (Math.min(...ring.map((p) => p[i])) + Math.max(...ring.map((p) => p[i]))) / 2);
 
+// The nearest of the pieces of an artwork that way; one aside is as far as one twice as far ahead.
+export function nextTo(pieces, from, across, down) {
+  const [x, y] = middleOf(from.artwork_outline_mm);
+  let best = null, nearest = Infinity;
+  for (const piece of pieces) {
+    const [to, up] = middleOf(piece.artwork_outline_mm);
+    const ahead = (to - x) * across - (up - y) * down, aside = Math.abs((to - x) * down + (up - y) * across);
+    if (piece === from || ahead <= aside / 2 || ahead + 2 * aside >= nearest) continue;
+    best = piece;
+    nearest = ahead + 2 * aside;
+  }
+  return best;
+}
+
 // Half the side of the largest upright square about the point that no side of the ring crosses. On a side max(|x|, |y|)
 // is least at an end, or where x or y is 0, or where both are as large.
 function roomAt(ring, x, y) {

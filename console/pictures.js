@@ -11,7 +11,14 @@ const waiting = [];
 export const picture = (path, alt, {version = "", ...attributes} = {}) =>
     h("img", {"data-picture": path, "data-version": version, alt, hidden: true, ...attributes});
 
-// "" when none comes.
+// What a screen is drawn with is let go of when it is drawn without; `place` of the page, once it was put.
+const held = new Set();
+const release = (image) => { if (image.src.startsWith("blob:")) URL.revokeObjectURL(image.src); held.delete(image); };
+function releaseGone() {
+  for (const image of held) if (!image.isConnected) release(image);
+}
+
+// A URL that whoever asked revokes; "" when none comes.
 export async function pictureUrl(path) {
   if (underWay >= kAtOnce) await new Promise((turn) => waiting.push(turn));
   ++underWay;
@@ -31,6 +38,7 @@ export const isShown = (image, path) => Boolean(image && !image.hidden && image.
 
 // After a screen was put: fetches what is new on it. The last picture stays until the next is there.
 export function loadPictures(place) {
+  releaseGone();
   for (const image of place.querySelectorAll("img[data-picture]")) load(image);
 }
 
@@ -42,9 +50,11 @@ async function load(image) {
   image.loading_ = wanted;
   image.path_ = path;
   const url = path ? await pictureUrl(path) : "";
-  if (image.loading_ !== wanted) return url && URL.revokeObjectURL(url);  // another one was wanted meanwhile
+  // Another one was wanted meanwhile, or the screen was left.
+  if (image.loading_ !== wanted || !image.isConnected) return url && URL.revokeObjectURL(url);
   if (!url) return setTimeout(() => { if (image.loading_ === wanted) image.loading_ = ""; }, 5000);
-  if (image.src.startsWith("blob:")) URL.revokeObjectURL(image.src);
+  release(image);
+  held.add(image);
   image.src = url;
   image.came_ = path;
   image.hidden = false;

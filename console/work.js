@@ -66,13 +66,17 @@ export function workRow(place) {
   return h("div.task", {role: "status"}, h("p", {}, `${text}${running && task.text ? ` – ${task.text}` : ""}`), bar(running ? task.progress || 0 : 0, {label: text}));
 }
 
+const kReadMs = 60000;  // by then the tab has it
+
 // A file that needs this console's header: fetched, and opened as what it is.
 export async function openFile(path) {
   const tab = window.open("", "_blank");
   try {
     const reply = await fetch(`/api/v1${path}`, {headers: headersOf({}), signal: untilStop()});
     if (!reply.ok) throw new Error(((await reply.json().catch(() => ({}))).error || {}).message || String(reply.status));
-    tab.location = URL.createObjectURL(await reply.blob());
+    const url = URL.createObjectURL(await reply.blob());
+    tab.location = url;
+    setTimeout(() => URL.revokeObjectURL(url), kReadMs);
   } catch (fault) {
     if (tab) tab.close();
     showRefusal(fault.message);

@@ -115,7 +115,8 @@ void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& lo
 json step_json(const NextStep& next) {
   return {{"step", to_string(next.step)},
           {"sentence", next.sentence},
-          {"command", next.command.empty() ? json() : json(next.command)}};
+          {"command", next.command.empty() ? json() : json(next.command)},
+          {"job", next.job ? json(*next.job) : json()}};
 }
 
 json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid", o.rapid}, {"power", o.power}}; }

@@ -17,12 +17,16 @@ constexpr const char* kJobColumns =
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan, g.seen, g.gone, g.mask_version, g.at "
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan, g.seen, g.gone, g.mask_version, g.at, "
+    "m.who, "
+    "m.at "
     "FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece JOIN patches AS t ON t.id = p.patch LEFT JOIN "
     "placements "
     "AS l ON l.id = s.placement LEFT JOIN sightings AS g ON g.id = CASE s.state WHEN 'suspect' THEN (SELECT max(id) "
     "FROM sightings WHERE allocation = s.allocation AND step = (SELECT max(id) FROM allocation_history WHERE "
-    "allocation = s.allocation)) END ";
+    "allocation = s.allocation)) END LEFT JOIN assemblies AS m ON m.assembled = 1 AND m.id = CASE s.state WHEN 'cut' "
+    "THEN "
+    "(SELECT max(id) FROM assemblies WHERE allocation = s.allocation) END ";
 
 PieceState piece_state_of(const std::string& name) {
   for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
@@ -77,6 +81,7 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   if (!row.getColumn(14).isNull())
     piece.sighting = Sighting{seen_of(text(row.getColumn(14))), row.getColumn(15).getDouble(),
                               row.getColumn(16).getInt(), text(row.getColumn(17))};
+  if (!row.getColumn(18).isNull()) piece.assembled = Assembled{text(row.getColumn(18)), text(row.getColumn(19))};
   return piece;
 }
 

@@ -193,6 +193,33 @@ void note_archived(SQLite::Database& connection, JobId job, bool archived, const
   insert.exec();
 }
 
+// One piece; nothing where it is so already.
+Status note_assembled(SQLite::Database& connection, JobId job, const std::string& mark, bool assembled,
+                      const std::string& who, const std::string& at) {
+  SQLite::Statement row(
+      connection,
+      "SELECT s.state, s.allocation, coalesce((SELECT assembled FROM assemblies WHERE allocation = "
+      "s.allocation ORDER BY id DESC LIMIT 1), 0) FROM piece_states AS s WHERE s.job = ? AND s.mark = ?");
+  SQLite::bind(row, job.value, mark);
+  if (!row.executeStep()) return no_such_piece(job, mark);
+  const std::string state = text(row.getColumn(0));
+  if (state != "cut") {
+    const bool lost = state == "scrap" || state == "released" || state == "unfilled";
+    const auto remedy = state == "suspect"
+                            ? fmt::format("say what became of it with `veneerctl job settle {} {}`", job.value, mark)
+                        : lost ? fmt::format("find other wood for it with `veneerctl job redo {} {}`", job.value, mark)
+                               : fmt::format("cut it with `veneerctl job start {}`", job.value);
+    return Error{ErrorCode::kConflict,
+                 fmt::format("piece {} of job {} is {}, and only a piece that is cut is assembled: {}", mark, job.value,
+                             state, remedy)};
+  }
+  if ((row.getColumn(2).getInt() != 0) == assembled) return Ok();
+  SQLite::Statement insert(connection, "INSERT INTO assemblies (allocation, assembled, who, at) VALUES (?, ?, ?, ?)");
+  SQLite::bind(insert, row.getColumn(1).getInt64(), assembled ? 1 : 0, who, at);
+  insert.exec();
+  return Ok();
+}
+
 // What a beam may have hit by mistake.
 void doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const std::string& at) {
   for (const PieceId piece : pieces)
@@ -389,6 +416,16 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
   });
   if (!made) forget_refused(*database_, plan, made.error());
   return made;
+}
+
+Status JobStore::assemble(JobId job, std::span<const std::string> marks, bool assembled, const std::string& who,
+                          const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (const auto state = state_of(connection, job); !state.ok()) return state.error();
+    for (const std::string& mark : marks)
+      if (Status noted = note_assembled(connection, job, mark, assembled, who, at); !noted.ok()) return noted;
+    return Ok();
+  });
 }
 
 Status JobStore::archive(JobId job, bool archived, const std::string& at) {

@@ -52,6 +52,11 @@ struct Sighting {
   std::string at;
 };
 
+// Somebody has laid a piece at its place in the picture.
+struct Assembled {
+  std::string who, at;
+};
+
 struct PieceRecord {
   PieceId id;  // global, for ever
   JobId job;
@@ -65,7 +70,8 @@ struct PieceRecord {
   AllocationId allocation;  // of its wood; {0} when it is unfilled. Earlier ones are what it was lost from.
   PlanId placed_by;         // the plan that says so; {0} when it is unfilled
   PieceState state = PieceState::kUnfilled;
-  std::optional<Sighting> sighting;  // of a suspect one, by the last scan of its panel since it became so
+  std::optional<Sighting> sighting;    // of a suspect one, by the last scan of its panel since it became so
+  std::optional<Assembled> assembled;  // of a cut one
 };
 
 struct JobRecord {
@@ -203,6 +209,11 @@ class JobStore {
   Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
   Status settle(PieceId piece, AllocationState verdict, const std::string& at);
+
+  // A person ticked these pieces off as laid in the picture, or took the tick back: all of them, or none. One that is
+  // so already stays as it was noted. kConflict: a piece is not cut. kNotFound: it is not the job's.
+  Status assemble(JobId job, std::span<const std::string> marks, bool assembled, const std::string& who,
+                  const std::string& at);
 
   // `plan` places pieces of the job anew: missing ones, and cut ones, which are lost then (scrap). Its wood is reserved
   // for them, they keep their ids and marks, and a job that was over is stopped, with pieces to cut. All of it happens,

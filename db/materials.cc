@@ -125,6 +125,17 @@ Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
   });
 }
 
+Result<std::map<PanelId, std::vector<std::string>>> Materials::woods() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::vector<std::string>>> {
+    SQLite::Statement rows(connection,
+                           "SELECT panel, material FROM zones WHERE material <> '' GROUP BY panel, material ORDER BY "
+                           "panel, min(number)");
+    std::map<PanelId, std::vector<std::string>> out;
+    while (rows.executeStep()) out[PanelId{text(rows.getColumn(0))}].push_back(text(rows.getColumn(1)));
+    return out;
+  });
+}
+
 Status Materials::set_material(const PanelId& panel, std::optional<int> zone, const std::string& material) {
   if (!names_a_material(material))
     return Error{ErrorCode::kInvalidArgument, "a material needs a name of at most 60 characters"};

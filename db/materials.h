@@ -3,6 +3,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,8 @@ class Materials {
   // Those of a panel that has none yet; a panel that has keeps its own. kNotFound without such a panel.
   Status add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones);
   Result<std::vector<ZoneRecord>> zones(const PanelId& panel);  // by number
+  // Of all panels what their zones are said to be of, each wood once, in the order of the zones.
+  Result<std::map<PanelId, std::vector<std::string>>> woods();
   // Of one zone, or of all. kNotFound when there is no such zone.
   Status set_material(const PanelId& panel, std::optional<int> zone, const std::string& material);
 

@@ -285,6 +285,17 @@ Result<PanelFacts> StockFacts::of(const PanelId& panel) {
   });
 }
 
+Result<std::map<PanelId, std::string>> StockFacts::shelves() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::string>> {
+    SQLite::Statement rows(connection,
+                           "SELECT panel, shelf FROM panel_facts AS f WHERE shelf IS NOT NULL AND id = (SELECT max(id) "
+                           "FROM panel_facts WHERE panel = f.panel)");
+    std::map<PanelId, std::string> out;
+    while (rows.executeStep()) out.emplace(PanelId{text(rows.getColumn(0))}, text(rows.getColumn(1)));
+    return out;
+  });
+}
+
 Result<std::vector<Treatment>> StockFacts::treatments(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<Treatment>> {
     SQLite::Statement rows(connection,

@@ -4,6 +4,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,7 @@ class StockFacts {
   Status set_panel(const PanelId& panel, const PanelFacts& change, const std::vector<Treatment>& treatments);
   Result<std::vector<PanelFacts>> history_of(const PanelId& panel);  // newest first: that counts
   Result<PanelFacts> of(const PanelId& panel);                       // what counts; empty where nobody said anything
+  Result<std::map<PanelId, std::string>> shelves();                  // of all panels of which somebody has said it
   Result<std::vector<Treatment>> treatments(const PanelId& panel);   // as they were noted
 
   // kRefused when its surface was treated after the scan that counts, or what is there of its wood is not known

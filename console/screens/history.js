@@ -56,5 +56,5 @@ function oneJob(id) {
           !over && !told.now && button(t("history.cancel"), async () => { if (confirm(t("history.cancel_sure", {n: id}))) { await command(`/jobs/${id}/cancel`); loadJobs(); } }, {disabled: !mayChange()})))),
       h("div.column", {}, card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},
         h("div", {}, h("b", {}, t("history.run", {panel: run.panel, at: dayTime(run.started), result: run.result === "done" ? t("history.done") : run.result || t("history.running")})),
-          h("div.dim", {}, t("history.fit", {mm: run.pose_rms_mm.toFixed(3)})))))))))];
+          h("div.dim", {}, [run.who && t("history.who", {who: run.who}), t("history.fit", {mm: run.pose_rms_mm.toFixed(3)})].filter(Boolean).join(", ")))))))))];
 }

@@ -6,6 +6,7 @@ import {kAgainMs} from "../link.js";
 import {pictureUrl} from "../pictures.js";
 
 const kWidth = 720;
+const kKept = 4;  // pictures that were looked at last
 const kGone = ["scrap", "released", "unfilled"];
 const previews = new Map();  // by job and plan: an Image, on its way or there
 
@@ -15,9 +16,10 @@ function previewOf(job) {
   if (!previews.has(key)) {
     const image = new Image();
     previews.set(key, image);
+    if (previews.size > kKept) previews.delete(previews.keys().next().value);
     pictureUrl(`/jobs/${job}/preview.png?width=${kWidth}`).then((url) => {
       if (!url) return setTimeout(() => previews.delete(key), kAgainMs);
-      image.onload = changed;
+      image.onload = image.onerror = () => { URL.revokeObjectURL(url); changed(); };  // it is read
       image.src = url;
     });
   }

@@ -5,7 +5,7 @@ import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
-import {get, kAgainMs} from "../link.js";
+import {askAll, kAgainMs} from "../link.js";
 import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
@@ -21,7 +21,7 @@ const begun = [];   // tasks of this tab, the newest first
 let advice = 0;     // the task that looks for advice, or found it
 
 export async function enter() {
-  try { woods = (await get("/materials")).materials.map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
+  try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
   changed();
 }
 

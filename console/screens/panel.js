@@ -1,13 +1,15 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
 import {dayTime, sizeOf, squareCm, t} from "../words.js";
-import {askAll, get, headersOf, kAgainMs, untilStop} from "../link.js";
+import {askAll, get, kAgainMs} from "../link.js";
 import {changed, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
+import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
+import {stockCard, versionsCard} from "./panel_versions.js";
 import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
@@ -82,27 +84,14 @@ export function drawPanel(id) {
   if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
-      button(t("panel.label"), () => openLabel(id))),
+      button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard())),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
   ];
-}
-
-// A PDF that needs this console's header: fetched, and opened as what it is.
-async function openLabel(id) {
-  const tab = window.open("", "_blank");
-  try {
-    const reply = await fetch(`/api/v1/panels/${code(id)}/label?format=pdf`, {headers: headersOf({}), signal: untilStop()});
-    if (!reply.ok) throw new Error(String(reply.status));
-    tab.location = URL.createObjectURL(await reply.blob());
-  } catch (fault) {
-    tab.close();
-    showRefusal(fault.message);
-  }
 }
 
 // ---- the piece that is looked at ------------------------------------------------------------------------------------

@@ -48,13 +48,19 @@ export async function openMap(place, panel, onPiece) {
 
   const id = encodeURIComponent(panel.id);
   let scan = null, closed = false;
+  const urls = new Set();  // of pictures that the map has not read yet
+  const drop = (url) => { URL.revokeObjectURL(url); urls.delete(url); };
+  const overlay = (url, where, more) => {
+    urls.add(url);
+    return L.imageOverlay(url, where, more).on("load error", () => drop(url));
+  };
   let laid = 0;
   const lay = async (width) => {
     const mine = ++laid;
     const url = await pictureUrl(`/panels/${id}/map.png?width=${width}`);
-    if (closed || !url || mine !== laid) return;
+    if (closed || !url || mine !== laid) return drop(url);
     const before = scan;
-    scan = L.imageOverlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
+    scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
     if (before) before.remove();
   };
   lay(kFirstWidth);
@@ -69,14 +75,14 @@ export async function openMap(place, panel, onPiece) {
   const freeWood = async () => {
     const mine = freeOf;
     const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
-    if (!url || mine !== freeOf) return;
+    if (!url || mine !== freeOf) return drop(url);
     // Its key stands below the panel: as wide as that it is, and higher.
     const picture = new Image();
     picture.src = url;
     await picture.decode().catch(() => {});
-    if (closed || mine !== freeOf || !picture.naturalWidth || layers.free.getLayers().length) return;
+    if (closed || mine !== freeOf || !picture.naturalWidth || layers.free.getLayers().length) return drop(url);
     const high = picture.naturalHeight * panel.width_mm / picture.naturalWidth;
-    layers.free.addLayer(L.imageOverlay(url, [[panel.height_mm - high, 0], box[1]]));
+    layers.free.addLayer(overlay(url, [[panel.height_mm - high, 0], box[1]]));
   };
   layers.free.on("add", freeWood);
   if (isShown("free")) freeWood();
@@ -150,7 +156,7 @@ export async function openMap(place, panel, onPiece) {
     renewScan() { lay(close ? kCloseWidth : kFirstWidth); },
     brush: hand.take,
     strokes(list) { strokeLayer.clearLayers(); list.forEach(drawStroke); },
-    close() { closed = true; map.remove(); },
+    close() { closed = true; map.remove(); urls.forEach(drop); },
   };
 }
 

@@ -28,7 +28,7 @@ export function draw(panel, piece) {
   ];
 }
 
-const named = (panel) => [panel.id, panel.name, panel.parent, panel.facts && panel.facts.shelf].filter(Boolean).join(" ").toLowerCase();
+const named = (panel) => [panel.id, panel.name, panel.parent, panel.shelf, ...panel.woods].filter(Boolean).join(" ").toLowerCase();
 export const fullName = (panel) => (panel.name && panel.name !== panel.id ? `${panel.id} ${panel.name}` : panel.id);
 
 function panelCard(panel) {
@@ -38,6 +38,7 @@ function panelCard(panel) {
     picture(`/panels/${encodeURIComponent(panel.id)}/stock.png?width=480`, t("panels.stock", {panel: panel.id}), {version: `${panel.free_mm2} ${panel.cut_mm2} ${panel.reserved_mm2}`}),
     h("b", {}, fullName(panel)),
     h("div", {}, sizeOf(panel) + (panel.parent ? `, ${t("panel.remnant", {parent: panel.parent})}` : "")),
+    (panel.woods.length > 0 || panel.shelf) && h("div", {}, [panel.woods.join(", "), panel.shelf && `${t("panel.shelf")} ${panel.shelf}`].filter(Boolean).join("; ")),
     h("div.dim", {}, t("panel.free", {free: squareCm(panel.free_mm2), reserved: squareCm(panel.reserved_mm2)})),
     ...leasesOn(panel.id),
     known.retired && h("div", {}, t("panel.retired", {why: known.retired.reason})),

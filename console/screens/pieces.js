@@ -3,11 +3,11 @@
 import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, databaseSound, isStale, loadJobs, mayChange, model, operates, piecesOf} from "../model.js";
-import {allConfirmed, command, confirmedNames, recutMarks} from "../commands.js";
+import {allConfirmed, command, confirmedNames, recutMarks, sameThing} from "../commands.js";
 import {button, card, link} from "../parts.js";
 import {picture} from "../pictures.js";
 
-const kGone = ["scrap", "released", "unfilled"];
+export const kGone = ["scrap", "released", "unfilled"];
 const canBeWhole = (job) => job.missing > 0 && !["cancelled", "running", "planned"].includes(job.state);
 
 // Another picture when it is made again elsewhere.
@@ -45,22 +45,20 @@ function sighting({seen, gone_share, at}) {
   return t("seen", {day: dayTime(at), what: t(`seen.${seen}`, {share: `${Math.round(100 * gone_share)} %`})});
 }
 
-const kLookMs = 1000;  // after a change nothing is taken: another piece may have come under the finger
 const kTakenMs = 5000;  // and by then the lists tell of what was said
 const said = new Set();  // keys of pieces of which somebody has said it, while the lists do not tell yet
-let listed = "", listedAt = 0;
+const list = sameThing();
 
 const keyOf = ({job, piece}) => `${job.id}-${piece.mark}`;
 
 // Whatever the cell does: what became of a piece can be said at any time.
 function suspects() {
   const all = model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) => ({job, piece})));
-  const now = all.map(keyOf).join(" ");
-  if (now !== listed) { listed = now; listedAt = performance.now(); }
+  list.drawn(all.map(keyOf).join(" "));
   return all;
 }
 
-const mayBeSettled = (one) => operates() && !isStale() && !said.has(keyOf(one)) && performance.now() - listedAt >= kLookMs;
+const mayBeSettled = (one) => operates() && !isStale() && !said.has(keyOf(one)) && list.isLooked();
 
 async function settle(one, verdict) {
   const {job, piece} = one, key = keyOf(one);
@@ -72,8 +70,10 @@ async function settle(one, verdict) {
   setTimeout(() => { said.delete(key); changed(); }, done ? kTakenMs : 0);
 }
 
-const suspectRow = (one) => pieceRow(one.job, one.piece,
-  h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), () => settle(one, verdict), {disabled: !mayBeSettled(one)}))),
+export const verdicts = (one) => h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) =>
+  button(t(`verdict.${verdict}`), () => settle(one, verdict), {disabled: !mayBeSettled(one)})));
+
+const suspectRow = (one) => pieceRow(one.job, one.piece, verdicts(one),
   one.piece.sighting && h("div.sighting", {}, sighting(one.piece.sighting)));
 
 // One decision, for screens that are about something else: the next one comes when it is made.
@@ -93,7 +93,7 @@ const redoing = new Map();  // job by the task that looks for its wood
 let redone = "";
 
 // Other wood for these marks, or for all that are missing.
-async function redo(job, marks) {
+export async function redo(job, marks) {
   const begun = await command(`/jobs/${job}/redo`, {body: marks ? {pieces: marks} : {}});
   if (begun) redoing.set(begun.task, job);
   changed();
@@ -115,19 +115,25 @@ function followRedoing() {
   }
 }
 
-const cannotRedo = (job) => !mayChange() || [...redoing.values()].includes(job);
+export const cannotRedo = (job) => !mayChange() || [...redoing.values()].includes(job);
+
+// What came of the last redo.
+export function redoneNote() {
+  followRedoing();
+  return redone && h("p", {role: "status"}, redone);
+}
 
 function missingCard() {
-  followRedoing();
+  const note = redoneNote();
   const wanting = model.jobs.filter(canBeWhole);
-  if (!wanting.length && !redone) return null;
+  if (!wanting.length && !note) return null;
   const rows = wanting.flatMap((job) => [
     h("li", {"data-key": `job-${job.id}`}, h("b", {}, job.name), h("span", {}, t("attention.missing", {n: job.missing})),
       job.missing > 1 && button(t("missing.all"), () => redo(job.id, null), {disabled: cannotRedo(job.id)})),
     ...piecesOf(job.id).filter((piece) => kGone.includes(piece.state)).map((piece) =>
       pieceRow(job, piece, button(t("missing.one"), () => redo(job.id, [piece.mark]), {disabled: cannotRedo(job.id)}))),
   ]);
-  return card(`▲ ${t("missing")}`, h("p.dim", {}, t("missing.about")), h("ul.list", {}, ...rows), redone && h("p", {}, redone));
+  return card(`▲ ${t("missing")}`, h("p.dim", {}, t("missing.about")), h("ul.list", {}, ...rows), note);
 }
 
 // ---- lost -----------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import {changed, mayChange} from "../model.js";
 import {command} from "../commands.js";
 import {button} from "../parts.js";
 import {brushKey} from "../brush_keys.js";
-import {heartOf, holds, middleOf} from "../outlines.js";
+import {heartOf, holds, middleOf, nextTo} from "../outlines.js";
 
 let of = 0;                 // the plan
 const chosen = new Set();   // marks
@@ -24,20 +24,6 @@ function heartOfPiece({panel, panel_outline_mm: ring}) {
 }
 
 // ---- the keyboard ---------------------------------------------------------------------------------------------------
-
-// The nearest piece that way; one aside is as far as one twice as far ahead.
-function nextTo(pieces, from, across, down) {
-  const [x, y] = middleOf(from.artwork_outline_mm);
-  let best = null, nearest = Infinity;
-  for (const piece of pieces) {
-    const [to, up] = middleOf(piece.artwork_outline_mm);
-    const ahead = (to - x) * across - (up - y) * down, aside = Math.abs((to - x) * down + (up - y) * across);
-    if (piece === from || ahead <= aside / 2 || ahead + 2 * aside >= nearest) continue;
-    best = piece;
-    nearest = ahead + 2 * aside;
-  }
-  return best;
-}
 
 // Space takes the piece or leaves it; Shift with an arrow makes of the next one what this one is.
 function keyed(event, placed) {

@@ -1,11 +1,12 @@
 // Plans that were made: what each will look like, what it costs, which wood it takes; two of them side by side.
 import {h, svg} from "../dom.js";
-import {squareCm, t} from "../words.js";
-import {askAll, kAgainMs} from "../link.js";
-import {changed, loadPlans, mayChange, model} from "../model.js";
-import {command} from "../commands.js";
+import {span, squareCm, t} from "../words.js";
+import {askAll, get, kAgainMs} from "../link.js";
+import {changed, followEvent, loadPlans, mayChange, model} from "../model.js";
+import {choose, command} from "../commands.js";
 import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
+import {holds, middleOf} from "../outlines.js";
 import {boxOf} from "./job_map.js";
 import {chooser, chooserTools, choosesIn} from "./plan_brush.js";
 
@@ -61,7 +62,8 @@ function planCard(plan, begun) {
     h("label.tick", {}, h("input", {type: "checkbox", checked: borders, onchange: (event) => { borders = event.target.checked; changed(); }}), t("plan.borders")),
     facts(fact(t("plan.pieces"), t("plan.placed", {placed: plan.placed, n: plan.pieces}), plan.placed < plan.pieces),
       costOf(plan) && fact(t("plan.cost"), `${costOf(plan)}, ${t("plan.cost_about")}`),
-      ...woodOf(plan),
+      report.cutting_s > 0 && fact(t("plan.time"), t("plan.time_about", {span: span(report.cutting_s)})),
+      ...woodOf(plan), ...speciesOf(plan),
       fact(t("plan.asked"), t("plan.options", {size: options.size_mm, patch: options.patch_mm, layout: t(`layout.${options.layout}`)})),
       report.without_lead > 0 && fact(t("plan.without_lead"), String(report.without_lead)),
       ...(report.warnings || []).map((warning) => fact(t("plan.warning"), warning, true)),
@@ -69,7 +71,7 @@ function planCard(plan, begun) {
     task && task.state !== "done" && h("ul.list", {}, taskRow(task)),
     ...plan.jobs.map((job) => h("p", {}, t("plan.has_job", {n: job}))),
     h("div.commands", {},
-      plan.jobs.length ? link("#run", t("plan.run"), {class: "go wide"})
+      plan.jobs.length ? link("#run", t("plan.run"), {class: "go wide", onclick: () => choose(plan.jobs[plan.jobs.length - 1])})
                        : button(t("plan.job"), () => makeJob(plan.id), {wide: true, "data-command": "make-job", next: mayChange() && !plan.outdated_panels.length, disabled: !mayChange() || plan.outdated_panels.length > 0 || Boolean(task && task.state === "running")}),
       !plan.jobs.length && button(t("plan.lease"), async () => { await command(`/plans/${plan.id}/lease`, {body: {days: 7}}); loadPlans(); }, {disabled: !mayChange() || Boolean(plan.lease)}),
       !plan.jobs.length && button(t("plan.forget"), async () => { await command(`/plans/${plan.id}`, {method: "DELETE"}); loadPlans(); }, {disabled: !mayChange() || Boolean(plan.lease)})));
@@ -101,6 +103,40 @@ function woodOf(plan) {
     used.set(piece.panel, one);
   }
   return [...used].sort().map(([panel, {area, n}]) => fact(t("plan.wood"), t("plan.panel_wood", {panel, area: squareCm(area), pieces: t("pieces", {n})})));
+}
+
+// ---- which woods ----------------------------------------------------------------------------------------------------
+
+const zones = new Map();  // by panel, null while they are on their way; forgotten when any panel changes
+followEvent("panel", () => zones.clear());
+
+function zonesOf(panel) {
+  if (!zones.has(panel)) {
+    zones.set(panel, null);
+    get(`/panels/${encodeURIComponent(panel)}`).then((read) => { zones.set(panel, read.zones); changed(); }, () => setTimeout(() => { zones.delete(panel); changed(); }, kAgainMs));
+  }
+  return zones.get(panel);
+}
+
+// The zone that a piece's middle lies in.
+function woodOfPiece(piece) {
+  const known = zonesOf(piece.panel), [x, y] = middleOf(piece.panel_outline_mm);
+  const zone = (known || []).find((one) => holds(one.outline_mm, x, y));
+  return zone && zone.material;
+}
+
+// The same wood by its name; nothing where nobody has said what any of it is.
+function speciesOf(plan) {
+  const used = new Map();
+  for (const piece of piecesOf(plan.id)) {
+    if (!piece.panel) continue;
+    const wood = woodOfPiece(piece) || "", one = used.get(wood) || {area: 0, n: 0};
+    one.area += ringArea(piece.panel_outline_mm);
+    ++one.n;
+    used.set(wood, one);
+  }
+  if (used.size === 0 || (used.size === 1 && used.has(""))) return [];
+  return [...used].sort((a, b) => b[1].area - a[1].area).map(([wood, {area, n}]) => fact(t("plan.species"), t("plan.panel_wood", {panel: wood || t("panel.unnamed"), area: squareCm(area), pieces: t("pieces", {n})})));
 }
 
 async function makeJob(plan) {

@@ -1,7 +1,8 @@
 // One job through the laser: which panel and how, the bed, what is asked before the beam comes on, the commands, and
 // what is cut, piece by piece.
-import {h} from "../dom.js";
+import {h, svg} from "../dom.js";
 import {asSentence, span, t} from "../words.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
 import {bar, button, card, empty, fact, facts, jobWords, leftWords, viewerHint} from "../parts.js";
@@ -34,6 +35,35 @@ function bedWords() {
   return t(kLying[cell.state] ? "load.some" : "load.none");
 }
 
+// How the panel's back looks up from the bed: its tags and holes, by which the camera finds it, where they are to be
+// seen. No scan shows it so: left and right change places.
+const backs = new Map();  // by panel and mask: what GET /panels/{id} says, null while it is on its way
+function backOf({id, mask_version: version}) {
+  const key = `${id} ${version}`;
+  if (!backs.has(key)) {
+    backs.clear();
+    backs.set(key, null);
+    get(`/panels/${encodeURIComponent(id)}`).then((panel) => { backs.set(key, panel); changed(); }, () => setTimeout(() => { backs.delete(key); changed(); }, kAgainMs));
+  }
+  return backs.get(key);
+}
+
+function backView(known) {
+  const panel = backOf(known);
+  if (!panel) return null;
+  const {width_mm: wide, height_mm: high} = panel;
+  const at = ([x, y]) => [wide - x, high - y];
+  const line = (ring) => `M${ring.map((point) => at(point).map((mm) => mm.toFixed(1)).join(" ")).join("L")}Z`;
+  const marks = panel.fiducials.filter((one) => one.kind === "hole" || one.face === "back").map((one) => {
+    const [x, y] = at(one.centre_mm);
+    if (one.kind === "hole") return svg("circle", {cx: x, cy: y, r: Math.max(2, wide / 100)});
+    const side = Math.hypot(one.corners_mm[1][0] - one.corners_mm[0][0], one.corners_mm[1][1] - one.corners_mm[0][1]);
+    return svg("g", {}, svg("path", {d: line(one.corners_mm)}), svg("text", {x, y, "font-size": (side * .4).toFixed(1)}, String(one.tag_id)));
+  });
+  return svg("svg.back", {viewBox: `-2 -2 ${wide + 4} ${high + 4}`, role: "img", "aria-label": t("load.back_of", {panel: panel.id}), "data-back": panel.id},
+    svg("rect", {x: 0, y: 0, width: wide, height: high}), ...marks);
+}
+
 function loadCard() {
   const {load} = model.cell;
   const panel = load ? load.panel : panelOnBed();
@@ -47,11 +77,12 @@ function loadCard() {
     if (load.found) rows.push(fact(t("load.fit"), `${load.rms_mm.toFixed(3)} mm`));
   }
   return h("section.card", {"aria-label": t("load"), "data-card": "load"}, h("h2", {}, t("load")), h("div.load", {},
-    panel && picture(`/panels/${encodeURIComponent(panel)}/map.png?width=320`, t("load.wood", {panel})),
+    load && known && load.face_up === "back" ? backView(known)
+      : panel && picture(`/panels/${encodeURIComponent(panel)}/map.png?width=320`, t("load.wood", {panel}), {version: known ? known.mask_version : ""}),
     h("div", {},
       h("p.big", {}, load ? t(load.found ? "load.on" : "load.lay", {panel}) : bedWords()),
       load && h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
-      known && known.facts && known.facts.shelf && h("p", {}, `${t("panel.shelf")}: ${known.facts.shelf}`),
+      load && known && known.shelf && h("p", {}, `${t("panel.shelf")}: ${known.shelf}`),
       facts(...rows),
       load && h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`))));
 }
@@ -65,10 +96,10 @@ const kStepCommand = {reset: "reset", start: "start", confirm: "unsuspend", unho
 function commandsCard() {
   const {cell} = model;
   const step = kStepCommand[(cell.next_step || {}).step];
-  const job = startable();
+  const job = startable(), may = mayStart(job);
   const one = (name, key, more = {}) => button(t(`do.${key}`), () => give(name), {disabled: !mayCommand(name), next: step === name && mayCommand(name), "data-command": name, ...more});
   return card(t("commands"), viewerHint(), h("div.commands", {},
-    button(job ? t("do.start_job", {name: job.name}) : t("do.start"), start, {wide: true, id: "do-start", disabled: !mayStart(), next: step === "start" && mayStart()}),
+    button(job ? t("do.start_job", {n: job.id, name: job.name}) : t("do.start"), () => start(job.id), {wide: true, id: "do-start", disabled: !may, next: step === "start" && may}),
     frame(cell), checkList(),
     one("unsuspend", "unsuspend", {wide: true, small: t("do.unsuspend.small")}),
     one("hold", "hold"), one("unhold", "unhold"),

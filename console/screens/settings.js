@@ -1,7 +1,7 @@
 // How each wood is cut, the test card to find out, the head by hand, overrides, and what can be printed.
 import {h} from "../dom.js";
 import {t} from "../words.js";
-import {get, kAgainMs} from "../link.js";
+import {askAll, get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command} from "../commands.js";
 import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
@@ -13,7 +13,9 @@ let recipes = null, woods = [];
 
 export async function enter() {
   try {
-    [recipes, woods] = await Promise.all([get("/recipes"), get("/materials").then(({materials}) => materials.map((one) => one.material || one.name).filter(Boolean))]);
+    const [{otherwise}, all, materials] = await Promise.all([get("/recipes?limit=1"), askAll("/recipes", "recipes"), askAll("/materials", "materials")]);
+    recipes = {otherwise, recipes: all};
+    woods = materials.map((one) => one.material || one.name).filter(Boolean);
   } catch (fault) {
     recipes = null;
     setTimeout(() => { if (!recipes) enter(); }, kAgainMs);

@@ -1,5 +1,7 @@
 #include "daemon/api/task_routes.h"
 
+#include "daemon/api/page.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -21,10 +23,16 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known,
 }  // namespace
 
 void bind_task_routes(Router& router, TaskRegistry& tasks) {
-  router.bind("listTasks", [&tasks](const ApiRequest&, const Reply& reply) {
+  router.bind("listTasks", [&tasks](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    auto shown = tasks.list();
+    std::erase_if(shown, [&](const TaskView* task) { return task->id <= page.after; });
+    const nlohmann::json next = cut_to_page(shown, page, [](const TaskView* task) { return task->id; });
     nlohmann::json list = nlohmann::json::array();
-    for (const TaskView* task : tasks.list()) list.push_back(to_list_json(*task));
-    reply(ApiReply::json({{"tasks", std::move(list)}}));
+    for (const TaskView* task : shown) list.push_back(to_list_json(*task));
+    reply(ApiReply::json({{"tasks", std::move(list)}, {"next", next}}));
   });
   router.bind("getTask", [&tasks](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");

@@ -24,6 +24,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, crop, size, options,
                                    threads, kerf, preview_dpi, wood, recipe, recipes, earlier, edits)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RedonePiece, mark, cost_before, cost)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined,
-                                   redone, cost_before)
+                                   redone, cost_before, cutting_s)
 
 }  // namespace veneer::daemon

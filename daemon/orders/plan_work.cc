@@ -12,6 +12,7 @@
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
 #include "daemon/orders/wood_recipes.h"
+#include "planner/cutting/cut_drawing.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
@@ -131,6 +132,17 @@ void report_redone(const planner::Plan& before, const planner::Plan& plan, const
   made.cost_per_pixel = pixels > 0 ? cost / static_cast<double>(pixels) : 0;
 }
 
+// With the recipe and machine of cut files, as sketches and advice estimate it. A plan is good without.
+double cutting_seconds(const planner::Plan& plan) {
+  std::chrono::duration<double> all{0};
+  for (const planner::PlanPanel& panel : plan.panels) {
+    const auto estimate = planner::quick_estimate(plan, panel);
+    if (!estimate) return 0;
+    all += *estimate;
+  }
+  return all.count();
+}
+
 }  // namespace
 
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
@@ -177,7 +189,8 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
                 plan->fine,
                 plan->refined,
                 {},
-                0};
+                0,
+                cutting_seconds(*plan)};
   if (order.edits.held) report_redone(**earlier, *plan, again, made);
   return made;
 }

@@ -58,6 +58,7 @@ struct PlanMade {
   std::optional<planner::RefineReport> refined;  // none of a plan that keeps an earlier one's curved pieces
   std::vector<RedonePiece> redone;
   double cost_before = 0;  // per pixel of the earlier plan, of a plan that makes pieces again
+  double cutting_s = 0;    // of the whole plan, estimated; 0 where it cannot be
 };
 // kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
 // planner::make_plan and load_job_wood say.

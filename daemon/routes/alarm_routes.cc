@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "base/clock.h"
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_routes.h"
-#include "daemon/routes/page.h"
 #include "daemon/services/device_places.h"
 
 namespace veneer::daemon {

@@ -158,17 +158,19 @@ json to_json(const db::PieceRecord& piece) {
     if (piece.lead_in) out["lead_in_mm"] = {piece.lead_in->x.count(), piece.lead_in->y.count()};
     out["rotation_deg"] = to_degrees(piece.panel_from_artwork.angle());
     if (piece.sighting) out["sighting"] = to_json(*piece.sighting);
+    if (piece.assembled) out["assembled"] = {{"who", piece.assembled->who}, {"at", piece.assembled->at}};
   }
   return out;
 }
 
-json to_json(const db::RunRecord& run) {
+json to_json(const db::RunRecord& run, const db::RunFacts& facts) {
   const auto m = run.bed_from_panel.affine();
   return {{"id", run.id.value},
           {"panel", run.panel.value},
           {"bed_from_panel",
            {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
           {"pose_rms_mm", run.pose_rms.count()},
+          {"who", facts.who.empty() ? json() : json(facts.who)},
           {"started", run.started_at},
           {"ended", run.ended_at ? json(*run.ended_at) : json()},
           {"result", run.result}};

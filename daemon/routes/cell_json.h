@@ -36,7 +36,7 @@ nlohmann::json to_json(const db::PlanRecord& plan);
 nlohmann::json to_json(const db::PlannedPatch& piece);
 nlohmann::json to_json(const db::Sighting& sighting);
 nlohmann::json to_json(const db::PieceRecord& piece);
-nlohmann::json to_json(const db::RunRecord& run);
+nlohmann::json to_json(const db::RunRecord& run, const db::RunFacts& facts);
 nlohmann::json to_json(const JudgedCertificate& certificate);
 // Where a part lay in its parent.
 nlohmann::json to_json(const db::PartRecord& part);

@@ -1,5 +1,6 @@
 // What people know of woods and panels: names, origins, shelves, thicknesses, what was done to a surface.
 #include "base/clock.h"
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -31,10 +32,11 @@ Result<json> material_with_history(Repositories& r, const std::string& material)
   return out;
 }
 
-Result<json> materials_json(Repositories& r) {
-  const auto all = r.facts.materials();
+Result<json> materials_json(Repositories& r, const Page& page) {
+  auto all = r.facts.materials();
   if (!all) return all.error();
   json out = {{"materials", json::array()}};
+  out["next"] = cut_out_page(*all, page);
   for (const auto& material : *all) out["materials"].push_back(material_json(material));
   return out;
 }
@@ -101,8 +103,11 @@ void set_panel_facts(const FactServices& s, const ApiRequest& request, const Rep
 
 void bind_fact_routes(Router& router, const FactServices& s) {
   router.bind("listMaterials", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [](Repositories& r) { return materials_json(r); }, reply);
+        s.queries, request, [page](Repositories& r) { return materials_json(r, page); }, reply);
   });
   router.bind("getMaterial", [s](const ApiRequest& request, const Reply& reply) {
     reply_from_query(

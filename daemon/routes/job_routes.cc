@@ -5,11 +5,11 @@
 
 #include "base/clock.h"
 #include "daemon/api/idempotency.h"
+#include "daemon/api/page.h"
 #include "daemon/api/route_table.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
-#include "daemon/routes/page.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
@@ -124,6 +124,8 @@ Result<json> job_json(Repositories& r, JobId id, const CellView& view) {
   json out = to_json(*job, view);
   std::map<std::string, std::pair<int, int>> panels;
   out["suspects"] = json::array();
+  out["assembled"] = std::count_if(pieces->begin(), pieces->end(),
+                                   [](const db::PieceRecord& piece) { return piece.assembled.has_value(); });
   Box<ArtworkFrame> box;
   for (const auto& piece : *pieces) {
     for (const auto& p : piece.artwork_outline) box.add(p);
@@ -144,7 +146,11 @@ Result<json> job_json(Repositories& r, JobId id, const CellView& view) {
   for (const auto& [panel, count] : panels)
     out["panels"].push_back({{"panel", panel}, {"pieces", count.first}, {"cut", count.second}});
   out["runs"] = json::array();
-  for (const auto& run : *runs) out["runs"].push_back(to_json(run));
+  for (const auto& run : *runs) {
+    const auto facts = r.jobs.facts(run.id);
+    if (!facts) return facts.error();
+    out["runs"].push_back(to_json(run, *facts));
+  }
   return out;
 }
 
@@ -237,6 +243,18 @@ void settle(const JobServices& s, const ApiRequest& request, const Reply& reply)
   });
 }
 
+// Pieces that somebody has laid at their places in the picture, or that do not lie there after all.
+void assemble(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto pieces = body.texts("pieces");
+  const bool assembled = body.flag("assembled").value_or(true);
+  body.require("pieces");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_job(s, request, reply, [pieces = *pieces, assembled, who = request.caller.who](Repositories& r, JobId id) {
+    return r.jobs.assemble(id, pieces, assembled, who, utc_timestamp());
+  });
+}
+
 void archive_done(const JobServices& s, const Reply& reply) {
   s.database.async([](Repositories& r) { return r.jobs.archive_done(utc_timestamp()); },
                    [s, reply](const Result<std::vector<JobId>>& done) {
@@ -309,6 +327,7 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("recut", [s](const ApiRequest& request, const Reply& reply) { recut(s, request, reply); });
   router.bind("redo", [s](const ApiRequest& request, const Reply& reply) { redo(s, request, reply); });
   router.bind("settlePiece", [s](const ApiRequest& request, const Reply& reply) { settle(s, request, reply); });
+  router.bind("assemblePieces", [s](const ApiRequest& request, const Reply& reply) { assemble(s, request, reply); });
   router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
     if (const auto id = request.path_number("id"); id && is_under_way(s.unit.view(), JobId{*id}))
       return reply(ApiReply::error({ErrorCode::kConflict, "the job is under way: stop it first"}));

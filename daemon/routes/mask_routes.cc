@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
-#include "daemon/routes/page.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"
 #include "daemon/services/brush.h"
@@ -19,12 +19,16 @@ namespace {
 
 using nlohmann::json;
 
-Result<json> masks_json(Repositories& r, const PanelId& id) {
+// The newest first: the cursor of the next page is the last one's version.
+Result<json> masks_json(Repositories& r, const PanelId& id, const Page& page) {
   if (auto panel = r.panels.find(id); !panel) return panel.error();
   auto masks = r.panels.masks(id);
   if (!masks) return masks.error();
   json out = {{"panel", id.value}, {"versions", json::array()}};
-  for (const auto& mask : *masks) {
+  auto shown = *masks;
+  if (page.after > 0) std::erase_if(shown, [&](const db::MaskRecord& mask) { return mask.version >= page.after; });
+  out["next"] = cut_to_page(shown, page, [](const db::MaskRecord& mask) { return mask.version; });
+  for (const auto& mask : shown) {
     // The first that showed it comes last; only what took an earlier one back is the same in both files.
     const auto first = std::find_if(masks->rbegin(), masks->rend(), [&](const db::MaskRecord& other) {
       return other.map_file == mask.map_file && other.mask_file == mask.mask_file;
@@ -201,9 +205,12 @@ void remove_edit(const StockServices& s, const ApiRequest& request, const Reply&
 
 void bind_mask_routes(Router& router, const StockServices& s) {
   router.bind("getPanelMasks", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return masks_json(r, id); },
-        reply);
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}, page](Repositories& r) { return masks_json(r, id, page); }, reply);
   });
   router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
   router.bind("listMaskEdits", [s](const ApiRequest& request, const Reply& reply) {

@@ -44,8 +44,7 @@ Result<json> run_json(Repositories& r, const db::PieceRecord& piece, db::RunId i
   if (run == runs->end()) return json();
   const auto facts = r.jobs.facts(id);
   if (!facts) return facts.error();
-  json out = to_json(*run);
-  out["who"] = facts->who.empty() ? json() : json(facts->who);
+  json out = to_json(*run, *facts);
   out["recipe"] = recipe_of(*facts, piece.mark);
   const auto issued = r.certificates.list();
   if (!issued) return issued.error();

@@ -3,11 +3,11 @@
 
 #include <utility>
 
+#include "daemon/api/page.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
-#include "daemon/routes/page.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"

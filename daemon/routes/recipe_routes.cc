@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/clock.h"
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -249,7 +250,7 @@ void job_egv(const RecipeServices& s, const ApiRequest& request, const Reply& re
   });
 }
 
-Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise) {
+Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise, const Page& page) {
   auto all = r.materials.recipes();
   if (!all) return all.error();
   json out = {
@@ -257,6 +258,7 @@ Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise) {
       {"otherwise",
        {{"cut", {{"speed_mm_s", otherwise.cut_speed.count()}, {"power", otherwise.cut_power.count()}}},
         {"engrave", {{"speed_mm_s", otherwise.engrave_speed.count()}, {"power", otherwise.engrave_power.count()}}}}}};
+  out["next"] = cut_out_page(*all, page);
   for (const auto& recipe : *all) out["recipes"].push_back(recipe_json(recipe));
   return out;
 }
@@ -265,8 +267,11 @@ Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise) {
 
 void bind_recipe_routes(Router& router, const RecipeServices& s) {
   router.bind("listRecipes", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [s](Repositories& r) { return recipes_json(r, s.config.recipe); }, reply);
+        s.queries, request, [s, page](Repositories& r) { return recipes_json(r, s.config.recipe, page); }, reply);
   });
   router.bind("setRecipe", [s](const ApiRequest& q, const Reply& reply) { set_recipe(s, q, reply); });
   router.bind("removeRecipe", [s](const ApiRequest& q, const Reply& reply) { remove_recipe(s, q, reply); });

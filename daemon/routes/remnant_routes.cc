@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
-#include "daemon/routes/page.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/services/panel_label.h"
@@ -61,6 +61,10 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   if (!list) return list.error();
   const auto waiting = r.facts.panels_to_scan();
   if (!waiting) return waiting.error();
+  const auto shelves = r.facts.shelves();
+  if (!shelves) return shelves.error();
+  const auto woods = r.materials.woods();
+  if (!woods) return woods.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
@@ -79,6 +83,10 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
     auto figures = s.figures.of(r, panel);
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
+    const auto shelf = shelves->find(panel.id);
+    told["shelf"] = shelf == shelves->end() ? json() : json(shelf->second);
+    const auto known = woods->find(panel.id);
+    told["woods"] = known == woods->end() ? json::array() : json(known->second);
     if (fitting) told["fitting_mm2"] = fitting->count();
     const auto to_scan = std::ranges::find(*waiting, panel.id, &db::PanelToScan::panel);
     if (to_scan != waiting->end()) told["scan_again"] = to_scan->why;

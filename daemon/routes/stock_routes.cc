@@ -7,12 +7,12 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
+#include "daemon/api/page.h"
 #include "daemon/orders/packed_lattice.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
-#include "daemon/routes/page.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"

@@ -1,6 +1,7 @@
 // Backups of the cell.
 #include <nlohmann/json.hpp>
 
+#include "daemon/api/page.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 
@@ -9,14 +10,16 @@ namespace {
 
 using nlohmann::json;
 
-json backups_json(const std::filesystem::path& backup_dir) {
+json backups_json(const std::filesystem::path& backup_dir, const Page& page) {
   json list = json::array();
-  for (const ListedBackup& one : list_backups(backup_dir)) {
+  auto all = list_backups(backup_dir);
+  const json next = cut_out_page(all, page);
+  for (const ListedBackup& one : all) {
     const auto folder = backup_dir / one.name;
     list.push_back(one.manifest ? to_backup_json(folder, *one.manifest)
                                 : json{{"name", one.name}, {"folder", folder.string()}, {"fault", one.fault}});
   }
-  return {{"schema_version", 1}, {"folder", backup_dir.string()}, {"backups", std::move(list)}};
+  return {{"schema_version", 1}, {"folder", backup_dir.string()}, {"backups", std::move(list)}, {"next", next}};
 }
 
 }  // namespace
@@ -27,9 +30,15 @@ void bind_store_routes(Router& router, const StoreServices& s) {
     reply(task ? ApiReply::task(*task) : ApiReply::error(task.error()));
   });
   router.bind("listBackups", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request,
-        [folder = s.backups.place().backup_dir](Repositories&) -> Result<json> { return backups_json(folder); }, reply);
+        [folder = s.backups.place().backup_dir, page](Repositories&) -> Result<json> {
+          return backups_json(folder, page);
+        },
+        reply);
   });
 }
 

@@ -174,9 +174,9 @@ NextStep job_wanted(const CellView& view, const CellNeeds::Waiting& job) {
   const std::string words = fmt::format("Job {} {} has {} to cut", job.id, quoted(job), pieces(job.pieces));
   if (view.state == CellState::kIdle)
     return {Step::kStart, words + ": Start asks for its panel first, and nothing moves before you say so.",
-            fmt::format("veneerctl job start {}", job.id)};
-  return {Step::kReset, words + ": Reset homes the laser first, so keep your hands off the machine.",
-          "veneerctl reset"};
+            fmt::format("veneerctl job start {}", job.id), job.id};
+  return {Step::kReset, words + ": Reset homes the laser first, so keep your hands off the machine.", "veneerctl reset",
+          job.id};
 }
 
 }  // namespace

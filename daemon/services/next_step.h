@@ -70,8 +70,9 @@ struct CellNeeds {
 
 struct NextStep {
   Step step = Step::kWait;
-  std::string sentence;  // for a person at the machine or its page: names buttons, no commands
-  std::string command;   // of veneerctl, which does the step or its first part; "" when none does
+  std::string sentence;                  // for a person at the machine or its page: names buttons, no commands
+  std::string command;                   // of veneerctl, which does the step or its first part; "" when none does
+  std::optional<std::int64_t> job = {};  // that it leads to: of kStart, and of kReset before it
 };
 
 NextStep next_step(const CellView& view, const CellNeeds& needs);

@@ -21,8 +21,8 @@ using testing::veneerctl;
 TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {
-    for (const char* operation :
-         {"command", "recut", "settlePiece", "cancelJob", "archiveJob", "unarchiveJob", "archiveDoneJobs"})
+    for (const char* operation : {"command", "recut", "settlePiece", "assemblePieces", "cancelJob", "archiveJob",
+                                  "unarchiveJob", "archiveDoneJobs"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
         asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
@@ -37,6 +37,8 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"frame", "--power", "2%"}), 0);
   EXPECT_EQ(run({"job", "recut", "3", "A1-1", "A3-12", "--confirm", "exhaust"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
+  EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "A3-12"}), 0);
+  EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "--take-back"}), 0);
   EXPECT_EQ(run({"job", "cancel", "3"}), 0);
   EXPECT_EQ(run({"job", "archive", "3", "4"}), 0);
   EXPECT_EQ(run({"job", "archive", "--all-done"}), 0);
@@ -53,6 +55,8 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/commands/frame {"power":0.02})",
       R"(/api/v1/jobs/3/recut {"confirmed":["exhaust"],"pieces":["A1-1","A3-12"]})",
       R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
+      R"(/api/v1/jobs/3/assembled {"assembled":true,"pieces":["A1-1","A3-12"]})",
+      R"(/api/v1/jobs/3/assembled {"assembled":false,"pieces":["A1-1"]})",
       R"(/api/v1/jobs/3/cancel {})",
       R"(/api/v1/jobs/3/archive {})",
       R"(/api/v1/jobs/4/archive {})",

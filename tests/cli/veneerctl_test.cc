@@ -132,6 +132,25 @@ TEST(Veneerctl, NextSaysOneThing) {
   EXPECT_EQ(ask(server, {"next"}).out, "Reset first.\n  veneerctl reset\n");
 }
 
+TEST(Veneerctl, TheNextStepIsNamedAfterWhatNamesNone) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("command", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"state", "Idle"}, {"reason", "Ready."}}));
+    });
+    router.bind("startJob", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"state", "Starting"}, {"reason", "see `veneerctl status`"}}));
+    });
+    router.bind("getStatus", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json(
+          {{"next_step",
+            {{"step", "start"}, {"sentence", "Job 1 waits: Start."}, {"command", "veneerctl job start 1"}}}}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"reset"}).out, "Idle: Ready.\nNext: " + ask(server, {"next"}).out);
+  EXPECT_EQ(ask(server, {"job", "start", "1"}).out, "Starting: see `veneerctl status`\n") << "it names one itself";
+  EXPECT_FALSE(json::parse(ask(server, {"--json", "reset"}).out).contains("next_step")) << "scripts ask for it";
+}
+
 TEST(Veneerctl, CommandsGoWhereTheyBelong) {
   std::vector<std::string> taken;
   ApiServer server({}, {}, [&](Router& router) {

@@ -181,6 +181,11 @@ inline std::vector<Step> a_day() {
     const std::pair seen(piece->allocation, Sighting{Seen::kStillThere, 0.01, 1, kLater});
     return JobStore(db).note_sightings({&seen, 1});
   });
+  jobs("assembled", [](JobStore store) -> Status {
+    const auto piece = store.find_piece(PieceId{8});
+    if (!piece.ok()) return piece.error();
+    return store.assemble(piece->job, std::vector{piece->mark}, true, "local:1000", kLater);
+  });
   const auto difference = [](bool gone, double x, double y) {
     DifferenceRecord found;
     found.gone = gone, found.place = point<PanelFrame>(x + 1, y + 1), found.area = SquareMillimetres(9.5);

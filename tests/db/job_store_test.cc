@@ -94,6 +94,38 @@ TEST_F(JobStoreTest, WhatAScanSawOfASuspectPieceIsKeptUntilSomebodyDecides) {
   EXPECT_FALSE(sighting(0)) << "what was seen before it became suspect again says nothing";
 }
 
+TEST_F(JobStoreTest, APieceIsTickedOffOnceItIsCutAndUntilItIsMadeAgain) {
+  const std::vector<std::string> two = {pieces[0].mark, pieces[1].mark}, first = {pieces[0].mark};
+  const auto assembled = [&](int index) {
+    return must(jobs.find_piece(pieces[static_cast<std::size_t>(index)].id)).assembled;
+  };
+  const Status early = jobs.assemble(job, two, true, "anna", kNow);
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(early.error().message, HasSubstr("only a piece that is cut is assembled: cut it with"));
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  VENEER_ASSERT_OK(jobs.book_piece(pieces[0].id, kNow));
+  EXPECT_FALSE(jobs.assemble(job, two, true, "anna", kNow).ok());
+  EXPECT_FALSE(assembled(0)) << "all of them, or none";
+  VENEER_ASSERT_OK(jobs.assemble(job, first, true, "anna", kNow));
+  VENEER_ASSERT_OK(jobs.assemble(job, first, true, "bert", kLater));
+  ASSERT_TRUE(assembled(0));
+  EXPECT_EQ(assembled(0)->who, "anna") << "who ticked it off first";
+  EXPECT_EQ(assembled(0)->at, kNow);
+  VENEER_ASSERT_OK(jobs.assemble(job, first, false, "bert", kLater));
+  EXPECT_FALSE(assembled(0));
+  VENEER_ASSERT_OK(jobs.assemble(job, first, true, "bert", kLater));
+  EXPECT_EQ(assembled(0)->who, "bert");
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "stop", kLater));
+  const std::vector<PieceId> strayed = {pieces[0].id};
+  VENEER_ASSERT_OK(jobs.make_suspect(strayed, kLater));
+  EXPECT_FALSE(assembled(0)) << "nobody knows what it is now";
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  EXPECT_TRUE(assembled(0)) << "it lies where it lay";
+  EXPECT_EQ(jobs.assemble(job, std::vector<std::string>{"Z9"}, true, "anna", kNow).error().code, ErrorCode::kNotFound);
+}
+
 TEST_F(JobStoreTest, FindsAPieceByItsMark) {
   const PieceRecord found = must(jobs.find_piece(job, "A3"));
   EXPECT_EQ(found.id, pieces[2].id);

@@ -88,11 +88,12 @@ class Day:
         self.browser.execute_script("window.letGo()")
 
     def lose(self, part):
-        """What the page asks for at a path with this in it is lost until let_go()."""
+        """What the page asks for at a path with this in it is lost, and counted, until let_go()."""
         self.browser.execute_script("""
             const fetch = window.fetch, part = arguments[0];
+            window.lost = 0;
             window.letGo = () => { window.fetch = fetch; };
-            window.fetch = (path, ...more) => String(path).includes(part) ? Promise.reject(new TypeError("lost")) : fetch(path, ...more);""", part)
+            window.fetch = (path, ...more) => String(path).includes(part) ? (++window.lost, Promise.reject(new TypeError("lost"))) : fetch(path, ...more);""", part)
 
     # ---- what is looked at later
 
@@ -427,7 +428,8 @@ class Day:
 
     def run_it(self):
         self.go("run")
-        self.until_says("#do-start", "second")
+        self.press('.jobs label[data-key="2"] input')
+        self.until_says("#do-start", "Start job 2 “second”")
         self.press("[data-command=reset]")
         self.until_says("#state-word", "Idle")
         self.watch_the_bed()
@@ -539,17 +541,17 @@ class Day:
         self.picture("stopped", "desk")
 
 
-def main():
-    day = Day(sys.argv[1], sys.argv[2])
+def play(kind, *parts):
+    day = kind(sys.argv[1], sys.argv[2])
     began = time.monotonic()
     try:
-        for part in (day.morning, day.look_at_the_wood, day.paint_on_the_mask, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.hear_of_alarms, day.look_back,
-                     day.in_german, day.stop, day.check_console):
-            part()
-            print(f"{part.__name__}: {time.monotonic() - began:.1f} s")
+        for part in parts:
+            getattr(day, part)()
+            print(f"{part}: {time.monotonic() - began:.1f} s")
     finally:
         day.browser.quit()
 
 
 if __name__ == "__main__":
-    main()
+    play(Day, "morning", "look_at_the_wood", "paint_on_the_mask", "scan_a_sheet", "plan_a_picture", "run_it", "begin_again", "hear_of_alarms",
+         "look_back", "in_german", "stop", "check_console")

@@ -21,6 +21,21 @@ class Console : public OperatedCell {
     out.daemon_tables = "[before_motion]\nconfirm = [\"exhaust\", \"air assist\"]\n";
     return out;
   }
+  // In the browser, by one of the scripts beside this file. Its pictures outlive a failure, so that it is seen what the
+  // operator saw.
+  void play(const char* script) {
+    std::ofstream(dir_ / "second.png", std::ios::binary) << target();
+    const std::filesystem::path pictures = VENEER_PAGES;
+    std::filesystem::create_directories(pictures);
+    const auto program = std::filesystem::path(VENEER_CONSOLE_DAY).replace_filename(script);
+    auto day = ChildProcess::start({"/usr/bin/python3", program.string(), link(), pictures.string()}, dir_ / "day.log",
+                                   {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
+                                    {"VENEERD_SOCKET", cell_->api_socket().string()},
+                                    {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
+                                    {"PICTURE", (dir_ / "second.png").string()}});
+    ASSERT_TRUE(day.ok()) << day.error().message;
+    EXPECT_EQ(day->wait(), 0) << read_whole(dir_ / "day.log").value_or("no log");
+  }
   std::string link() const {
     const auto made = cell_->api().post("/console-links");
     return made ? (*made)["url"].get<std::string>() : made.error().message;
@@ -28,18 +43,7 @@ class Console : public OperatedCell {
 };
 
 TEST_F(Console, AnOperatorsShortDay) {
-  std::ofstream(dir_ / "second.png", std::ios::binary) << target();
-  // Outlives a failure, so that it is seen what the operator saw.
-  const std::filesystem::path pictures = VENEER_PAGES;
-  std::filesystem::create_directories(pictures);
-  auto day = ChildProcess::start({"/usr/bin/python3", VENEER_CONSOLE_DAY, link(), pictures.string()}, dir_ / "day.log",
-                                 {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
-                                  {"VENEERD_SOCKET", cell_->api_socket().string()},
-                                  {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
-                                  {"PICTURE", (dir_ / "second.png").string()}});
-  ASSERT_TRUE(day.ok()) << day.error().message;
-  const int status = day->wait();
-  EXPECT_EQ(status, 0) << read_whole(dir_ / "day.log").value_or("no log");
+  play("console_day.py");
   // STOP was the last of it.
   EXPECT_EQ(get("/status")["state"], "Aborted");
   const nlohmann::json second = get("/jobs/2");
@@ -53,6 +57,18 @@ TEST_F(Console, AnOperatorsShortDay) {
   int moved = 0;
   for (std::size_t i = 0; i < was.size(); ++i) moved += was[i]["panel_outline_mm"] != is[i]["panel_outline_mm"];
   EXPECT_EQ(moved, 1);
+}
+
+TEST_F(Console, StopIsSentUntilItIsHeardAndStartBeginsWhatItsLabelSays) {
+  play("console_stop.py");
+  EXPECT_EQ(get("/status")["job"]["id"], kJob);
+}
+
+TEST_F(Console, PiecesAreLaidAndTickedOff) {
+  play("console_assembly.py");
+  const nlohmann::json job = get(fmt::format("/jobs/{}", kJob));
+  EXPECT_EQ(job["assembled"], 1) << "of two, one was lost";
+  EXPECT_EQ(job["runs"][0]["who"], "console link") << "who gave the word for it";
 }
 
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'

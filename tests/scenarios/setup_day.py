@@ -3,11 +3,9 @@
 
 Each of an operator's decisions is one press; how many there were is counted, and more than 12 are too many.
 """
-import sys
-
 from selenium.webdriver.common.by import By
 
-from console_day import Day
+from console_day import Day, play
 
 MOST_DECISIONS = 12
 # Each decision, and the step of Set up that it leads to.
@@ -102,14 +100,5 @@ class FirstDay(Day):
         self.until("none in the tab", lambda: "(" not in self.text("#nav"))
 
 
-def main():
-    day = FirstDay(sys.argv[1], sys.argv[2])
-    try:
-        for part in (day.set_up, day.left_and_gone_on_with, day.settings, day.devices, day.alarms, day.check_console):
-            part()
-    finally:
-        day.browser.quit()
-
-
 if __name__ == "__main__":
-    main()
+    play(FirstDay, "set_up", "left_and_gone_on_with", "settings", "devices", "alarms", "check_console")

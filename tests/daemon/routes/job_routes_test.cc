@@ -236,6 +236,21 @@ TEST_F(JobRoutes, SaysWhatIsToBeDoneNextForAJob) {
   EXPECT_EQ(settled["next"],
             "1 of 2 pieces of job 1 is cut and 1 is still to be cut: Clear, Reset, then Start cuts the rest "
             "(veneerctl job start 1)");
+  EXPECT_EQ(settled["assembled"], 0);
+  const auto tick = [&](const json& body) { return ask("POST", "/api/v1/jobs/1/assembled", body); };
+  const json laid = body_of(tick({{"pieces", {"A1"}}}));
+  EXPECT_EQ(laid["assembled"], 1) << laid;
+  const json told = body_of(ask("GET", "/api/v1/jobs/1/pieces"))["pieces"];
+  EXPECT_EQ(told[0]["assembled"]["who"], "uid 1000");
+  EXPECT_FALSE(told[1].contains("assembled"));
+  EXPECT_EQ(tick({{"pieces", {"A1", "A2"}}}).status, 409) << "the second one is still to be cut";
+  EXPECT_EQ(tick({{"pieces", {"Z9"}}}).status, 404);
+  EXPECT_EQ(tick({{"assembled", true}}).status, 400) << "which?";
+  EXPECT_EQ(body_of(tick({{"pieces", {"A1"}}, {"assembled", false}}))["assembled"], 0);
+  const auto entries = cell->database->call([](Repositories& r) { return *r.audit.latest(1); });
+  EXPECT_EQ(entries[0].what, "api.assemblePieces");
+  EXPECT_EQ(entries[0].who, "uid 1000");
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs/1"))["runs"][0]["who"], nullptr) << "nobody noted it";
 }
 
 TEST_F(JobRoutes, EveryChangeIsInTheAuditLogWithWhoAskedForIt) {

@@ -29,7 +29,8 @@ TEST_F(NextStepOfTheCell, ANewCellIsCalibratedFirst) {
                           {"sentence",
                            "The scanner is not calibrated yet: lay the printed grid on the glass, print "
                            "down, and calibrate the scanner."},
-                          {"command", "veneerctl calibrate scanner"}}));
+                          {"command", "veneerctl calibrate scanner"},
+                          {"job", nullptr}}));
 }
 
 TEST_F(NextStepOfTheCell, ThenItFollowsStockPlansAndJobs) {
@@ -67,6 +68,7 @@ TEST_F(NextStepOfTheCell, ThenItFollowsStockPlansAndJobs) {
   certify();
   const json step = body_of(ask("GET", "/api/v1/status"))["next_step"];
   EXPECT_EQ(step["step"], "reset");
+  EXPECT_EQ(step["job"], 1) << "what the console's Start begins";
   EXPECT_THAT(step["sentence"].get<std::string>(), StartsWith("Job 1 “portrait” has 1 piece to cut: "));
 }
 

@@ -139,6 +139,15 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2999-01-01"}}).status, 400);
   EXPECT_EQ(post("/panels/P-0009/facts", {{"shelf", "A3"}}).status, 404);
   EXPECT_EQ(get("/panels/P-0002")["facts"]["shelf"], "A3");
+  change([](Repositories& r) {
+    return r.materials.add_zones({"P-0002"},
+                                 {{1, strip(0, 10), "walnut"}, {2, strip(10, 20), ""}, {3, strip(20, 30), "maple"}});
+  });
+  const json listed = get("/panels")["panels"];
+  EXPECT_EQ(listed[0]["shelf"], nullptr);
+  EXPECT_EQ(listed[0]["woods"], json::array());
+  EXPECT_EQ(listed[1]["shelf"], "A3") << "what the console's search looks at";
+  EXPECT_EQ(listed[1]["woods"], (json{"walnut", "maple"}));
   EXPECT_FALSE(get("/panels/P-0002").contains("scan_again"));
 
   ASSERT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2026-05-02"}}).status, 200);
@@ -152,6 +161,28 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
 }
 
 // Only planning told it: nobody saw after a restore which panels have to go on the scanner first.
+TEST_F(PanelRoutes, ShortListsComeInPagesToo) {
+  for (const char* wood : {"ash", "maple", "oak"})
+    ASSERT_EQ(post(std::string("/materials/") + wood, {{"supplier", "Miller"}}).status, 200);
+  const json first = get("/materials?limit=2"), last = get("/materials?limit=2&cursor=2");
+  EXPECT_EQ(first["materials"].size(), 2U);
+  EXPECT_EQ(first["next"], 2);
+  EXPECT_EQ(last["materials"].size(), 1U);
+  EXPECT_EQ(last["materials"][0]["material"], "oak");
+  EXPECT_TRUE(last["next"].is_null());
+  EXPECT_EQ(get("/materials?cursor=9")["materials"], json::array());
+  const json newest = get("/panels/P-0001/masks?limit=1");
+  EXPECT_EQ(newest["versions"][0]["version"], 2);
+  EXPECT_EQ(newest["next"], 2);
+  const json older = get("/panels/P-0001/masks?limit=1&cursor=2");
+  EXPECT_EQ(older["versions"][0]["version"], 1);
+  EXPECT_TRUE(older["next"].is_null());
+  for (const char* list : {"/tasks", "/backups", "/recipes"}) {
+    EXPECT_TRUE(get(list)["next"].is_null()) << list;
+    EXPECT_EQ(ask("GET", std::string("/api/v1") + list + "?limit=0").status, 400) << list;
+  }
+}
+
 TEST_F(PanelRoutes, PanelsThatWaitForAScanAreNamedInListAndStatus) {
   EXPECT_EQ(get("/status")["panels_to_scan"], (json{{"count", 0}, {"panels", json::array()}}));
   EXPECT_TRUE(get("/status")["next"].is_null());

@@ -64,6 +64,8 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   const auto made = plan(small_job());
   ASSERT_TRUE(made.ok()) << made.error().message;
   const auto pieces = [&] { return *database_->call([&](Repositories& r) { return r.jobs.pieces(made->job); }); };
+  const auto report = *database_->call([&](Repositories& r) { return r.plans.find(r.jobs.find(made->job)->plan); });
+  EXPECT_GT(nlohmann::json::parse(report.report_json)["cutting_s"], 1) << "what the console tells of a plan";
   const auto before = pieces();
   const auto redo = [&](const std::vector<std::string>& marks) {
     return service().redo({made->job, marks, 1}, "uid 1000", [](double, const std::string&) {}, {});

@@ -1,6 +1,7 @@
 // Long lists come in pages: ?limit=N&cursor=C, and "next" says where the next page begins, null after the last.
 #pragma once
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -27,6 +28,16 @@ nlohmann::json cut_to_page(std::vector<Row>& rows, const Page& page, Number numb
   if (rows.size() <= limit) return nullptr;
   rows.erase(rows.begin() + page.limit, rows.end());
   return number(rows.back());
+}
+
+// Of a list that was read whole and in which a row's place is its number: the page is left in `rows`.
+template <class Row>
+nlohmann::json cut_out_page(std::vector<Row>& rows, const Page& page) {
+  const auto all = static_cast<std::int64_t>(rows.size());
+  const std::int64_t from = std::min(page.after, all), to = std::min(from + page.limit, all);
+  rows.erase(rows.begin() + to, rows.end());
+  rows.erase(rows.begin(), rows.begin() + from);
+  return to < all ? nlohmann::json(to) : nlohmann::json();
 }
 
 }  // namespace veneer::daemon
