@@ -9,6 +9,7 @@
 #include "planner/boundaries/draw_back.h"
 #include "planner/cancelled.h"
 #include "planner/parallel.h"
+#include "planner/poses/admission.h"
 
 namespace veneer::planner {
 namespace {
@@ -222,7 +223,7 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
     if (!wood.on_free_wood(there)) {
       const std::vector<Point<PanelFrame>> near = near_blocked(there, wood.raster(), wood.border());
       for (const Point<PanelFrame>& p : near) fault.places.push_back(map.inverse() * p);
-      fault.found = fault.of_wood = true, fault.everywhere = fault.everywhere || near.empty();
+      fault.found = true, fault.everywhere = fault.everywhere || near.empty();
     }
     grown[i] = offset(Region<PanelFrame>(there), wood.kerf() + (FreeWood::kSlack + kRounding) / 2);
     for (const auto& ring : grown[i].rings()) {
@@ -246,16 +247,25 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
         for (const std::size_t k : {i, j}) {
           const auto back = placements[k]->panel_from_artwork.inverse();
           for (const auto& p : ring) out[k].places.push_back(back * p);
-          out[k].found = out[k].of_wood = true;
+          out[k].found = true;
         }
     }
   return out;
 }
 
-bool BoundaryCuts::stands(const PatchPlacements& placements) const {
-  Looked looked;
-  const std::vector<Fault> bad = faults(now_, placements, looked);
-  return std::none_of(bad.begin(), bad.end(), [](const Fault& it) { return it.of_wood; });
+PatchPlacements BoundaryCuts::settled(const PatchPlacements& wished, const PatchPlacements& before) const {
+  const auto outlines = [&](const PatchPlacements& placements) {
+    PlacedOutlines out(placements.size());
+    for (std::size_t i = 0; i < out.size(); ++i)
+      if (placements[i])
+        out[i] = PlacedOutline{placements[i]->panel, placements[i]->panel_from_artwork * now_.outlines[i]};
+    return out;
+  };
+  const std::vector<bool> moves = admitted(outlines(wished), outlines(before), panels_);
+  PatchPlacements out = before;
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (moves[i]) out[i] = wished[i];
+  return out;
 }
 
 Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_token& stop) {

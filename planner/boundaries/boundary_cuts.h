@@ -34,9 +34,10 @@ class BoundaryCuts {
   // has changed.
   Status cut(const PatchPlacements& placements, const std::stop_token& stop);
 
-  // Whether every piece has free wood of its own at these placements, its kerf included. What is wrong with a shape is
-  // so wherever it lies, and no reason against them.
-  bool stands(const PatchPlacements& placements) const;
+  // The wished placements, but for pieces that would not have free wood of their own there, kerf included: these stay
+  // where they were, `before`, and so does who wished for that place. What is wrong with a shape is so wherever it
+  // lies, and no reason against a place.
+  PatchPlacements settled(const PatchPlacements& wished, const PatchPlacements& before) const;
 
   // Goes back to borders of the same problem as they were.
   void become(const BoundaryCuts& before) { now_ = before.now_; }
@@ -61,7 +62,6 @@ class BoundaryCuts {
   // What keeps a piece from being made: points of the artwork near where it is.
   struct Fault {
     bool found = false, everywhere = false;
-    bool of_wood = false;  // where it lies, not how it is shaped
     std::vector<Point<ArtworkFrame>> places;
   };
   struct Looked;

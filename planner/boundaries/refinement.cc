@@ -115,8 +115,7 @@ class Refiner {
     Result<PatchPlacements> chosen = rematch.choose(cuts_.outlines(), out_.patches, round, stop_);
     if (!chosen.ok()) return chosen.error();
     // Footprints are wider than the rule, but the raster that says what is free is not exact.
-    if (!cuts_.stands(*chosen)) return Ok();
-    out_.patches = std::move(*chosen);
+    out_.patches = cuts_.settled(*chosen, out_.patches);
     cost_ = measured(cuts_.outlines(), out_.patches);
     return cut();
   }

@@ -55,10 +55,13 @@ Result<Rematch> Rematch::survey(const Problem& problem, const Matcher& matcher, 
 }
 
 // Whether the patch lies on free wood by a raster: what is in doubt counts as not free.
-bool Rematch::is_clear(const MatchPatch& patch, const PatchPlacement& placement, double border) const {
+bool Rematch::is_clear(const MatchPatch& patch, const PatchPlacement& placement) const {
   const auto p = static_cast<std::size_t>(placement.panel);
-  const Raster<PanelFrame>& free = matcher_.panels()[p].wood.raster();
+  const FreeWood& wood = matcher_.panels()[p].wood;
+  const Raster<PanelFrame>& free = wood.raster();
   const cv::Mat& map = clearance_[p];
+  // Distances are to pixels' middles, between pixels of this panel's own raster.
+  const double border = free.resolution.to_px(wood.border()).count() + 1.5;
   const auto clear = [&](const Point<ArtworkFrame>& at) {
     double x = 0, y = 0;
     free.to_pixels(placement.panel_from_artwork * at, x, y);
@@ -93,8 +96,6 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
   GlobalSearch::State state;
   state.chosen.resize(count);
   std::vector<std::optional<Footprint>> made(count);
-  // Distances are to pixels' middles, between pixels of the wood's own raster.
-  const double border = any.wood.raster().resolution.to_px(any.wood.border()).count() + 1.5;
   const Status measured = run_parallel(count, options_.threads, stop, [&](std::size_t i) {
     const MatchPatch& cell = problem_.queue[i].match;
     MatchPatch patch = cell;
@@ -117,7 +118,7 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
     };
     for (const auto& [cost, k] : ranked) {
       if (list.size() >= options_.measured) break;
-      if (is_clear(patch, known_[i][k], border)) add(known_[i][k]);
+      if (is_clear(patch, known_[i][k])) add(known_[i][k]);
     }
     std::optional<Candidate> now;
     if (placements[i]) add(*placements[i]), now = list.back();

@@ -41,7 +41,7 @@ class Rematch {
 
  private:
   Rematch(const Problem& problem, const Matcher& matcher, const RematchOptions& options);
-  bool is_clear(const MatchPatch& patch, const PatchPlacement& placement, double border) const;
+  bool is_clear(const MatchPatch& patch, const PatchPlacement& placement) const;
 
   const Problem& problem_;
   const Matcher& matcher_;

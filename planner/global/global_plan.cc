@@ -11,6 +11,7 @@
 #include "planner/global/global_search.h"
 #include "planner/global/packing.h"
 #include "planner/parallel.h"
+#include "planner/poses/admission.h"
 #include "planner/stopwatch.h"
 
 namespace veneer::planner {
@@ -210,8 +211,10 @@ class GlobalPlanner {
   void settle_for(const Chosen& chosen, std::uint64_t iterations) {
     Result<Verified> better = with_costs(chosen);
     if (!better.ok()) return;
-    // The search gets ever better by its own measure, which counts who goes without; here greedy is what matters.
-    const bool settled = better->score < greedy_.score && keeps_to_the_wood(better->chosen);
+    const std::size_t refused = put_back(*better);
+    // The search gets ever better by its own measure, which counts who goes without; here greedy is what matters. What
+    // patches were put back for may have been its whole gain.
+    const bool settled = better->score < greedy_.score && (refused == 0 || better->score < best_.score);
     if (stop_.stop_requested()) return;
     if (settled) best_ = std::move(*better);
     best_at_ = iterations;
@@ -247,19 +250,27 @@ class GlobalPlanner {
     return out;
   }
 
-  // The final word: every outline admitted one after the other, in the order of the queue.
-  bool keeps_to_the_wood(const Chosen& chosen) const {
-    std::vector<FreeWood> wood;
-    for (const MatchPanel& panel : matcher_.panels()) wood.push_back(panel.wood.untouched());
-    for (std::size_t i = 0; i < chosen.size() && !stop_.stop_requested(); ++i) {
-      if (!chosen[i]) continue;
-      const Pose& pose = chosen[i]->pose;
-      const auto outline = footprints_[i].panel_from_artwork(pose) * problem_.queue[i].match.outline;
-      FreeWood& there = wood[static_cast<std::size_t>(pose.panel)];
-      if (!there.admits(outline)) return false;
-      there.allocate(outline);
+  // The final word: patches whose outlines are not admitted go back to where they were settled, and so do those that
+  // took their places. How many.
+  std::size_t put_back(Verified& verified) const {
+    const auto outlines = [&](const Chosen& chosen) {
+      PlacedOutlines out(chosen.size());
+      for (std::size_t i = 0; i < out.size(); ++i)
+        if (chosen[i])
+          out[i] = PlacedOutline{chosen[i]->pose.panel,
+                                 footprints_[i].panel_from_artwork(chosen[i]->pose) * problem_.queue[i].match.outline};
+      return out;
+    };
+    const PlacedOutlines wished = outlines(verified.chosen), before = outlines(best_.chosen);
+    const std::vector<bool> moves = admitted(wished, before, matcher_.panels(), stop_);
+    std::size_t refused = 0;
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      if (moves[i] || wished[i] == before[i]) continue;
+      verified.chosen[i] = best_.chosen[i], verified.costs[i] = best_.costs[i];
+      ++refused;
     }
-    return true;
+    verified.score = score_of(verified.chosen);
+    return refused;
   }
 
   PatchPlacements placements() const {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "base/polygon_ops.h"
 #include "planner/edits/plan_edits.h"
@@ -138,6 +139,27 @@ TEST_F(Refined, ShowThePictureBetterThanStraightOnesAndWoodChosenAgainBetterStil
   EXPECT_EQ(rematched.refined->cost_refined, refined.refined->cost);
   EXPECT_LT(rematched.refined->cost, refined.refined->cost);
   EXPECT_LT(shown(rematched), shown(refined));
+}
+
+// Specks of a tenth of a millimetre, a fine mask's, every 10.5 mm: a coarse look at a place overlooks them.
+StockPanel with_specks(StockPanel panel) {
+  constexpr double kFine = 254;
+  const double scale = kFine / panel.free.resolution.dpi();
+  cv::resize(panel.free.pixels, panel.free.pixels, {}, scale, scale, cv::INTER_NEAREST);
+  panel.free.resolution = ScanResolution::from_dpi(kFine);
+  for (int r = 45; r < panel.free.pixels.rows; r += 105)
+    for (int c = 45; c < panel.free.pixels.cols; c += 105) panel.free.pixels.at<std::uint8_t>(r, c) = 0;
+  return panel;
+}
+
+TEST_F(Refined, TakeTheWoodThatIsTheirsWhenOtherPiecesAreRefusedTheirs) {
+  const std::vector<StockPanel> specked{with_specks(stock_[0]), with_specks(stock_[1])};
+  PlanOptions again = options();
+  again.rematch = 3;
+  const Plan plan = planned(artworks_, specked, again);
+  // Pieces are refused in the second round, which would be the last otherwise, and taken back.
+  EXPECT_EQ(plan.refined->rounds.size(), 2U);
+  assert_own_wood(plan, specked, again);
 }
 
 TEST_F(Refined, HaveCurvesOfThreeMillimetresOnTheMean) {

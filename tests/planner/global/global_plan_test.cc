@@ -7,6 +7,7 @@
 
 #include "base/polygon_ops.h"
 #include "planner/files/plan_files.h"
+#include "planner/global/global_journal.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/free_wood.h"
 #include "planner/poses/footprint.h"
@@ -183,6 +184,19 @@ class GlobalChoice {
     return plan_globally(problem_, matcher_, greedy_, options, 1, progress, stop, journal);
   }
   PatchPlacements greedy() const { return placements_of(problem_, matcher_, greedy_); }
+  // Each in its turn.
+  bool admits_all(const PatchPlacements& patches) const {
+    std::vector<FreeWood> wood;
+    for (const MatchPanel& panel : matcher_.panels()) wood.push_back(panel.wood.untouched());
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      if (!patches[i]) continue;
+      const auto outline = patches[i]->panel_from_artwork * problem_.queue[i].match.outline;
+      FreeWood& there = wood[static_cast<std::size_t>(patches[i]->panel)];
+      if (!there.admits(outline)) return false;
+      there.allocate(outline);
+    }
+    return true;
+  }
 
  private:
   Problem problem(const StockPanel& panel, const Artwork& artwork) const {
@@ -226,9 +240,9 @@ TEST(GlobalPlan, AStopAtAnyMomentIsRepeatedByItsIterations) {
   expect_same(choice.run(outcome.report.iterations).patches, outcome.patches);
 }
 
-// Shares of the whole run's own work, so the machine's speed and its other work do not matter. Of three stops at the same
-// moment the least disturbed: processor time has outliers where a machine is shared, and AddressSanitizer gives back what
-// was freed long ago in the time of whoever frees next.
+// Shares of the whole run's own work, so the machine's speed and its other work do not matter. Of three stops at the
+// same moment the least disturbed: processor time has outliers where a machine is shared, and AddressSanitizer gives
+// back what was freed long ago in the time of whoever frees next.
 void expect_to_stop_at_once(GlobalChoice& choice, std::uint64_t iterations) {
   const auto none = [](double, const std::string&) {};
   double whole = 0;
@@ -326,6 +340,38 @@ TEST(GlobalPlan, GoesOnFromAJournalWithoutDoingAgainWhatWasDone) {
   EXPECT_FALSE(gone_on.report.stopped);
   EXPECT_EQ(gone_on.report.cost, unbroken.report.cost);
   expect_same(gone_on.patches, unbroken.patches);
+}
+
+// The survey lists what it calls free. Should it err about one place, one patch goes without it, not all without
+// theirs.
+TEST(GlobalPlan, KeepsWhatOthersGainWhenOneIsRefusedItsWood) {
+  const veneer::testing::TempDirectory folder;
+  const auto journal = [&](const char* name) { return std::move(*PlanJournal::open(folder.path() / name, "key")); };
+  GlobalChoice choice(global_options());
+  {
+    PlanJournal surveyed = journal("surveyed");
+    choice.run(
+        1, [](double, const std::string&) {}, {}, &surveyed);
+  }
+  PlanJournal surveyed = journal("surveyed");
+  GlobalJournal known(&surveyed);
+  GlobalSearch::Lists lists = **known.lists(choice.greedy().size(), {});
+  GlobalSearch::State state = *known.next_state(lists);
+  // At the panel's corner, which is no wood, for nothing: whatever else it may have, the first patch goes there.
+  lists[0].insert(lists[0].begin(), {pose_at(0, 0.5, 0.5, 0), 0});
+  for (auto* numbers : {&state.chosen, &state.best}) ++numbers->front();
+  PlanJournal mistaken = journal("mistaken");
+  GlobalJournal told(&mistaken);
+  ASSERT_TRUE(told.add(lists, {}).ok());
+  told.add(state);
+  PlanJournal again = journal("mistaken");
+
+  const GlobalOutcome outcome = choice.run(
+      30000, [](double, const std::string&) {}, {}, &again);
+  const GlobalReport& report = outcome.report;
+  EXPECT_TRUE(report.unfilled < report.greedy_unfilled ||
+              (report.unfilled == report.greedy_unfilled && report.cost < report.greedy_cost));
+  EXPECT_TRUE(choice.admits_all(outcome.patches));
 }
 
 TEST(GlobalPlan, TheClockStopsItAfterWholeLegsThatIterationsRepeat) {

@@ -18,7 +18,7 @@ namespace {
 constexpr int kSide = 200;  // pixels of drawn pictures: two a millimetre
 const PixelGrid kWork{{2}, 100_mm};
 
-MorphOptions options_with(Millimetres patch, int threads = 1) {
+MorphOptions morph_options(Millimetres patch, int threads = 1) {
   return {patch, {1.5_mm, patch * patch * 0.25}, std::min(5_mm, patch / 2), Smoothness::kG0, threads};
 }
 
@@ -72,7 +72,7 @@ TEST(SpringGrid, VerticesGoToTheEdgeAndThoseOfTheBorderSlideAlongIt) {
 }
 
 TEST(MorphedGrid, ALineFollowsASlantedEdge) {
-  const Result<MorphedGrid> made = morphed(step(72, 88), options_with(20_mm));
+  const Result<MorphedGrid> made = morphed(step(72, 88), morph_options(20_mm));
   ASSERT_TRUE(made.ok());
   EXPECT_LT(made->figures.edges_before, 0.3);
   EXPECT_GT(made->figures.edges_after, 0.9);
@@ -83,7 +83,7 @@ TEST(MorphedGrid, ALineFollowsASlantedEdge) {
 
 TEST(MorphedGrid, OfAFlatPictureIsTheGridToTheLastBit) {
   const Result<MorphedGrid> made =
-      morphed(cv::Mat(kSide, kSide, CV_8UC3, cv::Scalar(90, 120, 150)), options_with(13_mm));
+      morphed(cv::Mat(kSide, kSide, CV_8UC3, cv::Scalar(90, 120, 150)), morph_options(13_mm));
   ASSERT_TRUE(made.ok());
   EXPECT_EQ(made->partition, partition_of(100_mm, 100_mm, grid_layout(100_mm, 100_mm, 13_mm)));
   EXPECT_EQ(made->figures.most_move, 0_mm);
@@ -93,14 +93,14 @@ TEST(MorphedGrid, OfAFlatPictureIsTheGridToTheLastBit) {
 TEST(MorphedGrid, OfASoftSlopeHasNoEdges) {
   cv::Mat slope(kSide, kSide, CV_8UC3);
   for (int c = 0; c < kSide; ++c) slope.col(c).setTo(cv::Scalar::all(100 + std::floor(40.0 * c / kSide)));
-  MorphOptions options = options_with(13_mm);
+  MorphOptions options = morph_options(13_mm);
   const Result<MorphedGrid> made = morphed(slope, options);
   ASSERT_TRUE(made.ok());
   EXPECT_EQ(made->figures.most_move, 0_mm);
 }
 
 TEST(MorphedGrid, OfSquaresThatAreTooSmallIsTheGrid) {
-  MorphOptions options = options_with(4_mm);
+  MorphOptions options = morph_options(4_mm);
   options.limits.width = 5_mm;
   const Result<MorphedGrid> made = morphed(shapes(2), options);
   ASSERT_TRUE(made.ok());
@@ -110,14 +110,14 @@ TEST(MorphedGrid, OfSquaresThatAreTooSmallIsTheGrid) {
 TEST(MorphedGrid, EndsWhenItIsAskedTo) {
   std::stop_source stop;
   stop.request_stop();
-  const Result<MorphedGrid> made = morphed(shapes(1), options_with(14_mm), stop.get_token());
+  const Result<MorphedGrid> made = morphed(shapes(1), morph_options(14_mm), stop.get_token());
   ASSERT_FALSE(made.ok());
   EXPECT_EQ(made.error().code, ErrorCode::kCancelled);
 }
 
 RC_GTEST_PROP(MorphedGrid, OfAnyPictureCanBeCutAndDoesNotDependOnThreads, ()) {
   const cv::Mat picture = shapes(*rc::gen::arbitrary<std::uint64_t>());
-  MorphOptions options = options_with(Millimetres(*rc::gen::inRange(9, 40)));
+  MorphOptions options = morph_options(Millimetres(*rc::gen::inRange(9, 40)));
   options.smoothness = *rc::gen::element(Smoothness::kG0, Smoothness::kG1);
   const Result<MorphedGrid> made = morphed(picture, options);
   RC_ASSERT(made.ok());
