@@ -114,8 +114,8 @@ class Table(Day):
         round_trip()
 
     def find_wood_and_shelf(self):
-        subprocess.run([os.environ["VENEERCTL"], "panel", "set", "P-0001", "--shelf", "B7"], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([os.environ["VENEERCTL"], "panel", "material", "P-0001", "walnut"], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([os.environ["VENEERCTL"], "panel", "set", "P-0001", "--shelf", "B7"], check=True, stdout=subprocess.DEVNULL)
         self.go("panels")
         for words, found in (("b7", 1), ("walnut", 1), ("b7 walnut", 1), ("ebony", 0)):
             self.find("input[type=search]").send_keys(Keys.CONTROL, "a")
