@@ -33,9 +33,9 @@ class Table(Day):
 
     def tap(self, mark):
         """Where it is drawn: as somebody who looks for its mark."""
-        self.settled(".assembly svg")
         left, top, width, height = self.browser.execute_script("""
             const text = [...document.querySelectorAll('.assembly text')].find((one) => one.textContent.endsWith(arguments[0]));
+            text.scrollIntoView({block: 'center', behavior: 'instant'});  // not under what stays at the top
             const box = text.getBoundingClientRect(); return [box.left, box.top, box.width, box.height];""", mark)
         self.browser.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mousePressed", "x": left + width / 2, "y": top + height / 2, "button": "left", "clickCount": 1})
         self.browser.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseReleased", "x": left + width / 2, "y": top + height / 2, "button": "left", "clickCount": 1})
@@ -59,6 +59,7 @@ class Table(Day):
 
     def lay_by_keyboard(self):
         """Arrows go as the eye does: from the back, right is where the picture's left is."""
+        self.browser.execute_script("document.activeElement.blur()")  # the finger had put it there
         self.keys(".assembly svg", Keys.ARROW_LEFT)
         by_keys = self.text("#assembly-said").split(":")[0]
         assert by_keys != self.third
@@ -113,8 +114,8 @@ class Table(Day):
         round_trip()
 
     def find_wood_and_shelf(self):
-        subprocess.run([os.environ["VENEERCTL"], "panel", "set", "P-0001", "--shelf", "B7"], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([os.environ["VENEERCTL"], "panel", "material", "P-0001", "walnut"], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([os.environ["VENEERCTL"], "panel", "set", "P-0001", "--shelf", "B7"], check=True, stdout=subprocess.DEVNULL)
         self.go("panels")
         for words, found in (("b7", 1), ("walnut", 1), ("b7 walnut", 1), ("ebony", 0)):
             self.find("input[type=search]").send_keys(Keys.CONTROL, "a")

@@ -68,7 +68,7 @@ TEST_F(Console, PiecesAreLaidAndTickedOff) {
   play("console_assembly.py");
   const nlohmann::json job = get(fmt::format("/jobs/{}", kJob));
   EXPECT_EQ(job["assembled"], 1) << "of two, one was lost";
-  EXPECT_EQ(job["runs"][0]["who"], "console link") << "who gave the word for it";
+  EXPECT_EQ(job["runs"][0]["who"], "console link 1 of uid 0") << "who gave the word for it";
 }
 
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'
