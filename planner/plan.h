@@ -211,12 +211,13 @@ struct Shortage {
 
 // How the cells of a mosaic came out, over all artworks that are cut into one.
 struct MosaicReport {
-  std::size_t tiles = 0;     // that were wished for
-  int iterations = 0;        // of Lloyd's method, the most of an artwork
-  double mean_move_px = 0;   // in the last of them, the farthest
-  double deviation_deg = 0;  // between tiles and the direction field, the worst median
-  double straddling = 0;     // share of the tiles that an edge of the picture runs through, the largest
-  double seconds = 0;        // not part of what a plan is
+  std::size_t tiles = 0;          // that were wished for
+  int iterations = 0;             // of Lloyd's method, the most of an artwork
+  double mean_move_px = 0;        // in the last of them, the farthest
+  double deviation_deg = 0;       // how far the direction field turns within tiles, the worst median
+  double cell_deviation_deg = 0;  // between the sides of cells and the direction field, the worst median
+  double straddling = 0;          // share of the tiles that an edge of the picture runs through, the largest
+  double seconds = 0;             // not part of what a plan is
 };
 
 // How morphed grids came out, over all artworks.
@@ -258,6 +259,12 @@ struct RefineReport {
   double seconds = 0;         // not part of what a plan is
 };
 
+// A piece that is planned as it was asked for, but can hardly be cut or handled.
+struct UnfitPiece {
+  std::string mark;
+  std::string why;  // as it follows the mark: "is too small to be handled"
+};
+
 // Pieces in reading order: artwork by artwork, row by row.
 struct Plan {
   std::vector<PlanArtwork> artworks;
@@ -276,6 +283,7 @@ struct Plan {
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;
   std::optional<RefineReport> refined;
+  std::vector<UnfitPiece> unfit;      // in the order of the pieces
   std::vector<std::string> warnings;  // one sentence each
 };
 

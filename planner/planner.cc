@@ -13,6 +13,7 @@
 #include "planner/global/global_plan.h"
 #include "planner/greedy/adaptive.h"
 #include "planner/greedy/greedy.h"
+#include "planner/layout/fabrication.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/shortlist_matcher.h"
 #include "planner/parallel.h"
@@ -204,6 +205,28 @@ Status add_alternatives(std::span<const StockPanel> stock, const Problem& proble
   });
 }
 
+// Of every layout, squares too: whoever asks for small pieces has them, but is told.
+void note_unfit_pieces(const PlanOptions& options, int threads, Plan& plan) {
+  constexpr std::size_t kNamed = 8;  // in the warning
+  const FabricationLimits limits{options.min_width, options.min_width * options.min_width * kHandyArea};
+  std::vector<std::optional<FabricationFault>> faults(plan.pieces.size());
+  (void)run_parallel(faults.size(), threads, {},
+                     [&](std::size_t i) { faults[i] = fault_of(plan.pieces[i].artwork_outline, limits); });
+  std::string names;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (!faults[i]) continue;
+    plan.unfit.push_back({plan.pieces[i].mark, std::string(words_for(*faults[i]))});
+    if (plan.unfit.size() > kNamed) continue;
+    names += fmt::format("{}{} {}", names.empty() ? "" : ", ", plan.unfit.back().mark, plan.unfit.back().why);
+  }
+  if (plan.unfit.empty()) return;
+  if (plan.unfit.size() > kNamed) names += fmt::format(" and {} more", plan.unfit.size() - kNamed);
+  plan.warnings.push_back(
+      fmt::format("{} pieces are thinner than {} mm or too small to be handled: {}; choose larger patches or a smaller "
+                  "--min-width-mm",
+                  plan.unfit.size(), limits.width.count(), names));
+}
+
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
@@ -290,13 +313,12 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     const Stopwatch refine_start;
     report(placed_share, "refining borders");
     refined = refine_boundaries(
-        *problem, *matcher, std::move(patches), artworks, options, threads,
+        *problem, *matcher, std::move(patches), options, threads,
         [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop);
     if (refined.stopped) {
       if (!plan.global) return cancelled();
       plan.warnings.emplace_back("borders are not refined to the end, because planning was stopped");
     }
-    std::move(refined.warnings.begin(), refined.warnings.end(), std::back_inserter(plan.warnings));
     patches = std::move(refined.patches);
     plan.refined = std::move(refined.report);
     plan.refined->seconds = refine_start.seconds();
@@ -316,6 +338,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.layouts = layouts_of(*problem, options, plan);
   for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
+  note_unfit_pieces(options, threads, plan);
   if (options.alternatives > 0) {
     if (listed.ok()) listed = add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);
     // The plan itself is whole: it is not thrown away for want of a list.

@@ -1,9 +1,6 @@
 #include "planner/boundaries/refinement.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <tuple>
 
 #include "planner/boundaries/boundary_cuts.h"
 #include "planner/boundaries/rematch.h"
@@ -15,7 +12,6 @@ namespace {
 
 constexpr int kCuts = 4;           // after wood was chosen, at most
 constexpr double kEnough = 0.002;  // share of the cost that a step must gain for another one to follow
-constexpr std::size_t kNamed = 8;  // pieces in a warning
 
 class Refiner {
  public:
@@ -27,13 +23,15 @@ class Refiner {
         threads_(threads),
         progress_(progress),
         stop_(stop),
-        limits_{options.min_width, options.min_width * options.min_width * kHandyArea},
         cuts_(problem, matcher.panels(),
-              {options.overlap, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0, limits_, threads}) {
+              {options.overlap,
+               options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+               {options.min_width, options.min_width * options.min_width * kHandyArea},
+               threads}) {
     out_.patches = std::move(placements);
   }
 
-  Refinement run(std::span<const Artwork> artworks) {
+  Refinement run() {
     out_.report.cost_before = measured(cuts_.outlines(), out_.patches);
     cost_ = out_.report.cost_before;
     const double rounds = 1 + options_.rematch;
@@ -42,7 +40,7 @@ class Refiner {
     out_.report.cost_refined = cost_;
     if (going.ok() && options_.rematch > 0) going = choose_again();
     out_.stopped = !going.ok();
-    finish(artworks);
+    finish();
     return std::move(out_);
   }
 
@@ -121,32 +119,18 @@ class Refiner {
   }
 
   // Tasks and artworks get the shapes that there are now.
-  void finish(std::span<const Artwork> artworks) {
-    std::vector<std::tuple<std::size_t, int, int, std::string>> faulty;  // in reading order
+  void finish() {
     for (std::size_t i = 0; i < problem_.queue.size(); ++i) {
       Problem::Task& task = problem_.queue[i];
       Patch& patch = problem_.artworks[task.artwork].patches[task.patch];
       patch.outline = task.match.outline = cuts_.outlines()[i];
       task.match.pixels =
           patch_pixels(patch.outline, task.match.grid, task.match.features->cols, task.match.features->rows);
-      if (const auto fault = fault_of(patch.outline, limits_))
-        faulty.emplace_back(task.artwork, patch.row, patch.column,
-                            fmt::format("{} {}", mark_of(artworks[task.artwork].letter, patch), words_for(*fault)));
     }
-    std::sort(faulty.begin(), faulty.end());
     out_.layouts = cuts_.layouts();
     for (std::size_t a = 0; a < out_.layouts.size(); ++a) out_.faces.push_back(cuts_.faces(a));
     out_.report.cost = measured(cuts_.outlines(), out_.patches);
     out_.report.segments = cuts_.curves().segments, out_.report.length = cuts_.curves().length;
-    if (faulty.empty()) return;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(kNamed, faulty.size()); ++i)
-      names += (i > 0 ? ", " : "") + std::get<3>(faulty[i]);
-    if (faulty.size() > kNamed) names += fmt::format(" and {} more", faulty.size() - kNamed);
-    out_.warnings.push_back(fmt::format(
-        "{} pieces are thinner than {} mm or too small to be handled: {}; choose larger patches or a smaller "
-        "--min-width-mm",
-        faulty.size(), limits_.width.count(), names));
   }
 
   Problem& problem_;
@@ -155,7 +139,6 @@ class Refiner {
   int threads_;
   const std::function<void(double)>& progress_;
   const std::stop_token& stop_;
-  FabricationLimits limits_;
   BoundaryCuts cuts_;
   double cost_ = 0;
   Refinement out_;
@@ -164,9 +147,9 @@ class Refiner {
 }  // namespace
 
 Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
-                             std::span<const Artwork> artworks, const PlanOptions& options, int threads,
-                             const std::function<void(double)>& progress, const std::stop_token& stop) {
-  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run(artworks);
+                             const PlanOptions& options, int threads, const std::function<void(double)>& progress,
+                             const std::stop_token& stop) {
+  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run();
 }
 
 }  // namespace veneer::planner

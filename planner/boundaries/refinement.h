@@ -28,14 +28,13 @@ struct Refinement {
   std::vector<std::vector<std::size_t>> faces;  // of each layout: the tasks of its faces, as places in the queue
   RefineReport report;
   bool stopped = false;  // before all was done: what there is, is whole
-  std::vector<std::string> warnings;
 };
 
 // Gives the queue's tasks, whose patches are rectangles or a morphed grid's cells and cover their artworks, their real
 // shapes. `placements`: one a task, on wood that `matcher` had free at its beginning. `progress` gets the share done,
 // on the calling thread. The same for any number of threads.
 Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
-                             std::span<const Artwork> artworks, const PlanOptions& options, int threads,
-                             const std::function<void(double)>& progress, const std::stop_token& stop);
+                             const PlanOptions& options, int threads, const std::function<void(double)>& progress,
+                             const std::stop_token& stop);
 
 }  // namespace veneer::planner

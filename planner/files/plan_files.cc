@@ -272,6 +272,7 @@ json mosaic_to_json(const MosaicReport& mosaic) {
           {"iterations", mosaic.iterations},
           {"mean_move_px", mosaic.mean_move_px},
           {"deviation_deg", mosaic.deviation_deg},
+          {"cell_deviation_deg", mosaic.cell_deviation_deg},
           {"straddling", mosaic.straddling},
           {"seconds", mosaic.seconds}};
 }
@@ -390,6 +391,8 @@ Result<Plan> read_plan(const std::filesystem::path& path) {
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
                            const PreviewFigures& previews) {
   const auto or_null = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
+  json unfit = json::array();
+  for (const UnfitPiece& piece : plan.unfit) unfit.push_back({{"piece", piece.mark}, {"why", piece.why}});
   const json out{{"schema_version", kSchemaVersion},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
@@ -405,6 +408,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                    {"refine", plan.seconds.refine},
                    {"total", seconds.total}}},
                  {"warnings", plan.warnings},
+                 {"unfit", std::move(unfit)},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"mosaic", plan.mosaic ? mosaic_to_json(*plan.mosaic) : json()},
                  {"morph", plan.morph ? morph_to_json(*plan.morph) : json()},

@@ -18,6 +18,16 @@ double rounding_of(const Ring<ArtworkFrame>& outline) {
   return around.count() * 0.00071;
 }
 
+bool is_level_rectangle(const Ring<ArtworkFrame>& outline) {
+  if (outline.size() != 4) return false;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto &a = outline[i], &b = outline[(i + 1) % 4];
+    const bool level = i % 2 == (outline[0].y == outline[1].y ? 0U : 1U);
+    if (level ? a.y != b.y : a.x != b.x) return false;
+  }
+  return signed_area(outline) > 0;
+}
+
 }  // namespace
 
 std::string_view words_for(FabricationFault fault) {
@@ -36,6 +46,12 @@ std::string_view words_for(FabricationFault fault) {
 
 std::optional<FabricationFault> fault_of(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits,
                                          std::vector<Point<ArtworkFrame>>* places) {
+  if (is_level_rectangle(outline)) {  // whose sides say it all: no offsets are needed for a grid's thousands
+    const Box<ArtworkFrame> box = bounds(outline);
+    if (box.width() * box.height() < limits.area) return FabricationFault::kTooSmall;
+    if (std::min(box.width(), box.height()) < limits.width) return FabricationFault::kThin;
+    return std::nullopt;
+  }
   const Region<ArtworkFrame> piece(outline);
   // A ring that crosses itself encloses some area twice or the wrong way round.
   constexpr SquareMillimetres kRounding{0.01};

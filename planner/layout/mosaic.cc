@@ -49,23 +49,32 @@ double turn_between(double a, double b) {
   return turn * 180 / std::numbers::pi;
 }
 
-double median_deviation(const VoronoiDiagram& diagram, const cv::Mat& angle) {
+// The field's mean over each label, up to quarter turns.
+std::vector<double> mean_angles(const cv::Mat& labels, std::size_t count, const cv::Mat& angle) {
   struct Mean {
     double cos = 0, sin = 0;
   };
-  std::vector<Mean> means(diagram.sites.size());
+  std::vector<Mean> means(count);
   for (int r = 0; r < angle.rows; ++r)
     for (int c = 0; c < angle.cols; ++c) {
       const auto four = 4 * static_cast<double>(angle.at<float>(r, c));
-      Mean& mean = means[static_cast<std::size_t>(diagram.labels.at<int>(r, c))];
+      Mean& mean = means[static_cast<std::size_t>(labels.at<int>(r, c))];
       mean.cos += std::cos(four), mean.sin += std::sin(four);
     }
+  std::vector<double> out;
+  for (const Mean& mean : means) out.push_back(std::atan2(mean.sin, mean.cos) / 4);
+  return out;
+}
+
+// How far the field turns within tiles.
+double median_deviation(const VoronoiDiagram& diagram, const cv::Mat& angle) {
+  const std::vector<double> means = mean_angles(diagram.labels, diagram.sites.size(), angle);
   std::vector<double> out;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const PlanePoint& p = diagram.sites[i];
     const float own = angle.at<float>(std::clamp(static_cast<int>(p.y), 0, angle.rows - 1),
                                       std::clamp(static_cast<int>(p.x), 0, angle.cols - 1));
-    out.push_back(turn_between(static_cast<double>(own), std::atan2(means[i].sin, means[i].cos) / 4));
+    out.push_back(turn_between(static_cast<double>(own), means[i]));
   }
   return median(std::move(out));
 }
@@ -116,6 +125,29 @@ cv::Mat tile_sizes(const cv::Mat& detail, int count, double ratio) {
   return out * std::sqrt(tiles / std::max(1, count));
 }
 
+double cell_deviation(const cv::Mat& labels, const cv::Mat& angle) {
+  cv::Mat cells = labels.clone();
+  const auto count = static_cast<std::size_t>(number_regions(cells));
+  // The corners of the pixels that a cell begins and ends with in each row have the same rectangle as all of them.
+  std::vector<std::vector<cv::Point2f>> corners(count);
+  for (int r = 0; r < cells.rows; ++r)
+    for (int c = 0; c < cells.cols; ++c) {
+      const int here = cells.at<int>(r, c);
+      const auto i = static_cast<std::size_t>(here);
+      const auto x = static_cast<float>(c), y = static_cast<float>(r);
+      if (c == 0 || cells.at<int>(r, c - 1) != here) corners[i].insert(corners[i].end(), {{x, y}, {x, y + 1}});
+      if (c + 1 == cells.cols || cells.at<int>(r, c + 1) != here)
+        corners[i].insert(corners[i].end(), {{x + 1, y}, {x + 1, y + 1}});
+    }
+  const std::vector<double> means = mean_angles(cells, count, angle);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double turned = static_cast<double>(cv::minAreaRect(corners[i]).angle) * std::numbers::pi / 180;
+    out.push_back(turn_between(turned, means[i]));
+  }
+  return median(std::move(out));
+}
+
 Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const MosaicOptions& options,
                                  const std::stop_token& stop) {
   const double tile = std::sqrt(static_cast<double>(bgr.total()) / std::max(1, options.count));
@@ -146,6 +178,7 @@ Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const 
   out.labels = diagram->labels;
   // Cells end at the edges that cut them through, and hang together.
   absorb_stray_parts(out.labels, edges);
+  out.figures.cell_deviation_deg = cell_deviation(out.labels, field.angle);
   out.figures.straddling = straddling_share(out.labels, edges);
   return out;
 }

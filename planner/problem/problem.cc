@@ -184,6 +184,7 @@ void note_figures(const MosaicFigures& figures, double seconds, std::optional<Mo
   all.iterations = std::max(all.iterations, figures.iterations);
   all.mean_move_px = std::max(all.mean_move_px, figures.mean_move_px);
   all.deviation_deg = std::max(all.deviation_deg, figures.deviation_deg);
+  all.cell_deviation_deg = std::max(all.cell_deviation_deg, figures.cell_deviation_deg);
   all.straddling = std::max(all.straddling, figures.straddling);
 }
 

@@ -1,5 +1,6 @@
 #include "planner/plan.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -25,6 +26,11 @@ using test::blob_artwork;
 using test::planned;
 using test::small_options;
 using test::wood_panel;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string error_of(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
                      const PlanOptions& options) {
@@ -321,6 +327,24 @@ double cost_of_picture(const cv::Mat& preview, const Artwork& artwork, const std
       sum += options.w_intensity * options.w_intensity * di * di + options.w_edge * options.w_edge * de * de;
     }
   return sum;
+}
+
+TEST(Plan, NamesSquaresThatAreTooSmallToBeHandledAndPlansThem) {
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 91)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 5_mm, 92)};
+  PlanOptions options = small_options();
+  options.patch = 1.6667_mm, options.min_width = 1.5_mm;  // 2.8 mm2, where 4 are the least
+  const Plan small = planned(artworks, stock, options);
+  ASSERT_EQ(small.unfit.size(), 9U);
+  EXPECT_EQ(small.unfit.front().mark, "A1-1");
+  EXPECT_EQ(small.unfit.front().why, "is too small to be handled");
+  EXPECT_EQ(unfilled(small), 0U);
+  EXPECT_THAT(small.warnings, Contains(AllOf(HasSubstr("9 pieces"), HasSubstr("A1-1 is too small to be handled"),
+                                             HasSubstr("and 1 more"), HasSubstr("choose larger patches"))));
+  options.patch = 2.5_mm;
+  const Plan large = planned(artworks, stock, options);
+  EXPECT_TRUE(large.unfit.empty());
+  EXPECT_THAT(large.warnings, Each(Not(HasSubstr("handled"))));
 }
 
 TEST(Preview, CostsWhatItsPixelsMeasureSeamsIncluded) {

@@ -51,7 +51,9 @@ TEST(Schemas, SayWhatIsAskedForBesides) {
   PlanOptions options = coarse_options();
   options.patch = 4_mm, options.alternatives = 3, options.fine_rotation = true, options.adaptive_levels = 1;
   options.optimize = Optimize::kGlobal, options.optimize_iterations = 500;
+  options.min_width = 6_mm;
   const Plan plan = planned(options, 20_mm);
+  ASSERT_FALSE(plan.unfit.empty());
   ASSERT_TRUE(plan.global && plan.fine);
   ASSERT_TRUE(std::any_of(plan.pieces.begin(), plan.pieces.end(),
                           [](const Piece& piece) { return !piece.alternatives.empty(); }));

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -239,6 +240,32 @@ TEST(TileSizes, FillTheRasterAndAreSmallWhereDetailIs) {
     for (int c = 0; c < size.cols; ++c) tiles += 1 / std::pow(static_cast<double>(size.at<float>(r, c)), 2);
   EXPECT_NEAR(tiles, 80, 0.1);
   EXPECT_GT(size.at<float>(100, 290), 1.3F * size.at<float>(100, 10));
+}
+
+// Squares of 20 pixels, side by side along lines that are turned by so many degrees.
+cv::Mat turned_squares(cv::Size size, double degrees) {
+  const double cos = std::cos(degrees * std::numbers::pi / 180), sin = std::sin(degrees * std::numbers::pi / 180);
+  cv::Mat out(size, CV_32SC1);
+  for (int r = 0; r < size.height; ++r)
+    for (int c = 0; c < size.width; ++c) {
+      const int u = static_cast<int>(std::floor((c * cos + r * sin) / 20)) + 100,
+                v = static_cast<int>(std::floor((r * cos - c * sin) / 20)) + 100;
+      out.at<int>(r, c) = u * 1000 + v;
+    }
+  return out;
+}
+
+TEST(Mosaic, SaysHowFarCellsAreTurnedFromTheField) {
+  const cv::Size size(400, 400);
+  const auto field = [&](double degrees) {
+    return cv::Mat(size, CV_32FC1, cv::Scalar(degrees * std::numbers::pi / 180));
+  };
+  for (const double turned : {0.0, 10.0, 30.0, 45.0}) {
+    EXPECT_NEAR(cell_deviation(turned_squares(size, turned), field(turned)), 0, 2) << turned;
+    EXPECT_NEAR(cell_deviation(turned_squares(size, turned), field(turned + 90)), 0, 2) << turned;
+    EXPECT_NEAR(cell_deviation(turned_squares(size, turned), field(turned - 20)), 20, 2) << turned;
+    EXPECT_NEAR(cell_deviation(turned_squares(size, turned), field(turned + 50)), 40, 2) << turned;
+  }
 }
 
 TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
