@@ -22,10 +22,10 @@ Result<CalibrationPattern> pattern_in(const Box<MachineFrame>& area) {
 
 Result<calib::GridScan> read_grid_scan(const ReadGridScan& order, const std::filesystem::path& /*folder*/,
                                        const TaskProgress& progress) {
-  const auto picture = planner::load_picture(order.file);
+  const auto picture = planner::load_scan(order.file);
   if (!picture) return picture.error();
   progress(0.55, "looking for tags");
-  auto seen = calib::grid_scan(*picture, order.nominal);
+  auto seen = calib::grid_scan(picture->pixels, order.nominal);
   if (seen.tags.empty())
     return Error{ErrorCode::kRefused,
                  "the AprilGrid sheet is not on the glass: lay it there, print down, and try again"};
@@ -79,21 +79,22 @@ Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesyste
 
 Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& /*folder*/,
                               const TaskProgress& progress) {
-  const auto picture = planner::load_picture(order.file);
+  const auto picture = planner::load_scan(order.file);
   if (!picture) return picture.error();
   Calibration calibration;
   calibration.scan_size = order.scan_size;
-  if (const Status same = require_scan_size(calibration, picture->cols, picture->rows); !same) return same.error();
+  if (const Status same = require_scan_size(calibration, picture->pixels.cols, picture->pixels.rows); !same)
+    return same.error();
   const auto burnt = pattern_in(order.area);
   if (!burnt) return burnt.error();
   progress(0.7, "measuring the kerf");
   // The true resolution: how many pixels the scanner really has for a millimetre in the middle of the glass.
   const calib::ScannerModel scanner(order.scanner);
-  const double cx = picture->cols / 2.0, cy = picture->rows / 2.0;
+  const double cx = picture->pixels.cols / 2.0, cy = picture->pixels.rows / 2.0;
   const auto a = scanner.glass_from_scan(point<ScanFrame>(cx - 500, cy - 500), order.nominal);
   const auto b = scanner.glass_from_scan(point<ScanFrame>(cx + 500, cy + 500), order.nominal);
   const ScanResolution resolution{std::hypot(1000.0, 1000.0) / distance(a, b).count()};
-  const auto measured = calib::measure_kerf(*picture, resolution, burnt->kerf_lines);
+  const auto measured = calib::measure_kerf(picture->pixels, resolution, burnt->kerf_lines);
   if (!measured) return measured.error();
   return Fit{to_payload(*measured), measured->spread};
 }

@@ -125,6 +125,31 @@ void judge_hairs(const std::vector<calib::HairOnGlass>& hairs, std::vector<ScanW
 
 }  // namespace
 
+Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, double dpi_x, double dpi_y,
+                                                      ScanResolution configured) {
+  constexpr double kDoubted = 0.002, kRefused = 0.05;
+  const auto means_nothing = [](double dpi) {
+    constexpr double kScreens[] = {72, 96}, kRounding = 0.5, kLeast = 10;
+    return dpi < kLeast ||
+           std::ranges::any_of(kScreens, [&](double usual) { return std::abs(dpi - usual) < kRounding; });
+  };
+  if (dpi_x <= 0) dpi_x = dpi_y;
+  if (dpi_y <= 0) dpi_y = dpi_x;
+  if (means_nothing(dpi_x) && means_nothing(dpi_y)) return std::vector<ScanWarning>{};
+  const double wanted = configured.dpi(), off = std::max(std::abs(dpi_x / wanted - 1), std::abs(dpi_y / wanted - 1));
+  if (off <= kDoubted) return std::vector<ScanWarning>{};
+  const auto number = [](double dpi) { return fmt::format("{:g}", std::round(dpi * 10) / 10); };
+  const std::string said = std::abs(dpi_x / dpi_y - 1) <= kDoubted
+                               ? number(dpi_x) + " dpi"
+                               : fmt::format("{} dpi along x and {} along y", number(dpi_x), number(dpi_y));
+  const std::string told = fmt::format(
+      "the file of {} says {}, but the scanner is configured for {} dpi: scan at {} dpi, or set `dpi` under "
+      "[scanner] to what the scanner makes and calibrate it anew",
+      scan, said, number(wanted), number(wanted));
+  if (off > kRefused) return Error{ErrorCode::kRefused, told};
+  return std::vector<ScanWarning>{{"dpi", told}};
+}
+
 bool is_unproven(const ScanWarning& warning) { return warning.name.starts_with(kUnproven); }
 
 std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "base/units.h"
 #include "calib/registration.h"
 #include "calib/veneer_mask.h"
@@ -15,6 +16,11 @@ struct ScanWarning {
   std::string name, text;
   friend bool operator==(const ScanWarning&, const ScanWarning&) = default;
 };
+
+// dpi: the scan's file says another resolution than the configuration (0.2 %). What says nothing, or what programs
+// write that know nothing (72 and 96), is no doubt. kRefused where the two are not the same setting at all (5 %).
+Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, double dpi_x, double dpi_y,
+                                                      ScanResolution configured);
 
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);

@@ -10,6 +10,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
                                    earlier_map, earlier_mask, gone, held, suspects, retag)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanView, tile, warnings)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
                                    suspects_gone, lost, gained, warnings, new_tags, left_out)
 

@@ -173,13 +173,15 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
       .dump();
 }
 
-Result<calib::TileView> view_scan(const ViewScan& order, const std::filesystem::path& folder,
-                                  const TaskProgress& progress) {
-  auto picture = planner::load_picture(order.file);
+Result<ScanView> view_scan(const ViewScan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
+  auto picture = planner::load_scan(order.file);
   if (!picture) return picture.error();
-  if (const Status written = write_stored_picture(*picture, folder / kMadeScan); !written) return written.error();
+  auto doubts = doubts_of_resolution(order.name, picture->dpi_x, picture->dpi_y, order.nominal);
+  if (!doubts) return doubts.error();
+  if (const Status written = write_stored_picture(picture->pixels, folder / kMadeScan); !written)
+    return written.error();
   progress(0.4, "looking for tags and holes");
-  return calib::view_tile(*picture, order.nominal, order.name);
+  return ScanView{calib::view_tile(picture->pixels, order.nominal, order.name), *std::move(doubts)};
 }
 
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,

@@ -31,9 +31,12 @@ struct ViewScan {
 };
 // What an answer leaves in the work's folder; a picture as the cell stores it.
 inline constexpr const char *kMadeScan = "scan.png", *kMadeMap = "map.png", *kMadeMask = "mask.png";
-// The scan becomes kMadeScan.
-Result<calib::TileView> view_scan(const ViewScan& order, const std::filesystem::path& folder,
-                                  const TaskProgress& progress);
+struct ScanView {
+  calib::TileView tile;
+  std::vector<ScanWarning> warnings;  // of this scan alone
+};
+// The scan becomes kMadeScan, its pixels as they lie on the glass.
+Result<ScanView> view_scan(const ViewScan& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
 // All tiles of one face, registered; of a show face also the veneer map and its mask (kMadeMap, kMadeMask), its zones,
 // and how it differs from what the ledger says.

@@ -123,15 +123,15 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
   if (!folder) return folder.error();
   WorkOrder look = order(ViewScan::kKind, "looking at the scan", *folder);
   look.readable = {scan->file};
-  auto view = have_done<calib::TileView>(workers_, std::move(look),
-                                         ViewScan{scan->file.string(), scan->device, scan->nominal}, progress, stop);
+  auto view = have_done<ScanView>(workers_, std::move(look), ViewScan{scan->file.string(), scan->device, scan->nominal},
+                                  progress, stop);
   if (!view) return view.error();
-  if (view->tags.empty())
+  if (view->tile.tags.empty())
     return Error{ErrorCode::kRefused,
                  "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
   // Tiles of the other face that were never finished belong to nothing.
   if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
-  tiles_.push_back({std::move(*folder), scan->device, scan->make, std::move(*view)});
+  tiles_.push_back({std::move(*folder), scan->device, scan->make, std::move(view->tile), std::move(view->warnings)});
   if (request.more) {
     ScanOutcome outcome;
     outcome.tiles = tiles_.size();
@@ -314,6 +314,11 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
                  "tags can be added to a face that is known already: scan it without --retag, its tags are all new"};
   auto read = have_done<PanelRead>(workers_, std::move(work), *wanted, progress, stop);
   if (!read) return read.error();
+  // Of several tiles that are doubted for one thing the first one is told.
+  for (const Tile& tile : tiles_)
+    for (const ScanWarning& warning : tile.warnings)
+      if (std::ranges::find(read->warnings, warning.name, &ScanWarning::name) == read->warnings.end())
+        read->warnings.push_back(warning);
   if (!can_be(*read, tiles_.size(), known->suspects.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "noting what was seen");

@@ -54,6 +54,7 @@ class ScanService {
     WorkFolder folder;  // holds the picture, kMadeScan
     std::string device, make;
     calib::TileView view;
+    std::vector<ScanWarning> warnings;
   };
   // What the database knows of the sheet on the glass.
   struct Known {

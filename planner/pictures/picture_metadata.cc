@@ -15,6 +15,8 @@ using std::string_view_literals::operator""sv;
 constexpr std::size_t kLargestProfile = 16 << 20;
 constexpr std::uint16_t kWidthTag = 0x0100, kHeightTag = 0x0101;
 constexpr std::uint16_t kOrientationTag = 0x0112, kProfileTag = 0x8773;
+constexpr std::uint16_t kResolutionXTag = 0x011A, kResolutionYTag = 0x011B, kResolutionUnitTag = 0x0128;
+constexpr double kMmPerInch = 25.4;
 
 bool starts_with(std::string_view bytes, std::string_view head) { return bytes.substr(0, head.size()) == head; }
 
@@ -29,6 +31,14 @@ std::optional<std::uint32_t> number_at(std::string_view bytes, std::size_t at, s
   return value;
 }
 
+// A fraction of two whole numbers, whose place is noted at `entry`; 0: none.
+double fraction_at(std::string_view tiff, std::size_t entry, bool big) {
+  const auto at = number_at(tiff, entry + 8, 4, big);
+  if (!at) return 0;
+  const auto over = number_at(tiff, *at, 4, big), under = number_at(tiff, std::size_t{*at} + 4, 4, big);
+  return over && under && *under != 0 ? static_cast<double>(*over) / *under : 0;
+}
+
 // TIFF files and EXIF blocks share one structure: a directory of tagged values.
 PictureMetadata from_tiff(std::string_view tiff) {
   PictureMetadata out;
@@ -37,6 +47,7 @@ PictureMetadata from_tiff(std::string_view tiff) {
   const auto directory = number_at(tiff, 4, 4, big);
   if (!directory) return out;
   const auto entries = number_at(tiff, *directory, 2, big);
+  double inches_per_unit = 1;
   for (std::uint32_t i = 0; entries && i < *entries; ++i) {
     const std::size_t entry = static_cast<std::size_t>(*directory) + 2 + std::size_t{12} * i;
     const auto tag = number_at(tiff, entry, 2, big), count = number_at(tiff, entry + 4, 4, big);
@@ -49,21 +60,33 @@ PictureMetadata from_tiff(std::string_view tiff) {
     } else if (*tag == kOrientationTag) {
       const auto value = number_at(tiff, entry + 8, 2, big);
       if (value && *value >= 1 && *value <= 8) out.orientation = static_cast<int>(*value);
+    } else if (*tag == kResolutionXTag) {
+      out.dpi_x = fraction_at(tiff, entry, big);
+    } else if (*tag == kResolutionYTag) {
+      out.dpi_y = fraction_at(tiff, entry, big);
+    } else if (*tag == kResolutionUnitTag) {
+      constexpr std::uint32_t kInch = 2, kCentimetre = 3;
+      const auto unit = number_at(tiff, entry + 8, 2, big);
+      inches_per_unit = unit == kCentimetre ? kMmPerInch / 10 : unit == kInch ? 1 : 0;
     } else if (*tag == kProfileTag && *count > 4) {
       const auto at = number_at(tiff, entry + 8, 4, big);
       if (at && *at < tiff.size() && *count <= tiff.size() - *at) out.icc_profile = tiff.substr(*at, *count);
     }
   }
+  out.dpi_x *= inches_per_unit, out.dpi_y *= inches_per_unit;
   return out;
 }
 
-int orientation_of_exif(std::string_view exif) {
+void read_exif(std::string_view exif, PictureMetadata& out) {
   constexpr auto kHead = "Exif\0\0"sv;
-  return from_tiff(starts_with(exif, kHead) ? exif.substr(kHead.size()) : exif).orientation;
+  const PictureMetadata said = from_tiff(starts_with(exif, kHead) ? exif.substr(kHead.size()) : exif);
+  out.orientation = said.orientation;
+  // Where the format itself says it, that is what the program that wrote the file last meant.
+  if (out.dpi_x == 0 && out.dpi_y == 0) out.dpi_x = said.dpi_x, out.dpi_y = said.dpi_y;
 }
 
 PictureMetadata from_jpeg(std::string_view bytes) {
-  constexpr auto kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv;
+  constexpr auto kJfif = "JFIF\0"sv, kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv;
   PictureMetadata out;
   std::map<std::uint8_t, std::string_view> parts;  // a profile may be spread over several segments
   for (std::size_t at = 2; at + 4 <= bytes.size();) {
@@ -85,7 +108,14 @@ PictureMetadata from_jpeg(std::string_view bytes) {
       out.height = number_at(body, 1, 2, true).value_or(0);
       out.width = number_at(body, 3, 2, true).value_or(0);
     }
-    if (marker == 0xE1 && starts_with(body, kExif)) out.orientation = orientation_of_exif(body);
+    if (marker == 0xE0 && starts_with(body, kJfif)) {
+      constexpr std::uint32_t kPerInch = 1, kPerCentimetre = 2;
+      const auto unit = number_at(body, 7, 1, true);
+      const double inches = unit == kPerInch ? 1 : unit == kPerCentimetre ? kMmPerInch / 10 : 0;
+      out.dpi_x = number_at(body, 8, 2, true).value_or(0) * inches;
+      out.dpi_y = number_at(body, 10, 2, true).value_or(0) * inches;
+    }
+    if (marker == 0xE1 && starts_with(body, kExif)) read_exif(body, out);
     if (marker == 0xE2 && starts_with(body, kProfile) && body.size() > kProfile.size() + 2)
       parts[static_cast<std::uint8_t>(body[kProfile.size()])] = body.substr(kProfile.size() + 2);
     at += 2 + *length;
@@ -121,7 +151,11 @@ PictureMetadata from_png(std::string_view bytes) {
     const auto length = number_at(bytes, at, 4, true);
     if (!length || *length > bytes.size() - at - 12) break;
     const std::string_view kind = bytes.substr(at + 4, 4), body = bytes.substr(at + 8, *length);
-    if (kind == "eXIf") out.orientation = orientation_of_exif(body);
+    if (kind == "pHYs" && number_at(body, 8, 1, true) == 1U) {  // for a metre
+      out.dpi_x = number_at(body, 0, 4, true).value_or(0) * kMmPerInch / 1000;
+      out.dpi_y = number_at(body, 4, 4, true).value_or(0) * kMmPerInch / 1000;
+    }
+    if (kind == "eXIf") read_exif(body, out);
     if (kind == "iCCP") {
       const std::size_t name = body.find('\0');  // then one byte for the method, which is always zlib's
       if (name != std::string_view::npos && name + 2 <= body.size()) out.icc_profile = inflated(body.substr(name + 2));
@@ -137,7 +171,7 @@ PictureMetadata from_webp(std::string_view bytes) {
     const auto length = number_at(bytes, at + 4, 4, false);
     if (!length || *length > bytes.size() - at - 8) break;
     const std::string_view kind = bytes.substr(at, 4), body = bytes.substr(at + 8, *length);
-    if (kind == "EXIF") out.orientation = orientation_of_exif(body);
+    if (kind == "EXIF") read_exif(body, out);
     if (kind == "ICCP") out.icc_profile = body;
     at += std::size_t{8} + *length + *length % 2;
   }
@@ -152,6 +186,8 @@ PictureMetadata from_bmp(std::string_view bytes) {
   };
   out.width = side(18);
   out.height = side(22);
+  out.dpi_x = number_at(bytes, 38, 4, false).value_or(0) * kMmPerInch / 1000;
+  out.dpi_y = number_at(bytes, 42, 4, false).value_or(0) * kMmPerInch / 1000;
   return out;
 }
 

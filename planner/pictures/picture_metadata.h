@@ -16,7 +16,8 @@ struct PictureMetadata {
   int orientation = 1;                 // EXIF's, 1 to 8: how the stored pixels must be turned to stand upright
   std::string icc_profile;             // what the numbers mean; empty: not said
   std::int64_t width = 0, height = 0;  // as stored, of JPEG, PNG, TIFF and BMP; 0: not said
-  bool cut_short = false;              // a JPEG without an end, which decoders would fill up with grey
+  double dpi_x = 0, dpi_y = 0;  // pixels for an inch of what was scanned, of JPEG, PNG, TIFF and BMP; 0: not said
+  bool cut_short = false;       // a JPEG without an end, which decoders would fill up with grey
 };
 
 PictureMetadata picture_metadata(std::string_view bytes);

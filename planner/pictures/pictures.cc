@@ -142,28 +142,49 @@ Status check_size(const PictureMetadata& metadata, const std::string& name) {
                            metadata.width, metadata.height, kMostPixels / 1'000'000)};
 }
 
-}  // namespace
+// The turn that undoes another, both as EXIF numbers them: a quarter to the left and one to the right undo each other.
+int undone(int orientation) { return orientation == 6 ? 8 : orientation == 8 ? 6 : orientation; }
 
-Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
+enum class NotedTurn { kCarriedOut, kLeftAlone };
+
+Result<cv::Mat> decode(std::string_view bytes, const std::string& name, NotedTurn turn, PictureMetadata metadata) {
   if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, fmt::format("{} is empty", name)};
   try {
-    PictureMetadata metadata = picture_metadata(bytes);
     const PictureFormat format = picture_format(bytes);
     if (const Status size = check_size(metadata, name); !size) return size.error();
     if (metadata.cut_short) return not_a_picture(name, bytes);
     const auto stored = read_stored(bytes);
     if (!stored) return not_a_picture(name, bytes);
-    if (stored->inks) return turned_upright(inks_to_srgb(stored->pixels, metadata.icc_profile), metadata.orientation);
-    if (format == PictureFormat::kTiff) metadata.orientation = 1;  // OpenCV turns TIFF files itself
+    // OpenCV turns TIFF files itself.
+    const bool turned = !stored->inks && format == PictureFormat::kTiff;
+    int orientation = metadata.orientation;
+    if (turn == NotedTurn::kCarriedOut && turned) orientation = 1;
+    if (turn == NotedTurn::kLeftAlone) orientation = turned ? undone(orientation) : 1;
+    if (stored->inks) return turned_upright(inks_to_srgb(stored->pixels, metadata.icc_profile), orientation);
     const auto colour = to_opaque_bgr(stored->pixels, format, metadata.icc_profile);
     if (!colour) return not_a_picture(name, bytes);
-    return turned_upright(*colour, metadata.orientation);
+    return turned_upright(*colour, orientation);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("there is not enough memory for the picture {}: make it smaller", name)};
   } catch (const std::exception&) {  // OpenCV's
     return not_a_picture(name, bytes);
   }
+}
+
+}  // namespace
+
+Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
+  return decode(bytes, name, NotedTurn::kCarriedOut, picture_metadata(bytes));
+}
+
+Result<ScannedPicture> load_scan(const std::filesystem::path& path) {
+  const Result<std::string> bytes = read_bytes(path);
+  if (!bytes.ok()) return bytes.error();
+  const PictureMetadata metadata = picture_metadata(*bytes);
+  auto pixels = decode(*bytes, path.string(), NotedTurn::kLeftAlone, metadata);
+  if (!pixels) return pixels.error();
+  return ScannedPicture{*std::move(pixels), metadata.dpi_x, metadata.dpi_y};
 }
 
 Result<cv::Mat> load_picture(const std::filesystem::path& path) {

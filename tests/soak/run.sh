@@ -24,6 +24,8 @@
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
+#   reconcile    200 panels of every board, wood and lid, scanned before and after something was done to each strip; also as
+#                reconcile.json. Fails: wood is told from board and lid by its warmth still
 #   sights       400 cells of the workshop calibrated without pictures, and panels looked for on their beds; also as sights.json
 #   properties   every test that draws its inputs, with 2000 cases per property
 #   demo         five demos
@@ -103,6 +105,9 @@ show_table=1 campaign "plan-stop/together" "$seed" "$build/bin/veneer-soak-plan-
 seed=$(fresh_seed)
 show_table=1 campaign "eyes/boards" "$seed" "$build/bin/veneer-soak-eyes" --seed "$seed" \
   --out "$(dirname "$out")/eyes.json"
+seed=$(fresh_seed)
+show_table=1 campaign "reconcile/fates" "$seed" "$build/bin/veneer-soak-fates" --seed "$seed" \
+  --out "$(dirname "$out")/reconcile.json"
 seed=$(fresh_seed)
 show_table=1 campaign "sights/workshop" "$seed" "$build/bin/veneer-soak-sights" --first "$seed" --seeds 400 \
   --out "$(dirname "$out")/sights.json"

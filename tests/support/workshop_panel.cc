@@ -13,6 +13,11 @@
 namespace veneer::workshop {
 namespace {
 
+cv::Vec3f colour_of(Lid lid) {
+  if (lid == Lid::kGrey) return rgb(131, 130, 128);
+  return lid == Lid::kBlack ? rgb(24, 24, 25) : rgb(239, 238, 236);
+}
+
 class Painter {
  public:
   Painter(Panel& panel, const Order& order) : panel_(panel), order_(order), random_(order.seed * 7919 + 17) {
@@ -20,7 +25,8 @@ class Painter {
     size_ = {static_cast<int>(std::lround(order.width * px_)), static_cast<int>(std::lround(order.height * px_))};
     panel_.width = size_.width / px_, panel_.height = size_.height / px_;
     picture_ = paint_board(order.board % kBoards, size_, px_, random_, panel_.board);
-    lid_ = rgb(239, 238, 236) * static_cast<float>(random_.uniform(0.97, 1.03));
+    lid_ = colour_of(order.lid) * static_cast<float>(random_.uniform(0.97, 1.03));
+    board_ = picture_.clone();
     panel_.matter = cv::Mat(size_, CV_8UC1, cv::Scalar(static_cast<int>(Matter::kBoard)));
     panel_.strip = cv::Mat::zeros(size_, CV_8UC1);
     panel_.fault = cv::Mat::zeros(size_, CV_16UC1);
@@ -33,9 +39,14 @@ class Painter {
     if (order_.faults)
       for (int i = 1; i <= static_cast<int>(panel_.strips.size()); ++i) damage(i);
     mark();
+    cv::RNG random(order_.seed * 15'485'863 + 3);
+    for (const Deed& deed : order_.deeds) do_to_sheet(deed, random);
   }
 
-  void scan() { scan_sheet({picture_, px_, lid_}, order_, random_, panel_); }
+  void scan() {
+    if (order_.rescan != 0) random_ = cv::RNG(order_.seed * 32'452'843 + order_.rescan);
+    scan_sheet({picture_, px_, lid_}, order_, random_, panel_);
+  }
 
  private:
   cv::Point2d pixel(const cv::Point2d& mm) const { return {mm.x * px_, size_.height - mm.y * px_}; }
@@ -206,11 +217,49 @@ class Painter {
       screw(strip, {random_.uniform(left + 6, right - 6), random_.uniform(low + 7, high - 7)});
   }
 
+  // The beam chars what it leaves, and its smoke lies around it.
+  void do_to_sheet(const Deed& deed, cv::RNG& random) {
+    const double kerf = random.uniform(0.15, 0.3), charred = random.uniform(0.05, 0.2), smoked = 1.0;
+    const auto dark = static_cast<float>(random.uniform(0.5, 0.8)),
+               smoke = static_cast<float>(random.uniform(0.0, 0.12));
+    const int reach = static_cast<int>(std::ceil((smoked + 1) * px_));
+    cv::Rect box = cv::boundingRect(polygon(deed.outline, 0));
+    box = cv::Rect(box.x - reach, box.y - reach, box.width + 2 * reach, box.height + 2 * reach) & cv::Rect({}, size_);
+    cv::Mat all = cv::Mat::zeros(size_, CV_8UC1), depth, outside;
+    cv::fillPoly(all, std::vector<std::vector<cv::Point>>{polygon(deed.outline)}, cv::Scalar(255), cv::LINE_8, 4);
+    cv::Mat inside = all(box), picture = picture_(box), matter = panel_.matter(box);
+    if (deed.kind == DeedKind::kTorn) {
+      board_(box).copyTo(picture, inside);
+      matter.setTo(static_cast<int>(Matter::kBoard), inside);
+      return;
+    }
+    if (deed.kind == DeedKind::kHanging) {
+      cv::distanceTransform(inside, depth, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+      inside.setTo(0, depth > kerf * px_);
+    }
+    cv::distanceTransform(inside == 0, outside, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    for (int r = 0; r < box.height; ++r)
+      for (int c = 0; c < box.width; ++c) {
+        const double away = outside.at<float>(r, c) / px_;
+        if (away > 0 && away <= smoked)
+          picture.at<cv::Vec3f>(r, c) *=
+              (away < charred ? dark : 1) * static_cast<float>(1 - smoke * (1 - away / smoked));
+      }
+    picture.setTo(cv::Scalar(lid_[0], lid_[1], lid_[2]), inside);
+    matter.setTo(static_cast<int>(Matter::kLid), inside);
+  }
+
   // Tags and through-holes in the rim.
   void mark() {
     const auto tag = [&](int id, double x, double y) {
       const rendered::TagCells cells = rendered::tag_cells(id);
       const double side = 14, cell = side / 8, turn = random_.uniform(-3.0, 3.0) * kPi / 180;
+      calib::PanelTag& glued = panel_.fiducials.tags.emplace_back();
+      glued.id = id, glued.face = Face::kShow;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double a = turn + (2 * static_cast<double>(k) + 5) * kPi / 4, reach = side / std::sqrt(2.0);
+        glued.corners.at(k) = point<PanelFrame>(x + reach * std::cos(a), y + reach * std::sin(a));
+      }
       around({x, y}, side, [&](cv::Point at, const cv::Point2d& off, double) {
         const double u = (off.x * std::cos(turn) + off.y * std::sin(turn)) / cell + 5,
                      v = 5 - (-off.x * std::sin(turn) + off.y * std::cos(turn)) / cell;
@@ -226,13 +275,15 @@ class Painter {
     tag(first, 20 + about(), edge), tag(first + 1, w * 0.62 + about(), edge), tag(first + 2, edge, h * 0.45 + about());
     tag(first + 3, w - edge, h * 0.66 + about()), tag(first + 4, w * 0.3 + about(), h - edge);
     tag(first + 5, w - 22 + about(), h - edge);
-    for (const cv::Point2d& hole :
-         {cv::Point2d(w * 0.4, 9), cv::Point2d(w - 9, h * 0.3), cv::Point2d(w * 0.55, h - 8), cv::Point2d(9, h * 0.8)})
+    for (const cv::Point2d& hole : {cv::Point2d(w * 0.4, 9), cv::Point2d(w - 9, h * 0.3), cv::Point2d(w * 0.55, h - 8),
+                                    cv::Point2d(9, h * 0.8)}) {
+      panel_.fiducials.holes.push_back({point<PanelFrame>(hole.x, hole.y), Millimetres(6)});
       around(hole, 3, [&](cv::Point at, const cv::Point2d&, double d) {
         if (d > 3) return;
         picture_.at<cv::Vec3f>(at) = lid_;
         panel_.matter.at<std::uint8_t>(at) = static_cast<std::uint8_t>(Matter::kLid);
       });
+    }
   }
 
   Panel& panel_;
@@ -241,6 +292,7 @@ class Painter {
   double px_ = 0;
   cv::Size size_;
   cv::Mat picture_;  // CV_32FC3
+  cv::Mat board_;    // the same before anything was glued on it
   cv::Vec3f lid_;
 };
 

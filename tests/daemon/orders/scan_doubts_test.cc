@@ -135,5 +135,35 @@ TEST(ScanDoubts, TilesThatProveNothingAreNamed) {
   EXPECT_TRUE(is_unproven(told[1]));
 }
 
+TEST(ScanDoubts, OfAResolutionThatIsNotTheConfiguredOneNameBoth) {
+  const auto told = [](double x, double y) {
+    return doubts_of_resolution("sheet.tif", x, y, ScanResolution::from_dpi(300));
+  };
+  for (const auto& [x, y] : {std::pair(0.0, 0.0),
+                             {300.0, 300.0},
+                             {299.999, 300.001},
+                             {72.0, 72.0},
+                             {96.0, 96.0},
+                             {72.009, 72.009},
+                             {1.0, 1.0},
+                             {299.72, 299.72},
+                             {300.0, 0.0}}) {
+    const auto doubts = told(x, y);
+    ASSERT_TRUE(doubts.ok()) << x;
+    EXPECT_TRUE(doubts->empty()) << x;
+  }
+  const auto near = told(301, 301), apart = told(300, 302);
+  ASSERT_TRUE(near.ok() && apart.ok());
+  ASSERT_EQ(near->size(), 1U);
+  EXPECT_EQ(near->front().name, "dpi");
+  EXPECT_THAT(near->front().text, AllOf(HasSubstr("sheet.tif says 301 dpi"), HasSubstr("300 dpi: scan at")));
+  ASSERT_EQ(apart->size(), 1U);
+  EXPECT_THAT(apart->front().text, HasSubstr("300 dpi along x and 302 along y"));
+  const auto other = told(600, 600);
+  ASSERT_FALSE(other.ok());
+  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(other.error().message, AllOf(HasSubstr("says 600 dpi"), HasSubstr("300 dpi: scan at")));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -292,6 +292,59 @@ TEST_F(Pictures, StandUprightWhateverTheCameraNoted) {
   }
 }
 
+// The scanner's map belongs to the glass: whatever a program would turn, the first pixel stays where it was scanned.
+TEST_F(Pictures, OfAScannerLieAsTheyWereScanned) {
+  cv::Mat stored(32, 48, CV_8UC3, cv::Scalar::all(255));
+  stored(cv::Rect(0, 0, 16, 16)).setTo(cv::Scalar::all(0));
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    std::string jpeg = encoded(".jpg", stored), png = encoded(".png", stored);
+    jpeg.insert(2, jpeg_segment('\xE1', std::string("Exif\0\0", 6) + exif(orientation)));
+    png = with_chunk(png, png_chunk("eXIf", exif(orientation)));
+    const auto tagged = tiff("turned.tif", stored, [&](TIFF* out) {
+      TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+      TIFFSetField(out, TIFFTAG_ORIENTATION, orientation);
+    });
+    for (const fs::path& path : {file("a.jpg", jpeg), file("a.png", png), fs::path(tagged)}) {
+      const auto scan = load_scan(path);
+      ASSERT_TRUE(scan.ok()) << scan.error().message;
+      ASSERT_EQ(scan->pixels.size(), stored.size()) << path << orientation;
+      EXPECT_LT(scan->pixels.at<cv::Vec3b>(4, 4)[0], 40) << path << orientation;
+      EXPECT_GT(scan->pixels.at<cv::Vec3b>(28, 44)[0], 220) << path << orientation;
+    }
+  }
+}
+
+TEST_F(Pictures, TellTheResolutionThatTheirFileSays) {
+  using std::string_literals::operator""s;
+  const cv::Mat stored(8, 8, CV_8UC3, cv::Scalar::all(90));
+  const auto with_resolution = [&](float x, float y, int unit) {
+    return tiff("scan.tif", stored, [=](TIFF* out) {
+      TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+      TIFFSetField(out, TIFFTAG_XRESOLUTION, x), TIFFSetField(out, TIFFTAG_YRESOLUTION, y);
+      TIFFSetField(out, TIFFTAG_RESOLUTIONUNIT, unit);
+    });
+  };
+  // OpenCV writes a JFIF block without a unit: the same with one for an inch, 300 and 301.
+  std::string jpeg = encoded(".jpg", stored);
+  ASSERT_EQ(jpeg.substr(6, 5), "JFIF\0"s);
+  jpeg.replace(13, 5, "\x01"s + big_endian(300, 2) + big_endian(301, 2));
+  const std::string plain = encoded(".png", stored);
+  const std::string png = with_chunk(plain, png_chunk("pHYs", big_endian(11811, 4) + big_endian(23622, 4) + "\x01"s));
+  const std::string aspect = with_chunk(plain, png_chunk("pHYs", big_endian(1, 4) + big_endian(1, 4) + "\0"s));
+  const auto said = [](const fs::path& path) {
+    const auto scan = load_scan(path);
+    return scan ? std::pair(std::round(scan->dpi_x * 10) / 10, std::round(scan->dpi_y * 10) / 10)
+                : std::pair(-1.0, -1.0);
+  };
+  EXPECT_EQ(said(file("a.jpg", jpeg)), std::pair(300.0, 301.0));
+  EXPECT_EQ(said(file("a.png", png)), std::pair(300.0, 600.0));
+  EXPECT_EQ(said(file("b.png", aspect)), std::pair(0.0, 0.0));
+  EXPECT_EQ(said(file("c.png", plain)), std::pair(0.0, 0.0));
+  EXPECT_EQ(said(with_resolution(240, 240, RESUNIT_INCH)), std::pair(240.0, 240.0));
+  EXPECT_EQ(said(with_resolution(100, 100, RESUNIT_CENTIMETER)), std::pair(254.0, 254.0));
+  EXPECT_EQ(said(with_resolution(100, 100, RESUNIT_NONE)), std::pair(0.0, 0.0));
+}
+
 TEST_F(Pictures, AreConvertedFromTheirProfileToSrgb) {
   const cv::Mat half(8, 8, CV_8UC3, cv::Scalar::all(128));
   const std::string profile = linear_rgb_profile();
