@@ -87,6 +87,7 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
   EXPECT_EQ(suspect.size(), 1U);
   EXPECT_EQ(cut.size() + suspect.size() + rest.size(), 16U);
   expect_ledger_says_what_the_job_says();
+  wait_proven();
   lift();
   EXPECT_THAT(untrue(), Not(Contains(HasSubstr("ledger_matches_burn")))) << story_->report().dump(2);
 
@@ -113,8 +114,9 @@ TEST_F(SlowlyInterrupted, AFullDiskEndsTheJobInOneSentenceAndForgetsNothing) {
   EXPECT_THAT(post("/commands/clear"), HasSubstr("make room on the disk"));
   EXPECT_EQ(get("/status")["state"], "Aborted");
   cell_->set_disk_full(false);
-  lift();
   ASSERT_EQ(post("/commands/clear"), "");
+  wait_proven();
+  lift();
   EXPECT_THAT(marks_in("suspect"), IsEmpty()) << "what was burnt was proven, and is booked after all";
   const auto cut = marks_in("cut");
   EXPECT_GE(cut.size(), 3U);

@@ -29,6 +29,15 @@ class OperatedCell : public PreparedCell {
   nlohmann::json wait_state(const std::string& state) {
     return wait([&](const nlohmann::json& s) { return s["state"] == state; });
   }
+  // The look that a run owes which was broken off has proven what it had cut: hands may lift the panel.
+  void wait_proven() {
+    wait([this](const nlohmann::json&) {
+      const nlohmann::json audit = get("/audit?limit=100");  // newest first
+      for (const auto& row : audit["entries"])
+        if (const auto what = row["what"].get<std::string>(); what.starts_with("run.")) return what == "run.proven";
+      return false;
+    });
+  }
   void wait_found() {
     wait([](const nlohmann::json& s) { return s["load"].is_object() && s["load"].value("found", false); });
   }

@@ -53,6 +53,7 @@ TEST_F(OperatorInTheMiddle, AfterALostLinkTheRemainingPiecesAreCutFromANewPose) 
   EXPECT_THAT(post("/commands/unhold"), HasSubstr("not possible"));
   ASSERT_TRUE(cell_->twin({{"cmd", "fault"}, {"name", "laser_replug"}}).ok());
   EXPECT_EQ(get("/status")["state"], "Aborted");  // nothing comes back by itself
+  wait_proven();
   lift();
   ASSERT_EQ(post("/commands/clear"), "");
   begin();
