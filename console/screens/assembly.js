@@ -106,7 +106,10 @@ function marks(job, pieces, box, chosen) {
     const from = chosen || pieces[0];
     if (!key || !from) return;
     event.preventDefault();
-    if (!key.across && !key.down) { if (mayTick(job, from)) tick(job, from, !isLaid(job, from)); return choose(job, from.mark); }
+    if (!key.across && !key.down) {  // as the button does: only what is chosen and was looked at, once a press
+      if (chosen && !event.repeat && mayTick(job, from) && target.isLooked()) tick(job, from, !isLaid(job, from));
+      return choose(job, from.mark);
+    }
     choose(job, (nextTo(pieces, from, back ? -key.across : key.across, key.down) || from).mark);
   };
   return svg("svg", {viewBox: `0 0 ${wide} ${high}`, preserveAspectRatio: "none", "data-key": "assembly-map", role: "application", tabindex: 0, "aria-label": t("assembly.map"), "aria-describedby": "assembly-keys assembly-said",

@@ -13,7 +13,7 @@ let versions = [], of = "", reason = "";
 function load(id, version) {
   const key = `${id} ${version}`;
   if (of === key) return;
-  if (!of.startsWith(`${id} `)) versions = [];
+  if (!of.startsWith(`${id} `)) versions = [], reason = "";  // what was said of another panel is no reason here
   of = key;
   askAll(`/panels/${code(id)}/masks`, "versions").then((all) => { if (of === key) { versions = all; changed(); } },
     () => setTimeout(() => { if (of === key) { of = ""; changed(); } }, kAgainMs));
@@ -38,7 +38,8 @@ export function versionsCard(panel) {
 }
 
 async function move(panel) {
-  const done = await command(`/panels/${code(panel.id)}/${panel.retired ? "restore" : "retire"}`, {body: reason.trim() ? {reason: reason.trim()} : {}});
+  const more = {body: reason.trim() ? {reason: reason.trim()} : {}};
+  const done = await (panel.retired ? command(`/panels/${code(panel.id)}/restore`, more) : command(`/panels/${code(panel.id)}/retire`, more));
   if (done) reason = "";
   loadPanels();
 }
@@ -47,7 +48,7 @@ async function move(panel) {
 export function stockCard(panel) {
   if (panel.retired && panel.retired.sawn) return null;
   const out = Boolean(panel.retired);
-  return h("details.card", {"data-key": "retire", open: out}, h("summary", {}, t(out ? "retire.back" : "retire")), h("p.dim", {}, t(out ? "retire.back_about" : "retire.about")),
+  return h("details.card", {"data-key": `retire-${panel.id}`, open: out}, h("summary", {}, t(out ? "retire.back" : "retire")), h("p.dim", {}, t(out ? "retire.back_about" : "retire.about")),
     h("div.form", {}, h("label", {}, t(out ? "retire.back_why" : "retire.why"), h("input", {type: "text", id: "retire-why", maxlength: 500, value: reason, oninput: (event) => { reason = event.target.value; changed(); }}))),
     h("div.commands", {}, button(t(out ? "retire.back_do" : "retire.do", {panel: panel.id}), () => move(panel), {id: "do-retire", wide: true, disabled: !mayChange() || (!out && !reason.trim())})));
 }

@@ -197,7 +197,7 @@ PictureFormat picture_format(std::string_view bytes) {
   if (starts_with(bytes, "\xFF\xD8\xFF")) return PictureFormat::kJpeg;
   if (starts_with(bytes, "\x89PNG\r\n\x1A\n")) return PictureFormat::kPng;
   if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return PictureFormat::kTiff;
-  if (starts_with(bytes, "RIFF") && bytes.substr(0, 12).substr(8) == "WEBP") return PictureFormat::kWebp;
+  if (starts_with(bytes, "RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") return PictureFormat::kWebp;
   if (bytes.size() > 12 && bytes.substr(4, 4) == "ftyp") return PictureFormat::kHeif;
   if (starts_with(bytes, "%PDF")) return PictureFormat::kPdf;
   if (starts_with(bytes, "BM")) return PictureFormat::kBmp;
