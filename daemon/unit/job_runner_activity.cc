@@ -149,7 +149,8 @@ bool JobRunner::may_look_for_owed() const {
 
 void JobRunner::doubted(JobId job, const std::string& why) {
   log_->warn("{}", why);
-  if (view_.state == CellState::kAborted || view_.state == CellState::kStopped) view_.reason += "; " + why;
+  if (view_.state == CellState::kAborted || view_.state == CellState::kStopped)
+    view_.reason += view_.reason.empty() ? why : "; " + why;
   forget_cuts();  // what lies elsewhere is not met again
   job_changed(job);
   on_change_();

@@ -20,6 +20,7 @@ OwedProof::OwedProof(const UnitParts& parts, Logger log, std::function<void(JobI
 
 void OwedProof::owe(db::UnprovenCuts cuts) {
   if (cuts.pieces.empty()) return;
+  parts_.bed.hands_were_in();  // a picture from before the last of them was burnt proves nothing of them
   owed_.push_back(std::move(cuts));
   pause_ = left_ = 1;
 }

@@ -66,6 +66,14 @@ TEST_F(OwedProofTest, TheLookComesAfterTheResetAndNothingMovesForIt) {
               Each(std::string("abort")));
 }
 
+// A camera's file may be from before the panel was lifted.
+TEST_F(OwedProofTest, APictureFromBeforeTheRunBrokeOffProvesNothing) {
+  cut_one();
+  const int hands = bed_.hands;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_GT(bed_.hands, hands);
+}
+
 TEST_F(OwedProofTest, ACameraThatSaysNothingIsAskedAgain) {
   cut_one();
   bed_.seen = kSilent;
