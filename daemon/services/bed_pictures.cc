@@ -26,7 +26,10 @@ BedPictures::WallTime BedPictures::hands_in() const {
 Result<BedPictures::Picture> BedPictures::take(For what, WallTime hands_in) {
   auto file = camera_.capture();
   if (!file) return file.error();
-  return Picture{*std::move(file), check(what, hands_in)};
+  Status fresh = check(what, hands_in);
+  const auto taken = camera_.taken_at();
+  const bool newer_may_come = !fresh && taken && *taken <= now_();
+  return Picture{*std::move(file), std::move(fresh), newer_may_come};
 }
 
 Status BedPictures::check(For what, WallTime hands_in) const {

@@ -28,6 +28,7 @@ class BedPictures {
   struct Picture {
     std::filesystem::path file;
     Status fresh;  // kRefused when it is too old for what it was taken for, or says that it was taken in the future
+    bool newer_may_come = false;  // it is too old
   };
 
   // `camera` outlives this. `now` is for tests.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -42,13 +43,15 @@ Status require_camera(const Calibration& calibration) {
 }  // namespace
 
 CalibrationService::CalibrationService(ScannerDriver& scanner, BedPictures& pictures, DatabaseThread& database,
-                                       WorkRunner& workers, const Config& config, Logger log)
+                                       WorkRunner& workers, const Config& config, Logger log,
+                                       std::chrono::milliseconds patience)
     : scanner_(scanner),
       pictures_(pictures),
       database_(database),
       workers_(workers),
       config_(config),
-      log_(std::move(log)) {}
+      log_(std::move(log)),
+      patience_(patience) {}
 
 CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camera, const Config& config) {
   const LaserConfig& laser = config.laser;
@@ -122,17 +125,26 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   return outcome;
 }
 
-Result<std::filesystem::path> CalibrationService::photograph(BedPictures::For what) {
-  auto picture = pictures_.take(what);
-  if (!picture) return picture.error();
-  if (!picture->fresh) return picture->fresh.error();
-  return std::move(picture->file);
+Result<std::filesystem::path> CalibrationService::photograph(BedPictures::For what, const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kPause{500};
+  std::mutex mutex;
+  std::condition_variable_any pause;
+  const auto until = std::chrono::steady_clock::now() + patience_;
+  for (;;) {
+    auto picture = pictures_.take(what);
+    if (!picture) return picture.error();
+    if (picture->fresh) return std::move(picture->file);
+    if (!picture->newer_may_come || std::chrono::steady_clock::now() >= until) return picture->fresh.error();
+    std::unique_lock lock(mutex);
+    pause.wait_for(lock, stop, kPause, [] { return false; });
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "cancelled"};
+  }
 }
 
 Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress,
                                                       const std::stop_token& stop) {
   progress(0.05, "photographing the AprilGrid sheet");
-  const auto picture = photograph(BedPictures::For::kMeasuring);
+  const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
   auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress, stop);
   if (!seen) return seen.error();
@@ -213,7 +225,7 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (Status able = require_camera(*calibration); !able) return able;
-  const auto picture = photograph(BedPictures::For::kBurning);
+  const auto picture = photograph(BedPictures::For::kBurning, stop);
   if (!picture) return picture.error();
   LookAtBed look;
   look.file = picture->string(), look.stock = true;
@@ -236,7 +248,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (const Status able = require_camera(*calibration); !able) return able.error();
   const auto burnt = burnt_area(*calibration);
   if (!burnt) return burnt.error();
-  const auto picture = photograph(BedPictures::For::kMeasuring);
+  const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
   auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
                                        calibration->camera_certificate.value, calibration->camera_off, height, *burnt},

@@ -6,6 +6,7 @@
 // on the reactor.
 #pragma once
 
+#include <chrono>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -43,8 +44,12 @@ CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camer
 class CalibrationService {
  public:
   // All references outlive this.
+  // A camera that writes a file now and then may have none yet of what was just laid or burnt: the next one is waited
+  // for, for so long.
+  static constexpr std::chrono::milliseconds kUsualPatience{60'000};
+
   CalibrationService(ScannerDriver& scanner, BedPictures& pictures, DatabaseThread& database, WorkRunner& workers,
-                     const Config& config, Logger log);
+                     const Config& config, Logger log, std::chrono::milliseconds patience = kUsualPatience);
 
   // The AprilGrid sheet on the glass; two or three scans at different places cover more of it.
   Result<CalibrationOutcome> scanner(bool more, const TaskProgress& progress, const std::stop_token& stop);
@@ -81,7 +86,7 @@ class CalibrationService {
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
                       const std::stop_token& stop);
-  Result<std::filesystem::path> photograph(BedPictures::For what);
+  Result<std::filesystem::path> photograph(BedPictures::For what, const std::stop_token& stop);
   Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
   // Names the device in the payload; the outcome gets certificate, rms and payload.
   Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
@@ -92,6 +97,7 @@ class CalibrationService {
   WorkRunner& workers_;
   const Config& config_;
   Logger log_;
+  const std::chrono::milliseconds patience_;
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
   std::string grid_make_;                    // of the device that scanned them
   FitCamera grid_views_;                     // camera's worker

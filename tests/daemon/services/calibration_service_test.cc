@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,11 +27,17 @@ class NoDevice final : public ScannerDriver, public CameraDriver {
   Result<ScanFile> scan(ScanResolution nominal, const ScanProgress&, std::stop_token) override {
     return ScanFile{"scan.png", nominal, "test", make};
   }
-  Result<std::filesystem::path> capture() override { return std::filesystem::path("view.png"); }
+  Result<std::filesystem::path> capture() override {
+    ++captures;
+    if (captures > old_ones) taken = std::chrono::system_clock::now();
+    return std::filesystem::path("view.png");
+  }
   std::string device() const override { return "test"; }
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken; }
   std::string make;
   std::optional<std::chrono::system_clock::time_point> taken;
+  int captures = 0;
+  int old_ones = std::numeric_limits<int>::max();  // pictures until a new one is there
 };
 
 // Sees something on every scan, and notes how many of them are to be fitted.
@@ -60,8 +68,11 @@ class CollectedViews : public ::testing::Test {
     ASSERT_TRUE(opened.ok());
     database_ = std::move(*opened);
     config_.store.data_dir = folder_.path();
-    service_ =
-        std::make_unique<CalibrationService>(devices_, pictures_, *database_, workers_, config_, make_null_logger());
+    service_ = with_patience(std::chrono::milliseconds(0));
+  }
+  std::unique_ptr<CalibrationService> with_patience(std::chrono::milliseconds patience) {
+    return std::make_unique<CalibrationService>(devices_, pictures_, *database_, workers_, config_, make_null_logger(),
+                                                patience);
   }
   Result<CalibrationOutcome> scan(bool more) {
     return service_->scanner(more, [](double, const std::string&) {}, {});
@@ -138,6 +149,29 @@ TEST_F(CollectedViews, OfABedAsItWasOnceAreRefused) {
   EXPECT_THAT(ready().error().message, HasSubstr("set the clock"));
   EXPECT_THAT(view(), HasSubstr("set the clock"));
   EXPECT_THAT(axes(), HasSubstr("set the clock"));
+}
+
+// The pattern has just been burnt, and the camera's program writes its next picture in a moment: the board is not
+// spoilt.
+TEST_F(CollectedViews, AreWaitedForWhereTheCameraHasNoneYetOfWhatLiesThere) {
+  devices_.taken = std::chrono::system_clock::now() - std::chrono::seconds(10);
+  devices_.old_ones = 1;
+  pictures_.hands_were_in();
+  const auto silent = [](double, const std::string&) {};
+  const auto seen = with_patience(std::chrono::minutes(10))->camera(true, Millimetres(0), silent, {});
+  EXPECT_EQ(devices_.captures, 2);
+  EXPECT_EQ(seen.error().code, ErrorCode::kNotFound) << "it went on to the work, which this runner does not know";
+}
+
+TEST_F(CollectedViews, AreNotWaitedForOnceTheTaskIsCancelled) {
+  devices_.taken = std::chrono::system_clock::now() - std::chrono::seconds(10);
+  pictures_.hands_were_in();
+  std::stop_source asked;
+  asked.request_stop();
+  const auto silent = [](double, const std::string&) {};
+  const auto seen = with_patience(std::chrono::minutes(10))->camera(true, Millimetres(0), silent, asked.get_token());
+  EXPECT_EQ(seen.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(devices_.captures, 1);
 }
 
 TEST_F(CollectedViews, ThatLetAPatternBeBurntAreOfThisMinute) {
