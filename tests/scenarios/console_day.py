@@ -164,20 +164,32 @@ class Day:
 
     def settled(self, css):
         """Where it lies in the window, whole, once nothing moves it any more: pictures and sketches are there, and frames are alike."""
-        return self.browser.execute_async_script("""
-            const [css, done] = arguments;
-            let before = '', alike = 0;
-            (function look() {
-              const found = document.querySelector(css);
-              if (!found) { alike = 0; requestAnimationFrame(look); return; }
-              const box = found.getBoundingClientRect(), now = [box.left, box.top, box.width, box.height];
-              const there = [...document.images].every((one) => one.complete) && !document.querySelector('[aria-busy=true]');
-              const seen = box.left >= 0 && box.top >= 0 && box.right <= innerWidth && box.bottom <= innerHeight;
-              if (!seen) found.scrollIntoView({block: 'center'});  // not under what stays at the top; again, if something came above it
-              alike = before === now.join() && there && seen ? alike + 1 : 0;
-              before = now.join();
-              if (alike === 3) done(now); else requestAnimationFrame(look);
-            })();""", css)
+        lies, what = None, "nothing"
+        def still():
+            nonlocal lies, what
+            seen, what = self.browser.execute_async_script("""
+                const [css, done] = arguments, found = document.querySelector(css);
+                if (!found) { done([null, 'it is not there']); return; }
+                const lie = () => { const box = found.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; };
+                const [left, top, width, height] = lie();
+                if (left < 0 || top < 0 || left + width > innerWidth || top + height > innerHeight) {
+                  found.scrollIntoView({block: 'center'});  // not under what stays at the top
+                  done([null, `it lies at ${lie()} of ${innerWidth} x ${innerHeight}`]);
+                } else if (document.querySelector('[aria-busy=true]')) {
+                  done([null, 'a sketch is on its way']);
+                } else if ([...document.images].some((one) => !one.complete)) {
+                  done([null, `pictures are on their way: ${[...document.images].filter((one) => !one.complete).map((one) => one.src)}`]);
+                } else {
+                  requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() =>
+                    done(document.querySelector(css) === found && lie().join() === [left, top, width, height].join() ? [lie(), ''] : [null, 'it moves']))));
+                }""", css)
+            lies = seen
+            return seen is not None
+        try:
+            self.until(f"{css} to lie still", still)
+        except SystemExit as fault:
+            raise SystemExit(f"{css}: {what}; {fault}") from fault
+        return lies
 
     def draw_over(self, css, *shares):
         """As a finger does, from place to place, each as shares of what is drawn over."""
