@@ -54,9 +54,12 @@ Result<std::optional<UnprovenCuts>> JobStore::unproven() {
   if (!run) return run.error();
   if (!*run) return std::optional<UnprovenCuts>();
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<UnprovenCuts>> {
-    // The last run has begun since any other was proven; reading stops there.
+    // Reading stops where the run began. What an earlier one owed may have been proven since.
     SQLite::Statement noted(
-        connection, "SELECT detail FROM audit WHERE what IN ('run.start', 'run.proven') ORDER BY id DESC LIMIT 1");
+        connection,
+        "SELECT detail FROM audit WHERE what IN ('run.start', 'run.proven') AND detail LIKE ? ORDER "
+        "BY id DESC LIMIT 1");
+    noted.bind(1, fmt::format("run {} of job %", (*run)->id.value));
     if (!noted.executeStep()) return std::optional<UnprovenCuts>();
     const int proven = pieces_cut_before(text(noted.getColumn(0)));
     if (proven < 0) return std::optional<UnprovenCuts>();

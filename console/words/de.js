@@ -149,7 +149,7 @@ export const words = {
   "plan.wood": "Verbrauchtes Holz", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.asked": "Gewünscht", "plan.options": "{size} mm, Felder von {patch} mm, {layout}", "plan.warning": "Hinweis",
   "plan.job": "Einen Auftrag daraus machen", "plan.has_job": "Auftrag {n} ist daraus geworden.", "plan.outdated": "Platte {panel} wurde seither gescannt: planen Sie das Bild neu.",
   "plan.lease": "Sein Holz eine Woche vormerken", "plan.forget": "Verwerfen", "plan.borders": "Grenzen der Stücke zeigen", "plan.without_lead": "Schnitte, die auf einer Kante beginnen",
-  "plan.run": "Zum Schneiden", "plan.species": "Davon", "plan.time": "Schneidezeit", "plan.time_about": "etwa {span}, geschätzt",
+  "plan.run": "Zum Schneiden", "plan.species": "Holzarten", "plan.time": "Schneidezeit", "plan.time_about": "etwa {span}, geschätzt",
   "plan.preview": "Wie Plan {n} aussehen wird",
   // Schneiden
   "load": "Platte auf dem Bett", "load.lay": "Platte {panel} auflegen", "load.on": "Platte {panel} liegt auf dem Bett", "load.cut": "Platte {panel} wird geschnitten", "load.held": "Platte {panel} liegt auf dem Bett; der Schnitt ist angehalten", "load.looked": "Platte {panel} liegt auf dem Bett und wird angesehen", "load.take": "Stücke aus dem Bett nehmen",
@@ -179,7 +179,7 @@ export const words = {
   "assembly.key_laid": "gelegt", "assembly.key_cut": "zu legen", "assembly.key_open": "noch nicht geschnitten", "assembly.key_suspect": "fraglich", "assembly.key_missing": "fehlt",
   // Verlauf und Protokoll
   "history.jobs": "Aufträge", "history.job": "Auftrag {n}: {name}", "history.made": "Angelegt", "history.runs": "Läufe", "history.run": "{panel}, {at}: {result}", "history.running": "im Gang", "history.done": "fertig", "history.who": "begonnen von {who}",
-  "versions": "Fassungen ihres Holzes", "versions.about": "Was jeder Scan und jeder Pinsel daraus gemacht hat. Nichts wird je entfernt: Eine frühere Fassung zählt wieder, als neue.",
+  "versions": "Fassungen ihres Holzes", "versions.about": "Was jeder Scan und jeder Pinsel daraus gemacht hat. Nichts wird je entfernt: Eine frühere Fassung kann wieder gelten; sie wird dann eine neue.",
   "versions.now": "Fassung {n}, zählt jetzt", "versions.one": "Fassung {n}", "versions.usable": "{area} brauchbar", "versions.painted": "von Hand gemalt", "versions.same": "wieder wie Fassung {n}",
   "versions.revert": "Wieder zählen lassen", "versions.sure": "Soll Fassung {n} wieder zählen? Reserviertes und geschnittenes Holz bleibt es.",
   "retire": "Aus dem Bestand nehmen", "retire.about": "Aus ihr wird nichts mehr geplant; was aus ihr geschnitten wurde, bleibt bekannt. Ihr Brett darf als andere Platte neu gescannt werden.", "retire.why": "Warum (verliehen, zerbrochen, aufgebraucht ...)", "retire.do": "{panel} aus dem Bestand nehmen",

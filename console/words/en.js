@@ -141,7 +141,7 @@ export const words = {
   "plan.wood": "Wood used", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.asked": "Asked for", "plan.options": "{size} mm, patches of {patch} mm, {layout}", "plan.warning": "Note",
   "plan.job": "Make a job of it", "plan.has_job": "Job {n} is made of it.", "plan.outdated": "Panel {panel} was scanned again since: plan the picture anew.",
   "plan.lease": "Keep its wood for a week", "plan.forget": "Forget it", "plan.borders": "show the pieces' borders", "plan.without_lead": "Cuts that begin on an edge",
-  "plan.run": "Go to Run", "plan.species": "Of it", "plan.time": "Time to cut", "plan.time_about": "about {span}, estimated",
+  "plan.run": "Go to Run", "plan.species": "Species", "plan.time": "Time to cut", "plan.time_about": "about {span}, estimated",
   "plan.preview": "What plan {n} will look like",
   // Run
   "load": "Panel on the bed", "load.lay": "Load panel {panel}", "load.on": "Panel {panel} is on the bed", "load.cut": "Panel {panel} is being cut", "load.held": "Panel {panel} lies on the bed; the cut is held", "load.looked": "Panel {panel} lies on the bed and is being looked at", "load.take": "Take the pieces out of the bed",
@@ -170,7 +170,7 @@ export const words = {
   "assembly.key_laid": "laid", "assembly.key_cut": "to be laid", "assembly.key_open": "not cut yet", "assembly.key_suspect": "suspect", "assembly.key_missing": "missing",
   // History and log
   "history.jobs": "Jobs", "history.job": "Job {n}: {name}", "history.made": "Made", "history.runs": "Runs", "history.run": "{panel}, {at}: {result}", "history.running": "under way", "history.done": "done", "history.fit": "fit {mm} mm", "history.who": "begun by {who}",
-  "versions": "Versions of its wood", "versions.about": "What each scan and each brush made of it. Nothing is ever removed: an earlier version counts again as a new one.",
+  "versions": "Versions of its wood", "versions.about": "What each scan and each brush made of it. Nothing is ever removed: an earlier version can be made to count again, as a new one.",
   "versions.now": "Version {n}, counts now", "versions.one": "Version {n}", "versions.usable": "{area} usable", "versions.painted": "painted by hand", "versions.same": "as version {n} again",
   "versions.revert": "Let it count again", "versions.sure": "Let version {n} count again? Wood that is reserved or cut stays so.",
   "retire": "Take it out of stock", "retire.about": "Nothing is planned from it any more; what was cut from it stays known. Its sheet may be scanned anew as another panel.", "retire.why": "Why (lent, broken, used up ...)", "retire.do": "Take {panel} out of stock",

@@ -17,7 +17,11 @@ Result<Struck> struck_by(Repositories& r, const BrokenRun& run, const std::strin
   if (run.stray_path.empty()) return out;
   auto live = r.ledger.live_allocations(run.pose.panel);
   if (!live) return live.error();
-  if (auto hit = wood_under(r, run.pose, run.stray_path, run.stray_reach, at)) out.wood = *std::move(hit);
+  auto hit = wood_under(r, run.pose, run.stray_path, run.stray_reach, at);
+  if (hit)
+    out.wood = *std::move(hit);
+  else if (hit.error().code == ErrorCode::kStorage)
+    return hit.error();  // of the moment: it is asked again
   for (const auto& allocation : *live) {
     const bool may_suffer =
         allocation.state == db::AllocationState::kReserved || allocation.state == db::AllocationState::kCut;
@@ -56,7 +60,9 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
       return booked.error();
   auto struck = struck_by(r, run, at);
   if (!struck) return struck.error();
-  if (const Status spoilt = write_off_struck(r, run, *struck, at); !spoilt) return spoilt.error();
+  // What can never be written off keeps no run open.
+  if (const Status spoilt = write_off_struck(r, run, *struck, at); !spoilt && !has_settled(spoilt.error().code))
+    return spoilt.error();
   std::vector<PieceId>* const neighbours = &struck->pieces;
   if (!run.id) {
     if (const Status doubted = r.jobs.make_suspect(*neighbours, at); !doubted) return doubted.error();

@@ -61,20 +61,15 @@ void OwedProof::judge(db::UnprovenCuts cuts, const Result<ProvenPose>& look) {
 }
 
 void OwedProof::doubt(db::UnprovenCuts cuts, const std::string& why) {
-  parts_.database.async(
-      [pieces = cuts.pieces](Repositories& r) { return r.jobs.make_suspect(pieces, utc_timestamp()); },
-      [this, alive = std::weak_ptr<int>(alive_), cuts, why](const Status& written) mutable {
-        if (alive.expired()) return;
-        if (!written) {
-          log_->error("pieces that may not be cut could not be made suspect: {}", written.error().message);
-          return owe(std::move(cuts));
-        }
-        const std::size_t n = cuts.pieces.size();
-        on_doubt_(cuts.run.job,
-                  fmt::format("{}; {} cut before the end and not looked at since, perhaps into the bare bed, and {} "
-                              "suspect",
-                              why, n == 1 ? "one piece was" : fmt::format("{} pieces were", n), n == 1 ? "is" : "are"));
-      });
+  // What was seen is not asked of the camera again while the disk is full: the panel may be laid back meanwhile.
+  parts_.database.owe([pieces = cuts.pieces](Repositories& r) { return r.jobs.make_suspect(pieces, utc_timestamp()); },
+                      [this, alive = std::weak_ptr<int>(alive_), job = cuts.run.job, n = cuts.pieces.size(), why] {
+                        if (alive.expired()) return;
+                        on_doubt_(job, fmt::format("{}; {} cut before the end and not looked at since, perhaps into "
+                                                   "the bare bed, and {} suspect",
+                                                   why, n == 1 ? "one piece was" : fmt::format("{} pieces were", n),
+                                                   n == 1 ? "is" : "are"));
+                      });
 }
 
 }  // namespace veneer::daemon

@@ -1,6 +1,7 @@
 // Wood that is burnt besides what was planned is written off, and pieces that the beam may have hit are suspect.
 #include <gmock/gmock.h>
 
+#include "daemon/unit/broken_run.h"
 #include "tests/daemon/unit/proof_fixture.h"
 
 namespace veneer::daemon {
@@ -139,6 +140,20 @@ TEST_F(ProofTest, AnAbortOffThePathEndsALeaseOfTheWoodThatItMayHaveHit) {
   go_astray(18, 2);  // 82 to 98 of the panel
   EXPECT_FALSE(is_leased(live()));
   EXPECT_EQ(live().back().state, db::AllocationState::kScrap) << "and it is nobody's to take";
+}
+
+// Or every later Start would say that the run is on.
+TEST_F(ProofTest, ARunEndsThoughNothingCanBeWrittenOff) {
+  begin();
+  BrokenRun broken;
+  broken.id = (*database_->call([](Repositories& r) { return r.jobs.last_run(); }))->id;
+  broken.pose.panel = PanelId{"P-9999"};
+  broken.stray_path = {point<MachineFrame>(2, 2), point<MachineFrame>(9, 2)};
+  broken.stray_reach = Millimetres(1);
+  broken.reason = "the laser is off its path";
+  const auto written = database_->call([&](Repositories& r) { return write_down(r, broken, kThen); });
+  EXPECT_TRUE(written.ok()) << written.error().message;
+  EXPECT_TRUE((*database_->call([](Repositories& r) { return r.jobs.last_run(); }))->ended_at);
 }
 
 TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {

@@ -86,6 +86,35 @@ TEST_F(OwedProofTest, ACameraThatSaysNothingIsAskedAgain) {
   EXPECT_THAT(reason(), HasSubstr("moved by 0.50 mm"));
 }
 
+TEST_F(OwedProofTest, WhatWasSeenIsNotForgottenWhileTheDiskIsFull) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  {
+    const testing::LittleRoom full(0);
+    bed_.seen = kNothingThere;
+    wait_long();
+  }
+  bed_.lay("P-0001");  // where it lay before
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+// A proof of an earlier run may be noted after the last one began.
+TEST_F(OwedProofTest, WhatAnotherRunWasProvenOfSaysNothingOfTheLastOne) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(
+      database_
+          ->call([](Repositories& r) {
+            return r.audit.append({0, kThen, "daemon", "run.proven", "run 7 of job 1 on P-0001, 9 pieces cut before"});
+          })
+          .ok());
+  bed_.seen = kNothingThere;
+  restart();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
 TEST_F(OwedProofTest, ASilentCameraIsAskedLessAndLessOften) {
   cut_one();
   bed_.seen = kSilent;
