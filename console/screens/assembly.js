@@ -110,7 +110,9 @@ function marks(job, pieces, box, chosen) {
       if (chosen && !event.repeat && mayTick(job, from) && target.isLooked()) tick(job, from, !isLaid(job, from));
       return choose(job, from.mark);
     }
-    choose(job, (nextTo(pieces, from, back ? -key.across : key.across, key.down) || from).mark);
+    const to = nextTo(pieces, from, back ? -key.across : key.across, key.down) || from;
+    target.is(`${keyOf(job, to)} ${lookOf(job, to)}`);  // whoever goes there by keyboard knows where
+    choose(job, to.mark);
   };
   return svg("svg", {viewBox: `0 0 ${wide} ${high}`, preserveAspectRatio: "none", "data-key": "assembly-map", role: "application", tabindex: 0, "aria-label": t("assembly.map"), "aria-describedby": "assembly-keys assembly-said",
     onclick: (event) => { const piece = pieceAt(event); if (piece) choose(job, piece.mark); },
