@@ -16,8 +16,8 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kTileQuality = 92;     // libjpeg's: grain stays grain where somebody looks closely
-constexpr int kMostLevels = 24;      // of any picture that fits into memory
+constexpr int kTileQuality = 92;         // libjpeg's: grain stays grain where somebody looks closely
+constexpr int kMostLevels = 24;          // of any picture that fits into memory
 constexpr int kMostTileBytes = 1 << 22;  // several times a tile's own pixels
 
 int say_nothing(TIFF*, void*, const char*, const char*, va_list) { return 1; }
@@ -64,7 +64,8 @@ bool write_level(TIFF* tiff, const cv::Mat& picture, bool reduced) {
   for (int row = 0; row < tiles_along(picture.rows); ++row)
     for (int column = 0; column < tiles_along(picture.cols); ++column) {
       const cv::Rect box(column * kTileSide, row * kTileSide, kTileSide, kTileSide);
-      const cv::Mat tile = filled_up(picture(box & cv::Rect({}, picture.size())), box.size());
+      cv::Mat tile = filled_up(picture(box & cv::Rect({}, picture.size())), box.size());
+      if (tile.channels() == 1) cv::cvtColor(tile, tile, cv::COLOR_GRAY2BGR);
       auto jpeg = encode_jpeg(tile, kTileQuality);
       if (!jpeg) return false;
       const auto size = static_cast<tmsize_t>(jpeg->size());
@@ -110,8 +111,8 @@ std::optional<cv::Size> size_of_level(TIFF* tiff) {
 }  // namespace
 
 Status write_tile_pyramid(const cv::Mat& picture, const std::filesystem::path& file) {
-  if (picture.empty() || picture.type() != CV_8UC3)
-    return Error{ErrorCode::kInvalidArgument, "a picture to be kept in tiles is empty or not an 8 bit colour picture"};
+  if (picture.empty() || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1))
+    return Error{ErrorCode::kInvalidArgument, "a picture to be kept in tiles is empty or has not 8 bits a channel"};
   const std::filesystem::path made = file.string() + ".made";
   std::error_code failed;
   std::filesystem::create_directories(file.parent_path(), failed);

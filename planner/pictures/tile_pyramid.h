@@ -14,9 +14,10 @@ namespace veneer::planner {
 
 inline constexpr int kTileSide = 512;  // pixels
 
-// Writes the levels of a CV_8UC3 picture (BGR), the last of which is a single tile, in place of an earlier file. A pixel
-// of level k covers 2^k x 2^k of the picture's, from its upper left corner; beyond the right and lower borders its last
-// pixels go on. `file` is whole or not there. kInvalidArgument for another kind of picture, kStorage for the disk.
+// Writes the levels of a CV_8UC3 picture (BGR) or a CV_8UC1 one, the last of which is a single tile, in place of an
+// earlier file. A pixel of level k covers 2^k x 2^k of the picture's, from its upper left corner; beyond the right and
+// lower borders its last pixels go on. `file` is whole or not there. kInvalidArgument for another kind of picture,
+// kStorage for the disk.
 Status write_tile_pyramid(const cv::Mat& picture, const std::filesystem::path& file);
 
 // In pixels, level 0 first. kStorage when the file is none of these.

@@ -54,8 +54,8 @@ TEST_F(TilePyramid, ShowsThePictureInItsTiles) {
     for (int column = 0; column < 3; ++column) {
       const cv::Mat shown = tile(0, column, row);
       ASSERT_EQ(shown.size(), cv::Size(kTileSide, kTileSide));
-      const cv::Rect box = cv::Rect(column * kTileSide, row * kTileSide, kTileSide, kTileSide) &
-                           cv::Rect({}, picture.size());
+      const cv::Rect box =
+          cv::Rect(column * kTileSide, row * kTileSide, kTileSide, kTileSide) & cv::Rect({}, picture.size());
       EXPECT_LE(cv::norm(shown(cv::Rect({}, box.size())), picture(box), cv::NORM_INF), 4) << column << ", " << row;
     }
   // Beyond the border its last pixel goes on.
@@ -92,6 +92,11 @@ TEST_F(TilePyramid, OfASmallPictureIsOneTile) {
   ASSERT_TRUE(write_tile_pyramid(slope(40, 512), file_).ok());
   EXPECT_EQ(*read_pyramid_levels(file_), (std::vector<cv::Size>{{40, 512}}));
   EXPECT_EQ(tile(0, 0, 0).size(), cv::Size(kTileSide, kTileSide));
+}
+
+TEST_F(TilePyramid, OfAGreyPictureIsGrey) {
+  ASSERT_TRUE(write_tile_pyramid(cv::Mat(600, 300, CV_8UC1, cv::Scalar(93)), file_).ok());
+  EXPECT_LE(cv::norm(tile(0, 0, 1), cv::Mat(kTileSide, kTileSide, CV_8UC3, cv::Scalar::all(93)), cv::NORM_INF), 1);
 }
 
 TEST_F(TilePyramid, HasNoTileBesideThePicture) {
