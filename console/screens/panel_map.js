@@ -1,11 +1,12 @@
 // A panel's map: its scan, and over it what is booked in its wood, its tags and its strips. Millimetres of the panel are
-// the map's coordinates (CRS.Simple), so that nothing is projected. The scan comes small first, and larger once somebody
-// looks closer.
+// the map's coordinates (CRS.Simple), so that nothing is projected. The scan comes small, and in tiles over that where
+// somebody looks closer.
 import {t} from "../words.js";
 import {pictureUrl} from "../pictures.js";
 import {brushKey} from "../brush_keys.js";
+import {tilesOver} from "../map_tiles.js";
 
-const kFirstWidth = 1600, kCloseWidth = 6400;  // px, of the scan
+const kFirstWidth = 1600;  // px, of the scan
 const kStates = {  // what a state is drawn as, and on which layer
   leased: ["reserved", {color: "#0072b2", dashArray: "4 4", fillOpacity: .12}],
   reserved: ["reserved", {color: "#0072b2", fillOpacity: .25}],
@@ -43,6 +44,7 @@ export async function openMap(place, panel, onPiece) {
   const map = L.map(place, {crs: L.CRS.Simple, minZoom: -4, maxZoom: 6, zoomSnap: .25, attributionControl: false, maxBoundsViscosity: .8, preferCanvas: true});
   map.setMaxBounds(L.latLngBounds(box).pad(.5));
   map.fitBounds(box);
+  ["scan", "tiles"].forEach((name, i) => { map.createPane(name).style.zIndex = 200 + i; });  // below what is drawn over them
   const layers = Object.fromEntries(kLayers.map((name) => [name, L.layerGroup()]));
   for (const name of kLayers) if (isShown(name)) layers[name].addTo(map);
 
@@ -55,22 +57,16 @@ export async function openMap(place, panel, onPiece) {
     return L.imageOverlay(url, where, more).on("load error", () => drop(url));
   };
   let laid = 0;
-  const lay = async (width) => {
+  const lay = async () => {
     const mine = ++laid;
-    const url = await pictureUrl(`/panels/${id}/map.png?width=${width}`);
+    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`);
     if (closed || !url || mine !== laid) return drop(url);
     const before = scan;
-    scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
+    scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id}), pane: "scan"}).addTo(map);
     if (before) before.remove();
   };
-  lay(kFirstWidth);
-  let close = false;
-  map.on("zoomend", () => {
-    const perMm = 2 ** map.getZoom();
-    if (close || perMm * panel.width_mm < kFirstWidth) return;
-    close = true;
-    lay(kCloseWidth);
-  });
+  lay();
+  const tiles = tilesOver(L, map, panel, "tiles", kFirstWidth / panel.width_mm);
   let freeOf = 0;  // raised when what is free has changed: what was asked before is old
   const freeWood = async () => {
     const mine = freeOf;
@@ -153,10 +149,10 @@ export async function openMap(place, panel, onPiece) {
       if (shown) layers[name].addTo(map); else layers[name].remove();
     },
     renewFree() { ++freeOf; layers.free.clearLayers(); if (isShown("free")) freeWood(); },
-    renewScan() { lay(close ? kCloseWidth : kFirstWidth); },
+    renewScan() { lay(); tiles.renew(); },
     brush: hand.take,
     strokes(list) { strokeLayer.clearLayers(); list.forEach(drawStroke); },
-    close() { closed = true; map.remove(); urls.forEach(drop); },
+    close() { closed = true; tiles.close(); map.remove(); urls.forEach(drop); },
   };
 }
 

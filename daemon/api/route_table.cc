@@ -32,6 +32,8 @@ constexpr std::array kOperations = {
     ApiOperation{"listPanels", "GET", "/api/v1/panels", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanel", "GET", "/api/v1/panels/{id}", Role::kViewer},
     ApiOperation{"getPanelMap", "GET", "/api/v1/panels/{id}/map.png", Role::kViewer, Takes::kQuery},
+    ApiOperation{"getPanelMapTiles", "GET", "/api/v1/panels/{id}/map-tiles", Role::kViewer},
+    ApiOperation{"getPanelMapTile", "GET", "/api/v1/panels/{id}/map-tile.jpg", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelStock", "GET", "/api/v1/panels/{id}/stock.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"printGrid", "GET", "/api/v1/fiducials/grid", Role::kViewer, Takes::kQuery},
     ApiOperation{"printPanelTags", "GET", "/api/v1/fiducials/panel", Role::kViewer, Takes::kQuery},

@@ -27,6 +27,7 @@ void bind_routes(Router& router, Cell& cell) {
                             *c.queries,     *c.database,     *c.pictures,       c.panel_library,
                             c.stock_memory, c.panel_figures, c.remnants,        panel_changed};
   bind_stock_routes(router, stock);
+  bind_tile_routes(router, stock);
   bind_proposal_routes(router, stock);
   bind_mask_routes(router, stock);
   bind_remnant_routes(router, stock);

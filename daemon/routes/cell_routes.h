@@ -68,6 +68,8 @@ struct StockServices {
   std::function<void(const std::optional<PanelId>& panel)> on_changed;
 };
 void bind_stock_routes(Router& router, const StockServices& services);
+// A panel's map in tiles, for whoever looks closely.
+void bind_tile_routes(Router& router, const StockServices& services);
 // Scans, and what they propose until somebody accepts it.
 void bind_proposal_routes(Router& router, const StockServices& services);
 // Versions of a panel's mask, and what people painted on it.

@@ -139,7 +139,7 @@ Result<db::MaskRecord> repainted(const PanelLibrary& library, const db::MaskReco
 Result<EditedMask> done(const PanelLibrary& library, const Before& before, const db::MaskRecord& made) {
   const auto usable = library.usable_area(before.panel);
   if (!usable) return usable.error();
-  library.drop_index(before.panel.id);
+  library.drop_mask(before.panel.id, before.panel.mask_file);
   library.make_small(made.map_file, made.mask_file);
   return EditedMask{{}, before.panel.mask_version + 1, *usable, made.usable.value_or(*usable), {}};
 }

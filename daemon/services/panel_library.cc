@@ -15,6 +15,7 @@
 #include "daemon/orders/panel_wood.h"
 #include "planner/matching/index_cache.h"
 #include "planner/pictures/png_codec.h"
+#include "planner/pictures/tile_pyramid.h"
 
 namespace veneer::daemon {
 namespace {
@@ -127,6 +128,11 @@ void PanelLibrary::drop_index(const PanelId& panel) const {
   if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
 }
 
+void PanelLibrary::drop_mask(const PanelId& panel, const std::string& mask_file) const {
+  drop_small(mask_file);
+  if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
+}
+
 void PanelLibrary::keep_index_only(const std::vector<PanelId>& panels) const {
   std::vector<std::string> names;
   names.reserve(panels.size());
@@ -165,15 +171,57 @@ std::filesystem::path PanelLibrary::small_file(const std::string& file, const st
   return small_dir() / (what.empty() ? name : fmt::format("{}-{}.png", name, what));
 }
 
+// Whether all that is made of it is there: the map stays when a mask is painted.
+bool PanelLibrary::has_small(const std::string& file, const std::filesystem::path& own) const {
+  std::error_code failed;
+  const auto width = width_of(path_of(file));
+  return width && std::filesystem::exists(own, failed) && std::ranges::all_of(kUsualWidths, [&](int usual) {
+           return usual >= *width || std::filesystem::exists(small_file(file, std::to_string(usual)), failed);
+         });
+}
+
 void PanelLibrary::make_small(const std::string& map_file, const std::string& mask_file) const {
-  for (const std::string& file : {map_file, mask_file}) {
+  const auto make = [&](const std::string& file, const std::filesystem::path& own, const auto& make_own) {
+    if (has_small(file, own)) return;
     const auto whole = load_picture(file);
-    if (!whole) continue;
+    if (!whole) return;
     for (const int width : kUsualWidths)
       if (const double scale = static_cast<double>(width) / whole->cols; scale < 1)
         keep_small(planner::encode_png(narrowed(*whole, width, scale)), small_file(file, std::to_string(width)));
-    if (file == mask_file) keep_small(planner::encode_png_mask(*whole), small_file(file, kBits));
-  }
+    make_own(*whole);
+  };
+  make(map_file, tiles_file(map_file), [&](const cv::Mat& map) {
+    const std::lock_guard lock(tiles_mutex_);
+    static_cast<void>(planner::write_tile_pyramid(map, tiles_file(map_file)));
+  });
+  make(mask_file, small_file(mask_file, kBits),
+       [&](const cv::Mat& mask) { keep_small(planner::encode_png_mask(mask), small_file(mask_file, kBits)); });
+}
+
+std::filesystem::path PanelLibrary::tiles_file(const std::string& map_file) const {
+  return small_file(map_file, "").string() + "-tiles.tif";
+}
+
+// Of a map from before tiles were kept, or whose tiles were removed, they are made now.
+Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file) const {
+  auto tiles = tiles_file(map_file);
+  const std::lock_guard lock(tiles_mutex_);
+  std::error_code failed;
+  if (std::filesystem::exists(tiles, failed)) return tiles;
+  const auto whole = load_picture(map_file);
+  if (!whole) return whole.error();
+  if (const Status written = planner::write_tile_pyramid(*whole, tiles); !written) return written.error();
+  return tiles;
+}
+
+Result<std::vector<cv::Size>> PanelLibrary::tile_levels(const std::string& map_file) const {
+  const auto tiles = tiles_of(map_file);
+  return tiles ? planner::read_pyramid_levels(*tiles) : tiles.error();
+}
+
+Result<std::string> PanelLibrary::load_tile(const std::string& map_file, int level, int column, int row) const {
+  const auto tiles = tiles_of(map_file);
+  return tiles ? planner::read_pyramid_tile(*tiles, level, column, row) : tiles.error();
 }
 
 Result<PanelLibrary::SmallPicture> PanelLibrary::make_smaller(const std::string& file, int width_px) const {

@@ -59,12 +59,18 @@ class PanelLibrary {
     double scale = 1;
   };
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
+  // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
+  // hundred million pixels only those are read that are looked at. The levels' sizes, and one tile, a JPEG file.
+  // kNotFound: the map has no such tile.
+  Result<std::vector<cv::Size>> tile_levels(const std::string& map_file) const;
+  Result<std::string> load_tile(const std::string& map_file, int level, int column, int row) const;
   const std::filesystem::path& data_dir() const { return data_dir_; }
   // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
   std::filesystem::path index_dir() const { return data_dir_ / "index"; }
   // Where small pictures are kept; may be removed at any time.
   std::filesystem::path small_dir() const { return data_dir_ / "small"; }
-  // Makes those of a map and a mask that were just entered. What cannot be written is made when somebody asks for it.
+  // Makes those of a map and a mask that were just entered, and the map's tiles. What cannot be written is made when
+  // somebody asks for it.
   void make_small(const std::string& map_file, const std::string& mask_file) const;
   // Removes a file that nothing names any more, if it is there, and what was made of it. What cannot be removed does no
   // harm.
@@ -72,7 +78,9 @@ class PanelLibrary {
   // Removes what is kept in both for a panel whose map was replaced or whose wood is used up: it will never be read
   // again, and may be gigabytes. What cannot be removed does no harm.
   void drop_index(const PanelId& panel) const;
-  // The same for all panels but these.
+  // The same for one whose mask alone was replaced: what was made of its map stays.
+  void drop_mask(const PanelId& panel, const std::string& mask_file) const;
+  // As drop_index(), for all panels but these.
   void keep_index_only(const std::vector<PanelId>& panels) const;
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
@@ -96,9 +104,13 @@ class PanelLibrary {
   void drop_small(const std::string& beginning) const;
   void keep_small(const std::optional<std::string>& png, const std::filesystem::path& file) const;
   Result<SmallPicture> make_smaller(const std::string& file, int width_px) const;
+  bool has_small(const std::string& file, const std::filesystem::path& own) const;
+  std::filesystem::path tiles_file(const std::string& map_file) const;
+  Result<std::filesystem::path> tiles_of(const std::string& map_file) const;
 
   std::filesystem::path data_dir_;
   mutable std::mutex writing_mutex_;  // of small files: two that ask for one make it one after the other
+  mutable std::mutex tiles_mutex_;    // of tiles, which take seconds to make: the same
   mutable std::mutex areas_mutex_;
   mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
   mutable std::mutex painted_mutex_;

@@ -1,5 +1,5 @@
-// TIFF files made for print: their inks, which OpenCV would turn into colours without their profile. The only door to
-// libtiff. Pure; does not throw.
+// TIFF files made for print: their inks, which OpenCV would turn into colours without their profile. The door to
+// libtiff for pictures of people (the cell's own: tile_pyramid.h). Pure; does not throw.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

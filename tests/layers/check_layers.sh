@@ -97,7 +97,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^spdlog/", "^(base/(log|journal)\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       door("^systemd/", "^daemon/")
       door("^tesseract/", "^drivers/sim/proof/")
-      door("^tiffio", "^(planner/pictures/tiff_inks\\.cc|tests/planner/)")
+      door("^tiffio", "^(planner/pictures/(tiff_inks|tile_pyramid)\\.cc|tests/planner/)")
       door("^toml", "^(daemon|drivers/sim)/")
       door("^umockdev", "^tests/support/board_file")
       door("^zbar\\.h$", "^tests/daemon/services/panel_label_test\\.cc$")

@@ -153,11 +153,28 @@ class Day:
         self.let_go()  # it is asked again
         self.until("the map", lambda: self.browser.execute_script(
             "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
+        self.look_closely()
         self.press("details[data-key=pieces] summary")
         self.press("details[data-key=pieces] .chips button")
         self.until_says("main", "PIECE A1-1")
         self.until_says("main", "to be cut")
         self.show("panel")
+
+    def look_closely(self):
+        """The scan comes in tiles, and only those that are looked at: the first of them does not lie where they are."""
+        tiles = "const tiles = [...document.querySelectorAll('.leaflet-tiles-pane img')];"
+        assert not self.browser.execute_script(tiles + "return tiles.length"), "the small picture would do"
+        for closer in range(3):
+            self.press(".leaflet-control-zoom-in")
+            self.until("the map to be closer", lambda: not self.browser.execute_script(
+                "return document.querySelector('.map').classList.contains('leaflet-zoom-anim')"))
+        self.until("the scan in tiles", lambda: self.browser.execute_script(
+            tiles + "return tiles.length > 0 && tiles.every((tile) => tile.naturalWidth === 512)"))
+        assert self.asked_for("/map-tile.jpg?level=0"), "what is looked at closely is shown as it was scanned"
+        self.picture("panel_close", "desk")
+        for farther in range(3):
+            self.press(".leaflet-control-zoom-out")
+        self.until("the small picture alone", lambda: not self.browser.execute_script(tiles + "return tiles.length"))
 
     def asked_for(self, part):
         return self.browser.execute_script("return window.asked.filter((path) => path.includes(arguments[0])).length", part)

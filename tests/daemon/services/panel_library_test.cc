@@ -109,6 +109,39 @@ TEST_F(SmallPictures, OfAMapThatWasReplacedAreRemoved) {
   EXPECT_EQ(files(), 1);
 }
 
+TEST_F(SmallPictures, AMapIsInTilesWhenItEntersAndStaysSoWhenItsMaskIsPainted) {
+  const std::string map = store(1300, 700, {10, 90, 200});
+  const auto mask_of = [&](int grey) {
+    return library_.store_picture(cv::Mat(700, 1300, CV_8UC1, cv::Scalar(grey)), "panels/P-0001", "mask")->file;
+  };
+  const std::string first = mask_of(255), painted = mask_of(254);
+  library_.make_small(map, first);
+  std::filesystem::resize_file(dir_.path() / map, 40);  // its head
+  library_.drop_mask(PanelId{"P-0001"}, first);
+  library_.make_small(map, painted);
+  const PanelLibrary next(dir_.path());
+  const auto levels = next.tile_levels(map);
+  ASSERT_TRUE(levels) << levels.error().message;
+  EXPECT_EQ(*levels, (std::vector<cv::Size>{{1300, 700}, {650, 350}, {325, 175}}));
+  const auto tile = next.load_tile(map, 1, 0, 0);
+  ASSERT_TRUE(tile) << tile.error().message;
+  const cv::Mat shown = cv::imdecode(std::vector<char>(tile->begin(), tile->end()), cv::IMREAD_COLOR);
+  ASSERT_EQ(shown.size(), cv::Size(512, 512));
+  EXPECT_LE(cv::norm(shown.at<cv::Vec3b>(300, 300) - cv::Vec3b(10, 90, 200), cv::NORM_INF), 3);
+  EXPECT_EQ(next.load_tile(map, 1, 9, 0).error().code, ErrorCode::kNotFound);
+}
+
+// One from before tiles were kept, or whose tiles somebody removed.
+TEST_F(SmallPictures, AMapWithoutTilesGetsThemWhenSomebodyLooks) {
+  const std::string map = store(600, 30, {10, 90, 200});
+  EXPECT_TRUE(library_.load_tile(map, 0, 1, 0));
+  lose(map);
+  EXPECT_TRUE(library_.load_tile(map, 0, 0, 0));
+  library_.remove(map);
+  std::filesystem::remove_all(library_.small_dir());
+  EXPECT_EQ(library_.load_tile(map, 0, 0, 0).error().code, ErrorCode::kStorage);
+}
+
 TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
   const std::string first = store(1500, 1000, {1, 1, 1}), often = store(1500, 1000, {2, 2, 2});
   ASSERT_TRUE(library_.load_small(first, 1500));

@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include "planner/pictures/pictures.h"
+#include "tests/daemon/routes/panel_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+class TileRoutes : public PanelCell {
+ protected:
+  ApiReply tile(const std::string& query) { return ask("GET", "/api/v1/panels/P-0002/map-tile.jpg?" + query); }
+};
+
+TEST_F(TileRoutes, TellWhichTilesAMapHas) {
+  EXPECT_EQ(get("/panels/P-0002/map-tiles"), json({{"panel", "P-0002"},
+                                                   {"px_per_mm", kMapResolution.px_per_mm},
+                                                   {"tile_px", 512},
+                                                   {"levels", {{{"width_px", kColumns}, {"height_px", kRows}}}}}));
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/map-tiles").status, 404);
+}
+
+TEST_F(TileRoutes, SendATileWithItsTag) {
+  const ApiReply reply = tile("level=0&column=0&row=0");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  EXPECT_EQ(reply.content_type, "image/jpeg");
+  EXPECT_FALSE(reply.etag.empty());
+  const auto picture = planner::decode_picture(reply.body, "tile");
+  ASSERT_TRUE(picture) << picture.error().message;
+  EXPECT_EQ(picture->size(), cv::Size(512, 512));
+}
+
+TEST_F(TileRoutes, RefuseWhatIsNoTile) {
+  EXPECT_EQ(tile("level=0&column=1&row=0").status, 404);
+  EXPECT_EQ(tile("level=1&column=0&row=0").status, 404);
+  EXPECT_EQ(tile("level=0&column=0").status, 400);
+  EXPECT_EQ(tile("level=0&column=-1&row=0").status, 400);
+  EXPECT_EQ(tile("level=0&column=0&row=0&width=3").status, 400);
+}
+
+}  // namespace
+}  // namespace veneer::daemon
