@@ -2,7 +2,7 @@
 import {h} from "../dom.js";
 import {dayTime, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
-import {changed, loadPanels, mayChange, model} from "../model.js";
+import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {openFile} from "../work.js";
@@ -25,7 +25,9 @@ export function enterPanel(id, piece) {
   beginBrush(id);
 }
 
-// Asked for anew whenever the list says that the panel is another one.
+// Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
+// its shelf or its treatment the list need not tell.
+followEvent("panel", () => { shown.version = ""; changed(); });
 async function load() {
   const {id} = shown;
   const known = model.panels.find((panel) => panel.id === id);
