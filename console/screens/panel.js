@@ -86,7 +86,7 @@ export function drawPanel(id) {
   if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
-      button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
+      link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
