@@ -253,11 +253,13 @@ Result<nlohmann::json> ApiClient::request(const std::string& method, const std::
 Result<nlohmann::json> ApiClient::get_all(const std::string& target, const std::string& list) const {
   const std::string pages = target + (target.find('?') == std::string::npos ? "?" : "&") + "limit=1000";
   auto whole = get(pages);
-  while (whole && member(*whole, "next").is_number()) {
-    const auto page = get(pages + "&cursor=" + std::to_string(whole_or(*whole, "next", 0)));
+  while (whole && !member(*whole, "next").is_null()) {
+    // A number, or a name.
+    const nlohmann::json& next = member(*whole, "next");
+    const auto page = get(pages + "&cursor=" + (next.is_string() ? url_encode(next.get<std::string>()) : next.dump()));
     if (!page) return page.error();
     const nlohmann::json& more = member(*page, list.c_str());
-    const bool goes_on = member(*page, "next").is_number();
+    const bool goes_on = !member(*page, "next").is_null();
     if (!more.is_array() || (more.empty() && goes_on) || !member(*whole, list.c_str()).is_array())
       return Error{ErrorCode::kInternal, "veneerd's answer to " + target + " breaks off"};
     for (const nlohmann::json& item : more) (*whole)[list].push_back(item);

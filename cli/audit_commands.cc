@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 struct AuditOptions {
-  std::string since, who, panel;
+  std::string since, until, who, text, kind, panel, job;
   std::int64_t limit = 50;
   bool all = false;
 };
@@ -25,7 +25,8 @@ struct AuditOptions {
 Result<json> read_audit(const ApiClient& client, const AuditOptions& options) {
   std::string query;
   const std::pair<const char*, const std::string&> filters[] = {
-      {"since", options.since}, {"who", options.who}, {"panel", options.panel}};
+      {"since", options.since}, {"until", options.until}, {"who", options.who}, {"text", options.text},
+      {"kind", options.kind},   {"panel", options.panel}, {"job", options.job}};
   for (const auto& [name, value] : filters)
     if (!value.empty()) query += fmt::format("&{}={}", name, url_encode(value));
   std::int64_t left = options.all ? std::numeric_limits<std::int64_t>::max() : options.limit;
@@ -96,6 +97,10 @@ void add_audit_command(CLI::App& app, CommandContext& context) {
   auto options = std::make_shared<AuditOptions>();
   CLI::App* command = app.add_subcommand("audit", "Who did what, newest first");
   command->add_option("--since", options->since, "From this time on, in UTC: 2026-05-01 or 2026-05-01T07:30");
+  command->add_option("--until", options->until, "Before this time, in UTC");
+  command->add_option("--text", options->text, "Only rows that have each of these words somewhere");
+  command->add_option("--kind", options->kind, "Only what begins so: run, job, cell, alarm, api, laser");
+  command->add_option("--job", options->job, "Only rows that name this job")->check(CLI::PositiveNumber);
   command->add_option("--who", options->who, "Only what this one did, as the log calls him: \"uid 1000\", veneerd");
   command->add_option("--panel", options->panel, "Only rows that name this panel");
   command->add_option("--limit", options->limit, "How many rows")->check(positive_number())->capture_default_str();

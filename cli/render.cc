@@ -156,6 +156,25 @@ std::string before_motion_words(const json& load, const json& confirm) {
 
 }  // namespace
 
+namespace {
+
+// What is not as it should be, with what to do; what nobody has told stands in the JSON.
+std::string interlock_lines(const json& chain) {
+  if (!chain.is_array()) return "";
+  std::string text;
+  for (const json& one : chain) {
+    const std::string state = text_or(one, "state", "");
+    if (state != "blocks" && state != "warns") continue;
+    const std::string remedy = text_or(one, "remedy", "");
+    text += line(text.empty() ? "In the way" : "",
+                 fmt::format("{}{}: {}{}{}", text_or(one, "name", ""), state == "blocks" ? "" : " (later)",
+                             text_or(one, "sentence", ""), remedy.empty() ? "" : ". ", remedy));
+  }
+  return text.empty() ? line("In the way", "nothing that this program knows of") : text;
+}
+
+}  // namespace
+
 std::string render_status(const json& status) {
   std::string text = text_or(status, "state", "unknown") + "\n";
   std::string reason = text_or(status, "reason", "");
@@ -183,6 +202,7 @@ std::string render_status(const json& status) {
   text += line("Lid", lid_words(text_or(status, "lid", ""), flag_or(laser, "connected", false)));
   text += line("Stock", stock_words(status));
   text += line("Calibration", calibration_words(member(status, "calibration")));
+  text += interlock_lines(member(status, "interlocks"));
   const json& tasks = member(status, "tasks");
   if (tasks.is_array()) {
     for (const json& task : tasks) {

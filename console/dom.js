@@ -16,7 +16,7 @@ function make(node, spec, attributes, children) {
   }
   node.wanted = {};
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on") || ["value", "checked", "share"].includes(name)) {
+    if (name.startsWith("on") || ["value", "checked", "share", "part"].includes(name)) {
       node.wanted[name] = value;
       apply(node, name, value);
     } else if (name === "class") {
@@ -29,11 +29,13 @@ function make(node, spec, attributes, children) {
   return node;
 }
 
-// `share`: of its parent's width. The page's policy forbids styles as text.
+// `share`: of its parent's width. `part`: what is seen of a picture that its parent cuts off, {left, top, side} in
+// fractions of it. The page's policy forbids styles as text.
 function apply(node, name, value) {
   // Without the attribute an option's value is its text, and so it never equals "".
   if (name === "value" && node.nodeName === "OPTION") node.setAttribute(name, value);
   else if (name === "share") node.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
+  else if (name === "part") node.style.transform = value && value.side < 1 ? `scale(${1 / value.side}) translate(${-100 * value.left}%, ${-100 * value.top}%)` : "";
   else if (node[name] !== value) node[name] = value;
 }
 

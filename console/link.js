@@ -50,13 +50,13 @@ export function stopAsking() {
   asking = new AbortController();
 }
 
-// `body`: an object becomes JSON, a File goes as it is.
-export async function ask(method, path, {body = null, timeoutMs = 5000} = {}) {
+// `body`: an object becomes JSON, a File goes as it is. `forStop`: asked because of STOP, which ends all else.
+export async function ask(method, path, {body = null, timeoutMs = 5000, forStop = path === kStop} = {}) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
   const stopped = untilStop();
-  const forStop = () => giveUp.abort();
-  if (path !== kStop) stopped.addEventListener("abort", forStop);
+  const end = () => giveUp.abort();
+  if (!forStop) stopped.addEventListener("abort", end);
   try {
     const headers = {};
     const file = body instanceof Blob;
@@ -71,11 +71,11 @@ export async function ask(method, path, {body = null, timeoutMs = 5000} = {}) {
     throw Object.assign(new Error(sentence), {answered: true, status: reply.status});
   } catch (fault) {
     if (fault.answered) throw fault;
-    if (path !== kStop && stopped.aborted) throw new Error("Given up for STOP: look whether the cell has done it.");
+    if (!forStop && stopped.aborted) throw new Error("Given up for STOP: look whether the cell has done it.");
     throw new Error("The cell does not answer. Is veneerd running?");
   } finally {
     clearTimeout(timer);
-    stopped.removeEventListener("abort", forStop);
+    stopped.removeEventListener("abort", end);
   }
 }
 export const get = (path) => ask("GET", `/api/v1${path}`);
@@ -83,11 +83,13 @@ export const get = (path) => ask("GET", `/api/v1${path}`);
 // A long list, page by page; at most `most` of it.
 export async function askAll(path, list, most = Infinity) {
   const all = [];
-  for (let cursor = 0; cursor !== null && cursor !== undefined && all.length < most;) {
-    const page = await get(`${path}${path.includes("?") ? "&" : "?"}limit=${Math.min(1000, most)}&cursor=${cursor}`);
+  let next = null;
+  do {
+    const from = next === null ? "" : `&cursor=${encodeURIComponent(next)}`;
+    const page = await get(`${path}${path.includes("?") ? "&" : "?"}limit=${Math.min(1000, most)}${from}`);
     all.push(...(page[list] || []));
-    cursor = page.next;
-  }
+    next = page.next ?? null;
+  } while (next !== null && all.length < most);
   return all;
 }
 

@@ -90,21 +90,31 @@ function take(event) {
   if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.opened; ++model.bedLooks; model.bedAt = 0; changed(); }
   if (event.type === "status" && event.status) takeStatus(event.status);
   if (event.type === "task" && event.task) takeTask(event.task);
-  if (event.type === "job") { loadJobs(); renewPieces(event.job); }
+  if (event.type === "job") { loadJobs(); loadPanels(); renewPieces(event.job); }  // it takes wood, or gives it back
   if (event.type === "panel") { loadPanels(); loadPlans(); for (const job of model.pieces.keys()) renewPieces(job); }
   if (event.type === "bed") { ++model.bedLooks; model.bedAt = event.missed ? 0 : performance.now(); changed(); }
 }
 
-// One look at a time; whoever asks meanwhile gets another one after it. What was not answered is asked again.
+// One look at a time; whoever asks meanwhile gets another one after it. What was not answered is asked again. Resolves
+// once a look that began after the call was answered.
 export function loader(load) {
-  let underWay = false, again = false;
-  return async function run() {
-    if (underWay) { again = true; return; }
+  let underWay = false, waiting = [];
+  async function look() {
     underWay = true;
-    try { await load(); changed(); } catch (fault) { if (mayDo("viewer")) setTimeout(run, kAgainMs); }
+    const told = waiting;
+    waiting = [];
+    let answered = true;
+    try { await load(); changed(); } catch (fault) { answered = false; }
     underWay = false;
-    if (again) { again = false; run(); }
-  };
+    if (answered) told.forEach((tell) => tell());
+    else waiting.push(...told);
+    if (answered ? waiting.length > 0 : waiting.length > told.length) look();
+    else if (!answered && mayDo("viewer")) setTimeout(() => { if (!underWay) look(); }, kAgainMs);
+  }
+  return () => new Promise((tell) => {
+    waiting.push(tell);
+    if (!underWay) look();
+  });
 }
 
 export const loadPanels = loader(async () => {
@@ -115,8 +125,9 @@ export const loadJobs = loader(async () => { model.jobs = await askAll(model.arc
 export const loadPlans = loader(async () => { model.plans = await askAll("/plans", "plans", 200); });
 
 const pieceLoaders = new Map();
-function renewPieces(job) {
-  if (pieceLoaders.has(job)) pieceLoaders.get(job)();
+// Resolves as a loader does.
+export async function renewPieces(job) {
+  if (pieceLoaders.has(job)) await pieceLoaders.get(job)();
 }
 // The job's pieces as known; asked for with the first call, and kept up to date from then on.
 export function piecesOf(job) {

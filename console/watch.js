@@ -73,13 +73,14 @@ async function go() {
   goes = false;
 }
 
-// `over` lies over the picture. To be drawn again as long as somebody sees it.
-export function bedView(none, ...over) {
+// `part` of the picture is shown, {left, top, side} in fractions of it; `over` lies over that. To be drawn again as long
+// as somebody sees it.
+export function bedView(none, part = null, ...over) {
   drawnAt = performance.now();
   if (looks !== model.bedLooks) fetchLook();
   go();
   const age = performance.now() - shown.at, stale = Boolean(shown.url) && (!shown.at || age > kStaleMs);
   return [
-    h("div.view", {class: stale ? "stale" : "", "data-bed": shown.of}, h("img", {alt: t("bed.alt"), src: shown.url || null, hidden: !shown.url}), empty(none), ...over),
+    h("div.view", {class: stale ? "stale" : "", "data-bed": shown.of}, h("img", {alt: t("bed.alt"), src: shown.url || null, hidden: !shown.url, part}), empty(none), ...over),
     shown.url && h("p.age", {class: stale ? "" : "dim"}, stale ? `▲ ${shown.at ? t("bed.old", {age: ago(age)}) : t("bed.before")}` : t("bed.now", {age: ago(age)}))];
 }

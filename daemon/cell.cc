@@ -52,6 +52,8 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
           {"frame_max_power", options.frame_max_power.count()}};
 }
 
+constexpr std::chrono::minutes kLookAtStore(1);
+
 struct EndedLeases {
   std::vector<std::string> sentences;
   std::vector<PanelId> panels;
@@ -159,6 +161,10 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   cell->database = std::move(*database);
   cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   cell->task_audit_ = std::make_unique<TaskAudit>(cell->tasks, *cell->audit_log_);
+  auto camera = std::make_unique<NotedCamera>(std::move(cell->devices.camera));
+  auto scanner = std::make_unique<NotedScanner>(std::move(cell->devices.scanner));
+  cell->noted_camera_ = camera.get(), cell->noted_scanner_ = scanner.get();
+  cell->devices.camera = std::move(camera), cell->devices.scanner = std::move(scanner);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -239,6 +245,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   }
   c.look_for_lost_choice();
   c.refresh_counts();
+  c.look_at_store();
   c.look_regularly();
   return cell;
 }
@@ -288,6 +295,7 @@ void Cell::look_regularly() {
     look_for_alarms();
     look_for_notices();
     end_leases();
+    if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
     look_regularly();
   });
 }
@@ -376,6 +384,7 @@ json Cell::status(Role told) const {
   out["confirm"] = asked_by_name();
   out["calibration"] = json::object();
   for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);
+  out["interlocks"] = interlocks_json(laser, told_all);
   out["alarms"] = {{"new", alarms.count(AlarmState::kNew)},
                    {"acknowledged", alarms.count(AlarmState::kAcknowledged)},
                    {"returned", alarms.count(AlarmState::kReturned)}};

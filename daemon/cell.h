@@ -27,9 +27,11 @@
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/database_check.h"
 #include "daemon/services/found_devices.h"
+#include "daemon/services/interlocks.h"
 #include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
+#include "daemon/services/noted_devices.h"
 #include "daemon/services/notifier.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
@@ -92,6 +94,7 @@ class Cell {
   AlarmBook alarms;
   Metrics metrics;
   std::function<std::size_t()> connections;  // of the API, once there is a server
+  std::function<Status()> guarded;           // whether a guardian watches, or why not; empty: there is nobody to ask
   // To be set before the routes are bound.
   std::function<void()> restart;  // ends the daemon in order; empty: nobody would start it again
   DeviceRoots device_roots;
@@ -141,6 +144,8 @@ class Cell {
   std::vector<std::string> asked_by_name() const;            // before the beam comes on
   CellNeeds needs() const;
   NextStep next() const;
+  nlohmann::json interlocks_json(const LaserStatus& laser, bool tell_why) const;
+  void look_at_store();
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
@@ -157,6 +162,12 @@ class Cell {
   std::int64_t last_kept_ = 0;      // the newest task that is
   bool choice_lost_ = false;
   bool counted_ = false;  // what the database knows of alarms is known here
+
+  const NotedCamera* noted_camera_ = nullptr;  // of devices
+  const NotedScanner* noted_scanner_ = nullptr;
+  std::optional<StoreHealth> store_health_;
+  bool looks_at_store_ = false;
+  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
 
   std::unique_ptr<CellCounter> counter_;
 

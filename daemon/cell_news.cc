@@ -1,6 +1,7 @@
 // What the cell tells of itself: alarms, notices to whoever is away, tasks; and what of that outlives the daemon.
 #include <fmt/format.h>
 
+#include <boost/asio/post.hpp>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -88,6 +89,33 @@ void Cell::look_for_alarms() {
     audit_log_->write({0, alarm.until, "veneerd", "alarm.returned", alarm.what.sentence});
   if (changes.any()) return alarms_changed();
   if (changes.eased) keep_alarms();  // or what gets worse after a restart would be held against what it was
+}
+
+nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) const {
+  InterlockFacts facts;
+  if (guarded) facts.guardian = guarded();
+  facts.camera = noted_camera_->last();
+  facts.scanner = noted_scanner_->last();
+  facts.store = store_health_;
+  facts.now = std::chrono::system_clock::now();
+  facts.tell_why = tell_why;
+  CellNeeds needed = needs();
+  if (!counted_) needed.certificates.clear();  // nobody has read them yet
+  return to_json(veneer::daemon::interlocks(runner->view(), laser, needed, facts));
+}
+
+// The keeper waits for the same disk. One look at a time: a disk that hangs is not asked again and again.
+void Cell::look_at_store() {
+  if (std::exchange(looks_at_store_, true)) return;
+  store_looked_at_ = std::chrono::steady_clock::now();
+  keeper_->post(
+      [this, alive = std::weak_ptr(alive_), data = config.store.data_dir, backups_in = backup_dir_of(config.store)] {
+        boost::asio::post(reactor, [this, alive, seen = store_health(data, backups_in)] {
+          if (alive.expired()) return;
+          looks_at_store_ = false;
+          store_health_ = seen;
+        });
+      });
 }
 
 // Whoever asked for it may have gone.

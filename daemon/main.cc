@@ -157,6 +157,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
       watchdog.stopping();
       end.begin("the daemon is started again");
     };
+  c.guarded = [&guardian] { return guardian.ready(); };
   bind_routes(router, c);
   bind_console_routes(router);
   bind_session_routes(router, sign_in);
@@ -221,6 +222,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
     log->critical("{}", sentence);
   });
   guardian.on_change({});
+  c.guarded = {};
   c.connections = {};
   (*server)->close();
   if (!ran) return fail(ran.error(), kBroken);

@@ -40,9 +40,13 @@ struct AuditHead {
 // All that is given must hold.
 struct AuditFilter {
   std::string since = {};                   // at or after this time
+  std::string until = {};                   // before this time
   std::string who = {};                     // exactly
   std::string what = {};                    // exactly
+  std::string kind = {};                    // the beginning of its `what`, up to the dot: "run", "alarm"
+  std::vector<std::string> words = {};      // each is somewhere in the row; capitals are as small letters
   std::optional<PanelId> panel = {};        // its detail names this panel
+  std::optional<JobId> job = {};            // and this job
   std::optional<std::int64_t> before = {};  // smaller numbers
 };
 

@@ -2,7 +2,7 @@
 // A piece is found by a finger, by keyboard or by its mark, and ticked off once it lies at its place.
 import {h, svg} from "../dom.js";
 import {dayTime, t} from "../words.js";
-import {changed, databaseSound, jobOf, mayChange, model, piecesOf} from "../model.js";
+import {changed, databaseSound, jobOf, mayChange, model, piecesOf, renewPieces} from "../model.js";
 import {command, sameThing} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {picture} from "../pictures.js";
@@ -14,6 +14,7 @@ import {cannotRedo, kGone, redo, redoneNote, verdicts, woodOf} from "./pieces.js
 
 const kZooms = [1, 2, 4];  // times as wide as its place on the screen
 let back = true, zoom = 1;
+let more = false;            // of the piece, on a phone: all that may be done with it, over the map
 let followed = "";           // the piece that was last moved into sight
 const wanted = new Map();    // what was said of a piece, by job and mark, while the lists do not tell yet
 
@@ -39,14 +40,10 @@ async function tick(job, piece, laid) {
   const key = keyOf(job, piece);
   wanted.set(key, laid);
   changed();
-  const done = await command(`/jobs/${job.id}/assembled`, {body: {pieces: [piece.mark], assembled: laid}});
-  if (!done) wanted.delete(key);
+  // What the lists say from then on counts, whoever said it last.
+  if (await command(`/jobs/${job.id}/assembled`, {body: {pieces: [piece.mark], assembled: laid}})) await renewPieces(job.id);
+  wanted.delete(key);
   changed();
-}
-
-// The lists have caught up.
-function forget(job, pieces) {
-  for (const piece of pieces) if (wanted.get(keyOf(job, piece)) === Boolean(piece.assembled)) wanted.delete(keyOf(job, piece));
 }
 
 export function draw(jobWanted, markWanted) {
@@ -54,7 +51,6 @@ export function draw(jobWanted, markWanted) {
   const job = jobOf(Number(jobWanted)) || jobs[jobs.length - 1];
   if (!job) return empty(t("assembly.none"));
   const pieces = piecesOf(job.id);
-  forget(job, pieces);
   const chosen = pieces.find((piece) => piece.mark === markWanted);
   return [
     h("div.tools", {},
@@ -68,23 +64,30 @@ export function draw(jobWanted, markWanted) {
       h("div.column", {}, pieceCard(job, pieces, chosen), progressCard(job, pieces)))];
 }
 
-// A piece that was chosen by keyboard or by name comes into sight.
+// A piece that was chosen by keyboard or by name comes into sight: in its pane, and between what stays at the top and
+// the sheet at the foot of a phone's screen.
 export function drawn(place, job, mark) {
   const piece = place.querySelector(".assembly .ring");
   if (followed === `${job} ${mark} ${zoom} ${back}` || !piece) return;
-  followed = `${job} ${mark} ${zoom} ${back}`;
   const pane = place.querySelector(".assembly-pane"), [of, is] = [pane, piece].map((one) => one.getBoundingClientRect());
+  if (!is.height) return;  // the picture beneath is on its way
+  followed = `${job} ${mark} ${zoom} ${back}`;
   if (is.left < of.left || is.right > of.right) pane.scrollLeft += is.left + is.width / 2 - of.left - of.width / 2;
   if (is.top < of.top || is.bottom > of.bottom) pane.scrollTop += is.top + is.height / 2 - of.top - of.height / 2;
+  const sheet = place.querySelector(".assembly-piece");
+  const high = document.querySelector("header").getBoundingClientRect().bottom;
+  const low = getComputedStyle(sheet).position === "sticky" ? sheet.getBoundingClientRect().top : innerHeight;
+  const now = piece.getBoundingClientRect();
+  if (now.top < high || now.bottom > low) scrollBy(0, now.top + now.height / 2 - (high + low) / 2);
 }
 
 // ---- the map --------------------------------------------------------------------------------------------------------
 
 function mapCard(job, pieces, chosen) {
   const box = boxOf(pieces);
-  const side = (is) => h("button", {type: "button", "aria-pressed": String(back === is), onclick: () => { back = is; changed(); }}, t(is ? "assembly.back" : "assembly.show"));
+  const side = (is) => h("button", {type: "button", "data-view": is ? "back" : "show", "aria-pressed": String(back === is), onclick: () => { back = is; changed(); }}, t(is ? "assembly.back" : "assembly.show"));
   return card(job.name, h("p.dim", {}, t("assembly.about")),
-    h("div.choices", {role: "group", "aria-label": t("assembly.view")}, side(true), side(false),
+    h("div.choices.assembly-views", {role: "group", "aria-label": t("assembly.view")}, side(true), side(false),
       ...kZooms.map((one) => h("button", {type: "button", "aria-pressed": String(zoom === one), onclick: () => { zoom = one; changed(); }}, `${one} ×`))),
     h("div.assembly-pane", {}, h("div.view.assembly", {class: `${back ? "mirrored" : ""} x${zoom}`},
       picture(`/jobs/${job.id}/preview.png?width=1200`, t("assembly.alt", {n: job.id}), {version: job.newest_plan}), box && marks(job, pieces, box, chosen))),
@@ -151,16 +154,17 @@ function pieceCard(job, pieces, chosen) {
   const look = lookOf(job, chosen), laid = look === "laid";
   target.drawn(`${keyOf(job, chosen)} ${look}`);
   const may = mayTick(job, chosen) && target.isLooked();
-  return h("section.card.assembly-piece", {"aria-label": t("assembly.piece"), "data-key": "piece"},
+  return h("section.card.assembly-piece", {"aria-label": t("assembly.piece"), "data-key": "piece", class: more ? "more" : ""},
     h("div.load", {}, chosen.panel ? woodOf(chosen) : null, h("div", {}, h("p.big", {id: "assembly-said", role: "status"}, said(job, chosen)),
-      laid && chosen.assembled && h("p.dim", {}, t("assembly.laid_by", {who: chosen.assembled.who, at: dayTime(chosen.assembled.at)})),
-      chosen.panel && h("p.dim", {}, link(`#panels/${chosen.panel}/${chosen.id}`, t("assembly.passport", {panel: chosen.panel}))))),
+      laid && chosen.assembled && h("p.dim.seldom", {}, t("assembly.laid_by", {who: chosen.assembled.who, at: dayTime(chosen.assembled.at)})),
+      chosen.panel && h("p.dim.seldom", {}, link(`#panels/${chosen.panel}/${chosen.id}`, t("assembly.passport", {panel: chosen.panel})))),
+      (laid || look === "cut") && button(t(more ? "assembly.less" : "assembly.more"), () => { more = !more; changed(); }, {id: "piece-more", "aria-expanded": String(more)})),
     h("div.commands", {},
       (laid || look === "cut") && button(t(laid ? "assembly.untick" : "assembly.tick", {mark: chosen.mark}), () => tick(job, chosen, !laid), {id: "tick-piece", wide: true, next: !laid && may, disabled: !may}),
       goOn,
       look === "missing" && button(t("missing.one"), () => redo(job.id, [chosen.mark]), {wide: true, id: "redo-piece", disabled: cannotRedo(job.id)}),
       (laid || look === "cut") && button(t("assembly.lost", {mark: chosen.mark}), () => { if (confirm(t("lost.sure", {mark: chosen.mark}))) redo(job.id, [chosen.mark]); },
-        {wide: true, id: "redo-piece", disabled: cannotRedo(job.id) || Boolean(job.now) || !databaseSound()})),
+        {wide: true, id: "redo-piece", "data-seldom": "", disabled: cannotRedo(job.id) || Boolean(job.now) || !databaseSound()})),
     look === "suspect" && verdicts({job, piece: chosen}),
     redoneNote());
 }

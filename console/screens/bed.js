@@ -46,10 +46,53 @@ function lines() {
   return out;
 }
 
+// Where the picture shows the head, between the nodes of the toolpath's grid; null where the cell does not tell.
+function headAt() {
+  const place = (model.cell.laser || {}).position_mm, grid = toolpath && toolpath.machine;
+  if (!place || !grid) return null;
+  const [across, up] = [[grid.columns, 0], [grid.rows, 1]].map(([nodes, axis]) => {
+    const at = (place[axis] - grid.min_mm[axis]) / (grid.max_mm[axis] - grid.min_mm[axis]) * (nodes - 1);
+    const node = Math.min(Math.max(Math.floor(at), 0), nodes - 2);
+    return {node, part: at - node};
+  });
+  if ([across, up].some(({part}) => part < 0 || part > 1)) return null;  // beyond what the camera sees
+  const point = (i, j) => grid.points[(up.node + j) * grid.columns + across.node + i];
+  const between = (a, b, part) => a.map((value, axis) => value + (b[axis] - value) * part);
+  return between(between(point(0, 0), point(1, 0), across.part), between(point(0, 1), point(1, 1), across.part), up.part);
+}
+
+// A cross that is seen on any wood, dark in light.
+function headMark(long) {
+  const at = headAt();
+  if (!at || !kPanelStates.includes(model.cell.state)) return [];
+  const [x, y] = at;
+  const d = `M${x - long} ${y}H${x + long}M${x} ${y - long}V${y + long}`;
+  return [svg("path.head", {d}), svg("path.head.inner", {d})];
+}
+
+// ---- close up -------------------------------------------------------------------------------------------------------
+
+let close = null;  // as somebody wants it; else whole while a panel is laid, and close up while it is cut
+
+// What is shown of the picture, in fractions of it: all that is to be cut, with room around it; null = all.
+function closeUp() {
+  const points = toolpath ? [toolpath.frame, ...toolpath.pieces.flatMap((piece) => piece.lines.map((line) => line.points))].flat() : [];
+  if (!points.length) return null;
+  const [low, high] = [Math.min, Math.max].map((most) => [0, 1].map((axis) => points.reduce((value, point) => most(value, point[axis]), points[0][axis])));
+  const side = Math.min(1, 1.25 * Math.max(high[0] - low[0], high[1] - low[1]));
+  const [left, top] = [0, 1].map((axis) => Math.min(Math.max((low[axis] + high[axis]) / 2 - side / 2, 0), 1 - side));
+  return {left, top, side};
+}
+
 export function bedCard() {
   followToolpath();
   const drawn = lines();
+  const may = drawn.length > 1 ? closeUp() : null;  // the strokes, not only where a panel is to be laid
+  const near = close ?? !model.cell.load;
+  const {left, top, side} = (near && may) || {left: 0, top: 0, side: 1};
   return card(t("bed"),
-    ...bedView(t("bed.none"), svg("svg", {viewBox: "0 0 1 1", preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn)),
-    drawn.length > 0 && h("p.key.dim", {}, h("i.key-line-cut"), t("key.cut_line"), h("i.key-done"), t("key.done"), h("i.key-line-engrave"), t("key.engrave"), h("i.key-line-frame"), t("key.frame")));
+    ...bedView(t("bed.none"), {left, top, side}, svg("svg", {viewBox: `${left} ${top} ${side} ${side}`, preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn, ...headMark(.025 * side))),
+    may && h("div.choices", {role: "group", "aria-label": t("bed.how_close")}, ...[true, false].map((is) =>
+      h("button", {type: "button", id: is ? "bed-close" : "bed-whole", "aria-pressed": String(near === is), onclick: () => { close = is; changed(); }}, t(is ? "bed.close" : "bed.whole")))),
+    drawn.length > 0 && h("p.key.dim", {}, h("i.key-line-cut"), t("key.cut_line"), h("i.key-done"), t("key.done"), h("i.key-line-engrave"), t("key.engrave"), h("i.key-line-frame"), t("key.frame"), headAt() && [h("span", {"aria-hidden": "true"}, " ✚ "), t("key.head")]));
 }

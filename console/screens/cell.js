@@ -1,6 +1,6 @@
-// The cell at a glance: what runs, what needs somebody, the machine, its calibration, the stock.
+// The cell at a glance: what runs, what needs somebody, what must be so before the beam comes on, the machine, the stock.
 import {h} from "../dom.js";
-import {asSentence, squareCm, t} from "../words.js";
+import {asSentence, language, span, squareCm, t} from "../words.js";
 import {model} from "../model.js";
 import {bar, card, empty, fact, facts, leftWords, link, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
@@ -12,8 +12,8 @@ export function draw() {
     viewerHint(),
     h("div.columns", {},
       h("div.column", {}, whatRuns(cell), attention(), workGoingOn()),
-      h("div.column", {}, machine(cell), calibration(cell)),
-      h("div.column", {}, stock(), leasesCard())),
+      h("div.column", {}, interlocks(cell)),
+      h("div.column", {}, machine(cell), stock(), leasesCard())),
   ];
 }
 
@@ -50,23 +50,40 @@ function machine(cell) {
   rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
                             : fact(t("laser"), laser.why_not_connected || t("laser.none"), Boolean(laser.why_not_connected)));
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
-  if (laser.refusal) rows.push(fact(t("no_beam"), laser.refusal, true));
   if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
   if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), [t(`kind.${laser.kind}`), laser.port].filter(Boolean).join(", ")));
-  rows.push(fact(t("lid"), t(`lid.${cell.lid || "unknown"}`), cell.lid === "open"));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
   if (turned.length) rows.push(fact(t("overrides"), turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
   if (Array.isArray(laser.position_mm)) rows.push(fact(t("head"), `${laser.position_mm.map((v) => v.toFixed(1)).join(" / ")} mm`));
-  const database = cell.database || {};
-  if (database.state && database.state !== "good") rows.push(fact(t("database"), asSentence(database.sentence || database.state), database.state === "damaged"));
   if (laser.firmware) rows.push(fact(t("firmware"), laser.firmware));
   return card(t("machine"), facts(...rows));
 }
 
-function calibration(cell) {
-  const known = cell.calibration || {};
-  return card(t("calibration"), facts(...["scanner", "camera", "axes", "kerf"].filter((device) => known[device]).map((device) =>
-    fact(t(device), known[device].replaceAll("_", " "), known[device] !== "valid"))));
+// ---- the interlock chain --------------------------------------------------------------------------------------------
+
+const kMarks = {good: "✓", warns: "△", blocks: "▲", unknown: "?"};
+const kWhere = {stop: "run", consent: "run", certificates: "calibration", camera: "setup", scanner: "scan"};  // where the remedy is
+
+// Each link at its place, whatever its state, so that an eye finds it; what is in the way is counted above.
+function interlocks(cell) {
+  const chain = cell.interlocks || [];
+  const count = (state) => chain.filter((one) => one.state === state).length;
+  const summary = count("blocks") ? `▲ ${t("interlocks.blocks", {n: count("blocks")})}`
+    : count("unknown") || !chain.length ? `? ${t("interlocks.unknown", {n: count("unknown")})}` : `✓ ${t("interlocks.free")}`;
+  return card(t("interlocks"), h("p.big", {id: "interlocks-summary"}, summary), h("ul.facts.interlocks", {}, ...chain.map(interlock)),
+    h("p.dim", {}, t("interlocks.emergency")));
+}
+
+// What the cell says of it is English.
+const inEnglish = (text) => (language === "en" ? text : h("span", {lang: "en"}, text));
+
+function interlock({name, state, sentence, remedy, age_s: age}) {
+  return h("li", {"data-key": name, "data-state": state, class: state === "blocks" ? "bad" : state},
+    h("span.mark", {"aria-hidden": "true"}, kMarks[state]),
+    h("span.label", {}, t(`interlock.${name}`), h("span.unseen", {}, `: ${t(`interlock.is_${state}`)}`)),
+    h("div", {}, h("p", {}, inEnglish(asSentence(sentence)), age !== null && ` ${t("interlock.age", {span: span(age)})}`),
+      remedy && h("p.remedy", {}, inEnglish(remedy)),
+      remedy && kWhere[name] && link(`#${kWhere[name]}`, t("next.go", {screen: t(`screen.${kWhere[name]}`)}), {class: "go"})));
 }
 
 function stock() {

@@ -51,7 +51,7 @@ function oneJob(id) {
       h("div.column", {}, card(t("job"), picture(`/jobs/${id}/preview.png?width=640`, t("history.preview", {n: id}), {version: told.newest_plan}),
         facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), told.next && fact(t("history.next"), asSentence(told.next)),
           ...(told.panels || []).map((one) => fact(one.panel, t("job.cut", {cut: one.cut, n: one.pieces})))),
-        h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}),
+        h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}), link(`#log/job/${id}`, t("log.open"), {class: "go"}),
           over && button(t(told.archived ? "history.unarchive" : "history.archive"), () => archive(id, told.archived), {disabled: !mayChange()}),
           !over && !told.now && button(t("history.cancel"), async () => { if (confirm(t("history.cancel_sure", {n: id}))) { await command(`/jobs/${id}/cancel`); loadJobs(); } }, {disabled: !mayChange()})))),
       h("div.column", {}, card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},

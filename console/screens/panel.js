@@ -2,7 +2,7 @@
 import {h} from "../dom.js";
 import {dayTime, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
-import {changed, loadPanels, mayChange, model} from "../model.js";
+import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {openFile} from "../work.js";
@@ -25,7 +25,9 @@ export function enterPanel(id, piece) {
   beginBrush(id);
 }
 
-// Asked for anew whenever the list says that the panel is another one.
+// Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
+// its shelf or its treatment the list need not tell.
+followEvent("panel", () => { shown.version = ""; changed(); });
 async function load() {
   const {id} = shown;
   const known = model.panels.find((panel) => panel.id === id);
@@ -84,7 +86,7 @@ export function drawPanel(id) {
   if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
-      button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
+      link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),

@@ -107,15 +107,18 @@ function woodOf(plan) {
 
 // ---- which woods ----------------------------------------------------------------------------------------------------
 
-const zones = new Map();  // by panel, null while they are on their way; forgotten when any panel changes
+const zones = new Map();  // by panel, {zones: null} while they are on their way; forgotten when any panel changes
 followEvent("panel", () => zones.clear());
 
+// What was asked before a panel changed may be answered after what was asked since.
 function zonesOf(panel) {
   if (!zones.has(panel)) {
-    zones.set(panel, null);
-    get(`/panels/${encodeURIComponent(panel)}`).then((read) => { zones.set(panel, read.zones); changed(); }, () => setTimeout(() => { zones.delete(panel); changed(); }, kAgainMs));
+    const asked = {zones: null};
+    zones.set(panel, asked);
+    get(`/panels/${encodeURIComponent(panel)}`).then((read) => { asked.zones = read.zones; changed(); },
+      () => setTimeout(() => { if (zones.get(panel) === asked) { zones.delete(panel); changed(); } }, kAgainMs));
   }
-  return zones.get(panel);
+  return zones.get(panel).zones;
 }
 
 // The zone that a piece's middle lies in.

@@ -42,12 +42,16 @@ export const words = {
   "now": "jetzt", "ago": "vor {span}", "seconds": "{n} s", "minutes": "{n} min", "hours": "{h} h {m} min", "left": "noch etwa {span}",
   // Zelle
   "under_way": "Was läuft", "nothing_runs": "Kein Auftrag ist im Gang.", "progress": "Fortschritt",
-  "machine": "Maschine", "work": "Im Hintergrund", "calibration": "Kalibrierung",
+  "bed.how_close": "Wie nah", "bed.close": "Von nahem", "bed.whole": "Ganzes Bett", "key.head": "Kopf",
+  "interlocks": "Bevor der Strahl angeht", "interlocks.emergency": "Der Not-Halt der Maschine selbst ist von hier aus nicht zu sehen.", "interlocks.free": "Nichts steht im Weg.", "interlocks.unknown": {one: "Nichts Bekanntes steht im Weg. 1 Sache ist nicht bekannt.", other: "Nichts Bekanntes steht im Weg. {n} Dinge sind nicht bekannt."}, "interlocks.blocks": {one: "1 Sache steht im Weg.", other: "{n} Dinge stehen im Weg."},
+  "interlock.lid": "Deckel", "interlock.machine": "Maschine", "interlock.stop": "STOP, Halten", "interlock.guardian": "Wächter", "interlock.consent": "Freigabe", "interlock.certificates": "Kalibrierung",
+  "interlock.camera": "Bettkamera", "interlock.scanner": "Scanner", "interlock.disk": "Platte", "interlock.backup": "Sicherung", "interlock.database": "Datenbank",
+  "interlock.is_good": "gut", "interlock.is_warns": "wird später fehlen", "interlock.is_blocks": "im Weg", "interlock.is_unknown": "nicht bekannt", "interlock.age": "{span} alt.",
+  "machine": "Maschine", "work": "Im Hintergrund",
   "laser": "Laser", "laser.none": "noch nicht verbunden: Reset verbindet ihn", "laser.chosen": "Gewählt", "laser.connected": "verbunden", "laser.not_homed": "nicht auf Referenz",
-  "beam": "Strahl", "beam.on": "AN", "beam.off": "aus", "no_beam": "Kein Strahl", "controller": "Steuerung", "lid": "Deckel",
+  "beam": "Strahl", "beam.on": "AN", "beam.off": "aus", "controller": "Steuerung",
   "controller.twin": "die simulierte Zelle", "controller.file": "schreibt in eine Datei, kein Laser", "controller.test": "eine Probesteuerung, kein Laser",
-  "lid.open": "offen", "lid.closed": "zu", "lid.unknown": "unbekannt",
-  "overrides": "Übersteuerung", "head": "Kopf", "database": "Datenbank", "firmware": "Firmware",
+  "overrides": "Übersteuerung", "head": "Kopf", "firmware": "Firmware",
   "scanner": "Scanner", "camera": "Kamera", "axes": "Laser auf dem Bett", "kerf": "Schnittbreite",
   "attention": "Braucht jemanden",
   "attention.suspects": {one: "1 Stück ist fraglich", other: "{n} Stücke sind fraglich"},
@@ -165,7 +169,6 @@ export const words = {
   "commands": "Befehle", "do.start": "Start", "do.start_job": "Auftrag {n} „{name}“ starten (Start)", "do.frame": "Rahmen abfahren, dunkel", "do.frame_power": "Rahmen abfahren mit {percent} % Leistung", "do.frame_first": "Rahmen abfahren mit {percent} % Leistung: erst abhaken, was geprüft ist", "frame.power": "Leistung, %",
   "confirm": "Geprüft", "do.unsuspend": "Platte geprüft – weiter", "do.unsuspend.small": "Unsuspend: der Laser schneidet", "do.hold": "Anhalten (Hold)", "do.unhold": "Weiter (Unhold)", "do.after": "Nach diesem Stück anhalten",
   "do.stop": "Hier beenden", "do.stop.small": "Stop: der Rest an einem anderen Tag", "do.clear": "Clear", "do.reset": "Reset",
-
   // Legen
   "assembly.about": "Das Bild in seinen Stücken. Gelegt wird mit der Sichtseite nach unten: die Kennungen stehen hinten.", "assembly.choose": "Auftrag", "assembly.show": "Sichtseite", "assembly.back": "Rückseite (wie Sie es legen)", "assembly.none": "Noch hat kein Auftrag Stücke zum Legen.",
   "assembly.alt": "Das Bild von Auftrag {n} mit seinen Stücken", "assembly.find": "Stück suchen",
@@ -174,7 +177,7 @@ export const words = {
   "assembly.keys": "Mit der Tastatur, auf dem Bild: Pfeile gehen von Stück zu Stück, die Leertaste hakt eines ab oder nimmt den Haken zurück.",
   "assembly.tap": "Tippen Sie auf der Karte auf ein Stück, oder suchen Sie es nach seiner Kennung: Hier steht, was damit ist, und hier wird es abgehakt, wenn es an seinem Platz liegt.",
   "assembly.next": "Nächstes Stück: {mark}", "assembly.no_next": "Kein geschnittenes Stück ist mehr zu legen", "assembly.tick": "{mark} liegt an seinem Platz: abhaken", "assembly.untick": "Den Haken von {mark} zurücknehmen",
-  "assembly.lost": "{mark} ist verloren oder zerbrochen: anderes Holz suchen", "assembly.laid_by": "Abgehakt von {who}, {at}", "assembly.passport": "Woraus es geschnitten wurde: {panel}", "assembly.laid": "{n} von {of} Stücken liegen an ihrem Platz",
+  "assembly.more": "Mehr", "assembly.less": "Weniger", "assembly.lost": "{mark} ist verloren oder zerbrochen: anderes Holz suchen", "assembly.laid_by": "Abgehakt von {who}, {at}", "assembly.passport": "Woraus es geschnitten wurde: {panel}", "assembly.laid": "{n} von {of} Stücken liegen an ihrem Platz",
   "assembly.is_laid": "liegt an seinem Platz", "assembly.is_cut": "geschnitten, noch zu legen", "assembly.is_open": "noch zu schneiden", "assembly.is_suspect": "fraglich: sagen Sie, was daraus wurde", "assembly.is_missing": "fehlt",
   "assembly.key_laid": "gelegt", "assembly.key_cut": "zu legen", "assembly.key_open": "noch nicht geschnitten", "assembly.key_suspect": "fraglich", "assembly.key_missing": "fehlt",
   // Verlauf und Protokoll
@@ -187,8 +190,10 @@ export const words = {
   "history.fit": "Passung {mm} mm",
   "history.back": "Alle Aufträge", "history.next": "Als Nächstes", "history.preview": "Das Bild von Auftrag {n}", "history.archive": "Ablegen", "history.unarchive": "Zurück in die Liste",
   "history.cancel": "Den Auftrag aufgeben", "history.cancel_sure": "Auftrag {n} aufgeben? Holz, das nicht geschnitten ist, wird wieder frei.",
-  "log.at": "Wann", "log.who": "Wer", "log.what": "Was", "log.detail": "Woran", "log.search": "Suchen", "log.more": "Ältere", "log.none": "Noch ist nichts vermerkt.", "log.fault": "Das Protokoll kann nicht gelesen werden: {why}",
-
+  "log.at": "Wann", "log.who": "Wer", "log.what": "Was", "log.detail": "Woran", "log.search": "Suchen", "log.more": "Ältere", "log.none": "Noch ist nichts vermerkt.", "log.none_found": "Nichts dergleichen ist vermerkt.", "log.asking": "Die Zelle wird gefragt.",
+  "log.of.kind": "Art", "log.of.job": "Auftrag", "log.of.panel": "Platte", "log.of.since": "Von", "log.of.until": "Bis", "log.all": "alle", "log.again": "Noch einmal nachsehen", "log.filters": "Filter", "log.fewer_filters": "Weniger", "log.everything": "Alles zeigen", "log.job": "Auftrag {n}", "log.open": "Ihr Protokoll",
+  "log.kind.alarm": "Meldungen", "log.kind.run": "Läufe", "log.kind.job": "Aufträge", "log.kind.cell": "Befehle", "log.kind.laser": "Laser", "log.kind.device": "Geräte", "log.kind.mask": "Masken", "log.kind.lease": "Vormerkungen", "log.kind.task": "Arbeit", "log.kind.api": "Anfragen",
+  "log.fault": "Das Protokoll kann nicht gelesen werden: {why}",
   // Konto
   "screen.account": "Konto",
   "account.sign_in": "Anmelden",

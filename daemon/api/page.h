@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/api/request_reader.h"
@@ -30,14 +33,28 @@ nlohmann::json cut_to_page(std::vector<Row>& rows, const Page& page, Number numb
   return number(rows.back());
 }
 
-// Of a list that was read whole and in which a row's place is its number: the page is left in `rows`.
-template <class Row>
-nlohmann::json cut_out_page(std::vector<Row>& rows, const Page& page) {
-  const auto all = static_cast<std::int64_t>(rows.size());
-  const std::int64_t from = std::min(page.after, all), to = std::min(from + page.limit, all);
-  rows.erase(rows.begin() + to, rows.end());
-  rows.erase(rows.begin(), rows.begin() + from);
-  return to < all ? nlohmann::json(to) : nlohmann::json();
+// Of a list in the order of names. A place in it would be no cursor: rows come and go between two pages.
+struct NamedPage {
+  std::optional<std::string> after;  // the cursor: the last one's key on the page before
+  int limit = Page{}.limit;
+};
+
+inline NamedPage read_named_page(RequestReader& query) {
+  NamedPage page;
+  page.after = query.text("cursor");
+  page.limit = static_cast<int>(query.whole("limit", {1, 1000}).value_or(page.limit));
+  return page;
+}
+
+// `rows` are the whole list; the page is left in it. `key` is a row's text, none like another's; rows come in the order
+// that `before` of two keys says.
+template <class Row, class Key, class Before = std::less<>>
+nlohmann::json cut_out_page(std::vector<Row>& rows, const NamedPage& page, Key key, Before before = {}) {
+  if (page.after) std::erase_if(rows, [&](const Row& row) { return !before(*page.after, key(row)); });
+  const auto limit = static_cast<std::size_t>(page.limit);
+  if (rows.size() <= limit) return nullptr;
+  rows.erase(rows.begin() + page.limit, rows.end());
+  return key(rows.back());
 }
 
 }  // namespace veneer::daemon

@@ -69,7 +69,8 @@ void bind_routes(Router& router, Cell& cell) {
   bind_map_routes(router, jobs);
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
-  bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
+  bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log,
+                              [panel_changed](const PanelId& panel) { panel_changed(panel); }});
   bind_metrics_routes(
       router, {c.metrics, [&c] {
                  return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};

@@ -218,6 +218,7 @@ struct RecipeServices {
   QueryPool& pictures;
   const Config& config;
   Logger log;
+  std::function<void(const PanelId& panel)> on_panel_changed;
 };
 void bind_recipe_routes(Router& router, const RecipeServices& services);
 

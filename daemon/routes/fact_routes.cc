@@ -32,11 +32,11 @@ Result<json> material_with_history(Repositories& r, const std::string& material)
   return out;
 }
 
-Result<json> materials_json(Repositories& r, const Page& page) {
+Result<json> materials_json(Repositories& r, const NamedPage& page) {
   auto all = r.facts.materials();
   if (!all) return all.error();
   json out = {{"materials", json::array()}};
-  out["next"] = cut_out_page(*all, page);
+  out["next"] = cut_out_page(*all, page, [](const db::MaterialFacts& facts) { return facts.material; });
   for (const auto& material : *all) out["materials"].push_back(material_json(material));
   return out;
 }
@@ -104,7 +104,7 @@ void set_panel_facts(const FactServices& s, const ApiRequest& request, const Rep
 void bind_fact_routes(Router& router, const FactServices& s) {
   router.bind("listMaterials", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
+    const NamedPage page = read_named_page(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request, [page](Repositories& r) { return materials_json(r, page); }, reply);

@@ -1,7 +1,13 @@
 // Who did what, and what became of every piece: both page by page, however long they have become.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/api/page.h"
 #include "daemon/routes/cell_routes.h"
@@ -46,6 +52,29 @@ std::optional<std::string> beginning_of_time(std::string text) {
   return like_it ? std::optional(text) : std::nullopt;
 }
 
+constexpr std::size_t kMostWords = 10;  // each is looked for in every row
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+// "run", as the beginnings of `what` are.
+bool is_kind(std::string_view text) {
+  return !text.empty() && text.size() <= 40 &&
+         std::ranges::all_of(text, [](char c) { return (c >= 'a' && c <= 'z') || c == '-' || c == '_'; });
+}
+
+std::string read_time(RequestReader& query, const char* name) {
+  const auto text = query.text(name);
+  if (!text) return {};
+  const auto begin = beginning_of_time(*text);
+  if (!begin)
+    query.refuse({ErrorCode::kInvalidArgument,
+                  fmt::format("{} is no time: give it in UTC, as 2026-05-01 or 2026-05-01T07:30:00Z", name)});
+  return begin.value_or("");
+}
+
 Result<json> audit_json(Repositories& r, const db::AuditFilter& filter, const Page& page) {
   auto rows = r.audit.read(filter, page.limit + 1);
   if (!rows) return rows.error();
@@ -79,14 +108,17 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
     db::AuditFilter filter;
-    if (const auto since = query.text("since")) {
-      const auto begin = beginning_of_time(*since);
-      if (!begin)
-        query.refuse(
-            {ErrorCode::kInvalidArgument, "since is no time: give it in UTC, as 2026-05-01 or 2026-05-01T07:30:00Z"});
-      filter.since = begin.value_or("");
-    }
+    filter.since = read_time(query, "since");
+    filter.until = read_time(query, "until");
     filter.who = query.text("who").value_or("");
+    filter.words = words_of(query.text("text").value_or(""));
+    if (filter.words.size() > kMostWords)
+      query.refuse(
+          {ErrorCode::kInvalidArgument, fmt::format("text has more than {} words: leave some out", kMostWords)});
+    filter.kind = query.text("kind").value_or("");
+    if (!filter.kind.empty() && !is_kind(filter.kind))
+      query.refuse({ErrorCode::kInvalidArgument, "kind is none: give the beginning of WHAT, as run, job or alarm"});
+    if (const auto job = query.whole("job", {1, 9e15})) filter.job = JobId{*job};
     if (const auto panel = query.text("panel")) {
       if (!is_panel_name(*panel))
         query.refuse({ErrorCode::kInvalidArgument, "panel is no panel's name: give it as on its label, as P-0001"});

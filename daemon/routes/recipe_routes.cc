@@ -95,10 +95,11 @@ void set_material(const RecipeServices& s, const ApiRequest& request, const Repl
   const std::optional<int> zone = asked_zone ? std::optional(static_cast<int>(*asked_zone)) : std::nullopt;
   reply_from_database(
       s.database,
-      [id = PanelId{request.path_param("id")}, zone, material = *material](Repositories& r) -> Result<json> {
+      [s, id = PanelId{request.path_param("id")}, zone, material = *material](Repositories& r) -> Result<json> {
         if (const Status set = r.materials.set_material(id, zone, material); !set) return set.error();
         auto zones = r.materials.zones(id);
         if (!zones) return zones.error();
+        s.on_panel_changed(id);
         return json{{"panel", id.value}, {"zones", to_json(*zones)}};
       },
       reply);
@@ -250,7 +251,19 @@ void job_egv(const RecipeServices& s, const ApiRequest& request, const Reply& re
   });
 }
 
-Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise, const Page& page) {
+// By material, then by operation, as the list is sorted.
+std::string recipe_key(const db::RecipeRecord& recipe) {
+  return fmt::format("{}/{}", recipe.material, db::to_string(recipe.operation));
+}
+bool is_before(std::string_view one, std::string_view other) {
+  const auto parts = [](std::string_view key) {
+    const auto slash = std::min(key.rfind('/'), key.size());
+    return std::pair(key.substr(0, slash), key.substr(slash));
+  };
+  return parts(one) < parts(other);
+}
+
+Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise, const NamedPage& page) {
   auto all = r.materials.recipes();
   if (!all) return all.error();
   json out = {
@@ -258,7 +271,7 @@ Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise, const 
       {"otherwise",
        {{"cut", {{"speed_mm_s", otherwise.cut_speed.count()}, {"power", otherwise.cut_power.count()}}},
         {"engrave", {{"speed_mm_s", otherwise.engrave_speed.count()}, {"power", otherwise.engrave_power.count()}}}}}};
-  out["next"] = cut_out_page(*all, page);
+  out["next"] = cut_out_page(*all, page, recipe_key, is_before);
   for (const auto& recipe : *all) out["recipes"].push_back(recipe_json(recipe));
   return out;
 }
@@ -268,7 +281,7 @@ Result<json> recipes_json(Repositories& r, const RecipeConfig& otherwise, const 
 void bind_recipe_routes(Router& router, const RecipeServices& s) {
   router.bind("listRecipes", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
+    const NamedPage page = read_named_page(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request, [s, page](Repositories& r) { return recipes_json(r, s.config.recipe, page); }, reply);

@@ -10,10 +10,11 @@ namespace {
 
 using nlohmann::json;
 
-json backups_json(const std::filesystem::path& backup_dir, const Page& page) {
+json backups_json(const std::filesystem::path& backup_dir, const NamedPage& page) {
   json list = json::array();
   auto all = list_backups(backup_dir);
-  const json next = cut_out_page(all, page);
+  const auto name = [](const ListedBackup& one) { return one.name; };
+  const json next = cut_out_page(all, page, name, std::greater<>());  // newest first
   for (const ListedBackup& one : all) {
     const auto folder = backup_dir / one.name;
     list.push_back(one.manifest ? to_backup_json(folder, *one.manifest)
@@ -31,7 +32,7 @@ void bind_store_routes(Router& router, const StoreServices& s) {
   });
   router.bind("listBackups", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
+    const NamedPage page = read_named_page(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request,

@@ -19,7 +19,8 @@ const char* device_words(db::CertificateKind kind) {
   return "a device";
 }
 
-// "" of one that is in force, or was never made.
+}  // namespace
+
 std::string certificate_words(const CellNeeds::Certificate& certificate) {
   const char* device = device_words(certificate.kind);
   switch (certificate.state) {
@@ -32,13 +33,12 @@ std::string certificate_words(const CellNeeds::Certificate& certificate) {
     case CertificateState::kAhead:
       return fmt::format("the certificate of {} is dated later than this machine's clock", device);
     case CertificateState::kMissing:
+      return fmt::format("{} was never calibrated", device);
     case CertificateState::kValid:
       break;
   }
   return {};
 }
-
-}  // namespace
 
 std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus& laser, const CellNeeds& needs) {
   std::vector<AlarmCondition> out;
@@ -56,7 +56,8 @@ std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus&
         "devices were chosen for this cell, and its data folder holds no chosen_devices.toml: what was chosen is "
         "simulated now. Choose it again, or put the file back, and restart");
   for (const CellNeeds::Certificate& one : needs.certificates)
-    add(fmt::format("certificate {}", db::to_string(one.kind)), false, certificate_words(one));
+    if (one.state != CertificateState::kMissing)  // the next thing to do
+      add(fmt::format("certificate {}", db::to_string(one.kind)), false, certificate_words(one));
   // Whatever job is under way.
   for (const auto& [job, pieces] : needs.suspects) {
     add(fmt::format("suspect {}", job.value), false,

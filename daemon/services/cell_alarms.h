@@ -3,6 +3,7 @@
 // What is only the next thing to do (a certificate that was never made, a panel to be laid) is none.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "daemon/services/alarm_book.h"
@@ -10,6 +11,9 @@
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
+
+// Of one that is not in force, and why; "" of one that is.
+std::string certificate_words(const CellNeeds::Certificate& certificate);
 
 std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus& laser, const CellNeeds& needs);
 

@@ -48,6 +48,31 @@ std::array<double, 2> in_picture(const calib::CameraModel& camera, const Point<B
   return {round(seen.x.count() / camera.parameters().width_px), round(seen.y.count() / camera.parameters().height_px)};
 }
 
+// Where the picture shows a place of the machine: nodes of a grid over all that the camera sees, row by row from the
+// lower left. Between them it is as good as straight.
+nlohmann::json machine_grid(const BedCalibration& bed, Millimetres height) {
+  constexpr int kNodes = 13;
+  const auto bed_from_machine = bed.machine_from_bed.inverse();
+  const Box<BedFrame> view = view_of(bed.camera, height);
+  const auto seen = bed.machine_from_bed * std::vector<Point<BedFrame>>{
+                                               view.min, {view.max.x, view.min.y}, view.max, {view.min.x, view.max.y}};
+  const Box<MachineFrame> box = bounds(seen);
+  nlohmann::json points = nlohmann::json::array();
+  for (int row = 0; row < kNodes; ++row)
+    for (int column = 0; column < kNodes; ++column) {
+      const auto part = [](Millimetres low, Millimetres high, int node) {
+        return low + (high - low) * (static_cast<double>(node) / (kNodes - 1));
+      };
+      const Point<MachineFrame> node{part(box.min.x, box.max.x, column), part(box.min.y, box.max.y, row)};
+      points.push_back(in_picture(bed.camera, bed_from_machine * node, height));
+    }
+  return {{"min_mm", {box.min.x.count(), box.min.y.count()}},
+          {"max_mm", {box.max.x.count(), box.max.y.count()}},
+          {"columns", kNodes},
+          {"rows", kNodes},
+          {"points", std::move(points)}};
+}
+
 // The panel, what is booked for those of the pieces that lie on it, and its back tags that no cut has touched.
 Result<SetupInput> setup_input(Repositories& r, const PanelId& id, const std::vector<db::PieceRecord>& pieces) {
   SetupInput input;
@@ -284,6 +309,7 @@ void CutPlanner::keep_toolpath(const PanelId& panel, const std::vector<PieceBurn
                              {"panel", panel.value},
                              {"seconds", seconds},
                              {"frame", std::move(frame)},
+                             {"machine", machine_grid(bed, thickness)},
                              {"pieces", std::move(pieces)}};
   auto text = whole.dump();
   const std::lock_guard lock(mutex_);

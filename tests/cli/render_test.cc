@@ -49,6 +49,19 @@ TEST(Render, TheStatusReadsLikeASentenceAndAFewFacts) {
       "Calibration  scanner valid, camera valid, axes EXPIRED, kerf MISSING\n");
 }
 
+TEST(Render, WhatIsInTheWayStandsWithItsRemedy) {
+  const auto link = [](const char* name, const char* state, const char* sentence, json remedy = nullptr) {
+    return json{{"name", name}, {"state", state}, {"sentence", sentence}, {"remedy", std::move(remedy)}};
+  };
+  json status = {{"state", "Idle"}, {"interlocks", json::array({link("lid", "good", "the lid is closed")})}};
+  EXPECT_THAT(render_status(status), HasSubstr("In the way   nothing that this program knows of\n"));
+  status["interlocks"].push_back(link("machine", "unknown", "nobody has connected the laser yet"));
+  status["interlocks"].push_back(link("stop", "blocks", "the cut is held", "Unhold."));
+  status["interlocks"].push_back(link("backup", "warns", "no backup was made yet", "Make one."));
+  EXPECT_THAT(render_status(status), HasSubstr("In the way   stop: the cut is held. Unhold.\n"
+                                               "             backup (later): no backup was made yet. Make one.\n"));
+}
+
 TEST(Render, WhatIsMissingIsLeftOut) {
   EXPECT_EQ(render_status({{"state", "Stopped"}, {"laser", {{"connected", false}}}, {"job", nullptr}, {"panels", 1}}),
             "Stopped\n"

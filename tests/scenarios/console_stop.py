@@ -69,6 +69,92 @@ class Doubtful(Day):
         assert self.lost() == tries and not self.note(), "STOP is sent at a cell that was cleared"
         self.let_go()
 
+    def few_at_once(self):
+        """Pressed again and again at a cell that hangs: each is given up after a while, and two at most are on their way."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.waiting = window.most = window.given = 0;
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = (path, how) => !String(path).includes(arguments[0]) ? fetch(path, how) : new Promise((_, lost) => {
+              window.most = Math.max(window.most, ++window.waiting);
+              how.signal.addEventListener("abort", () => { --window.waiting; ++window.given; lost(new TypeError("given up")); });
+            });""", STOP)
+        for _ in range(8):
+            self.find("#stop button").click()
+        self.until_says("#stop-note", "STOP is NOT confirmed")
+        self.until("some to be given up", lambda: self.browser.execute_script("return window.given") > 3)
+        most = self.browser.execute_script("return window.most")
+        self.let_go()
+        self.until_says("#stop-note", "STOP confirmed")
+        self.until_says("#state-word", "Aborted")
+        assert most <= 2, f"{most} STOPs at once on their way to a cell that hangs"
+
+    def told_until_the_cell_itself_says_so(self):
+        """What the stream of events tells late is not how the cell is; and the cell goes on saying that it stands."""
+        self.until_says("#stop-note", "the cell has stopped")
+        shown = self.browser.execute_async_script("""
+            const done = arguments[0];
+            import("/console/link.js").then(({get}) => get("/status")).then((status) => {
+              const late = (state) => window.sockets[window.sockets.length - 1].onmessage({data: JSON.stringify({type: "status", status: {...status, state}})});
+              for (const state of ["Aborted", "Execute", "Stopped"]) late(state);
+              done(!document.getElementById("stop-note").hidden);
+            });""")
+        assert shown, "an old state ended what is said of STOP"
+        self.until_says("#state-word", "Aborted")
+        self.until_says("#stop-note", "the cell has stopped")
+        self.in_the_chain()
+        self.clear()
+        self.until_link("stop", "good")
+
+    def until_link(self, name, state):
+        self.until(f"{name} to be {state}", lambda: self.find(f".interlocks [data-key={name}]").get_attribute("data-state") == state)
+
+    def in_the_chain(self):
+        """What is in the way stands among what must be so before the beam comes on, with what to do; the rest keeps its place."""
+        self.go("cell")
+        self.until_link("stop", "blocks")
+        self.until_says(".interlocks [data-key=stop]", "See to the cause, then Clear and Reset")
+        self.until_says("#interlocks-summary", "1 thing is in the way")
+        links = [one.get_attribute("data-key") for one in self.browser.find_elements("css selector", ".interlocks > li")]
+        assert links == ["lid", "machine", "stop", "guardian", "consent", "certificates", "camera", "scanner", "disk", "backup", "database"], links
+        self.until_link("lid", "unknown")  # nobody has connected the laser: it cannot say
+        self.until_link("certificates", "good")
+        self.until_link("guardian", "good")
+        self.until_link("backup", "warns")
+        self.show("interlocks")
+
+    def over_after_the_machine_has_slept(self):
+        """Cleared while this page heard of nothing: what it asks then ends it."""
+        self.lose("/status")
+        self.browser.execute_script("""
+            const socket = window.sockets[window.sockets.length - 1];
+            window.deaf = {socket, hear: socket.onmessage};
+            socket.onmessage = null;""")
+        self.find("#stop button").click()
+        self.until_says("#stop-note", "STOP confirmed")
+        self.another_operator("clear")
+        self.let_go()
+        self.browser.execute_script("window.deaf.socket.onmessage = window.deaf.hear")
+        self.until_says("#state-word", "Stopped")
+        self.until("nothing said of STOP any more", lambda: not self.note())
+
+    def loud_when_the_cell_goes_on(self):
+        """It was taken, and the cell says that it cuts: nobody takes that for stopped."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, ...more) => {
+              const reply = await fetch(path, ...more);
+              return String(path).endsWith("/status") ? new Response(JSON.stringify({...await reply.json(), state: "Execute"})) : reply;
+            };""")
+        self.find("#stop button").click()
+        self.until_says("#stop-note", "now the cell says Execute")
+        assert "dead" in self.find("#stop-note").get_attribute("class")
+        self.show("stop-goes-on")
+        self.let_go()
+        self.until_says("#stop-note", "the cell has stopped")
+        self.clear()
+
     def contrast(self):
         """Of the page's words, the least, and where it is: against the ground they stand on, faded as they are."""
         return self.browser.execute_script("""
@@ -144,4 +230,5 @@ class Doubtful(Day):
 
 if __name__ == "__main__":
     play(Doubtful, "sent_until_it_is_heard", "sent_no_more_once_it_is_seen_to", "over_when_the_cell_is_cleared",
+         "few_at_once", "told_until_the_cell_itself_says_so", "over_after_the_machine_has_slept", "loud_when_the_cell_goes_on",
          "can_be_read_when_it_is_not_live", "starts_what_its_label_says", "check_console")

@@ -163,6 +163,27 @@ TEST_F(Operator, ALostPieceIsMadeAgainFromWhatIsLeft) {
   EXPECT_THAT(red(), IsEmpty()) << story_->report().dump(2);
 }
 
+// Between the nodes of the toolpath's grid, as the console goes.
+std::pair<double, double> in_picture(const json& grid, const json& place_mm) {
+  std::size_t node[2] = {};
+  double part[2] = {};
+  for (const std::size_t axis : {0U, 1U}) {
+    const std::size_t steps = grid[axis == 0 ? "columns" : "rows"].get<std::size_t>() - 1;
+    const double low = grid["min_mm"][axis], high = grid["max_mm"][axis];
+    const double at = (place_mm[axis].get<double>() - low) / (high - low) * static_cast<double>(steps);
+    node[axis] = std::min(static_cast<std::size_t>(std::max(at, 0.0)), steps - 1);
+    part[axis] = at - static_cast<double>(node[axis]);
+  }
+  const std::size_t columns = grid["columns"];
+  double out[2] = {};
+  for (const std::size_t i : {0U, 1U})
+    for (const std::size_t j : {0U, 1U})
+      for (const std::size_t axis : {0U, 1U})
+        out[axis] += (i == 1 ? part[0] : 1 - part[0]) * (j == 1 ? part[1] : 1 - part[1]) *
+                     grid["points"][(node[1] + j) * columns + node[0] + i][axis].get<double>();
+  return {out[0], out[1]};
+}
+
 TEST_F(Operator, TheFrameMovesTheHeadAndBurnsNothing) {
   begin();
   const json drawn = get("/bed/toolpath");
@@ -179,6 +200,12 @@ TEST_F(Operator, TheFrameMovesTheHeadAndBurnsNothing) {
   EXPECT_EQ(burnt(), before);
   const json status = wait([&](const json& s) { return s["laser"]["position_mm"] != place; });
   EXPECT_EQ(status["state"], "Suspended");
+  // The head has come round to where the frame begins: the picture shows it there.
+  const json& path = drawn["frame"];
+  wait([&](const json& s) {
+    const auto [x, y] = in_picture(drawn["machine"], s["laser"]["position_mm"]);
+    return std::abs(x - path.back()[0].get<double>()) < 5e-4 && std::abs(y - path.back()[1].get<double>()) < 5e-4;
+  });
   EXPECT_THAT(post("/commands/frame", {{"power", 0.5}}), HasSubstr("at most"));
   wait_found();
   ASSERT_EQ(post("/commands/unsuspend"), "");

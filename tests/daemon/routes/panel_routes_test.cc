@@ -1,7 +1,9 @@
 // What takes a scan back, and a panel out of stock, through the API; what is printed for panels, and noted of them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <filesystem>
 
 #include "calib/tag_detector.h"
 #include "cli/render.h"
@@ -12,6 +14,7 @@ namespace veneer::daemon {
 namespace {
 
 using nlohmann::json;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -160,17 +163,50 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_THAT(cli::render_panel(panel), HasSubstr(why));
 }
 
+std::vector<std::string> each(const json& list, const char* member) {
+  std::vector<std::string> out;
+  for (const json& one : list) out.push_back(one[member]);
+  return out;
+}
+
+// By its place a row that came before the page's end was shown twice, and one that went let another be skipped.
+TEST_F(PanelRoutes, WhatComesOrGoesBetweenTwoPagesNeitherDoublesNorHidesAnother) {
+  for (const char* wood : {"ash", "maple", "oak"})
+    ASSERT_EQ(post(std::string("/materials/") + wood, {{"supplier", "Miller"}}).status, 200);
+  const json woods = get("/materials?limit=2");
+  ASSERT_EQ(post("/materials/birch", {{"supplier", "Miller"}}).status, 200);
+  EXPECT_THAT(each(get("/materials?cursor=" + woods["next"].get<std::string>())["materials"], "material"),
+              ElementsAre("oak"));
+
+  // As the list is sorted: "ash bark" comes behind both of "ash".
+  for (const char* recipe : {"ash/cut", "ash/engrave", "ash%20bark/cut", "oak/cut"})
+    ASSERT_EQ(post(std::string("/recipes/") + recipe, {{"speed_mm_s", 9}, {"power", 0.8}}).status, 200) << recipe;
+  const json recipes = get("/recipes?limit=2");
+  EXPECT_EQ(recipes["next"], "ash/engrave");
+  ASSERT_EQ(ask("DELETE", "/api/v1/recipes/ash/cut").status, 200);
+  EXPECT_THAT(each(get("/recipes?cursor=ash/engrave")["recipes"], "material"), ElementsAre("ash bark", "oak"));
+
+  const std::filesystem::path backups = config.store.data_dir / "backups";
+  const auto made = [](int second) { return fmt::format("2026-05-01T07-30-0{}.000Z", second); };
+  for (int second : {0, 1, 2}) std::filesystem::create_directories(backups / made(second));
+  const json newest = get("/backups?limit=2");
+  EXPECT_THAT(each(newest["backups"], "name"), ElementsAre(made(2), made(1)));
+  std::filesystem::create_directories(backups / made(3));
+  EXPECT_THAT(each(get("/backups?cursor=" + newest["next"].get<std::string>())["backups"], "name"),
+              ElementsAre(made(0)));
+}
+
 // Only planning told it: nobody saw after a restore which panels have to go on the scanner first.
 TEST_F(PanelRoutes, ShortListsComeInPagesToo) {
   for (const char* wood : {"ash", "maple", "oak"})
     ASSERT_EQ(post(std::string("/materials/") + wood, {{"supplier", "Miller"}}).status, 200);
-  const json first = get("/materials?limit=2"), last = get("/materials?limit=2&cursor=2");
+  const json first = get("/materials?limit=2"), last = get("/materials?limit=2&cursor=maple");
   EXPECT_EQ(first["materials"].size(), 2U);
-  EXPECT_EQ(first["next"], 2);
+  EXPECT_EQ(first["next"], "maple");
   EXPECT_EQ(last["materials"].size(), 1U);
   EXPECT_EQ(last["materials"][0]["material"], "oak");
   EXPECT_TRUE(last["next"].is_null());
-  EXPECT_EQ(get("/materials?cursor=9")["materials"], json::array());
+  EXPECT_EQ(get("/materials?cursor=walnut")["materials"], json::array());
   const json newest = get("/panels/P-0001/masks?limit=1");
   EXPECT_EQ(newest["versions"][0]["version"], 2);
   EXPECT_EQ(newest["next"], 2);
