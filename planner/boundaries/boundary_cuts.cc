@@ -253,7 +253,8 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
   return out;
 }
 
-PatchPlacements BoundaryCuts::settled(const PatchPlacements& wished, const PatchPlacements& before) const {
+Result<PatchPlacements> BoundaryCuts::settled(const PatchPlacements& wished, const PatchPlacements& before,
+                                              const std::stop_token& stop) const {
   const auto outlines = [&](const PatchPlacements& placements) {
     PlacedOutlines out(placements.size());
     for (std::size_t i = 0; i < out.size(); ++i)
@@ -261,10 +262,11 @@ PatchPlacements BoundaryCuts::settled(const PatchPlacements& wished, const Patch
         out[i] = PlacedOutline{placements[i]->panel, placements[i]->panel_from_artwork * now_.outlines[i]};
     return out;
   };
-  const std::vector<bool> moves = admitted(outlines(wished), outlines(before), panels_);
+  const Result<std::vector<bool>> moves = admitted(outlines(wished), outlines(before), panels_, stop);
+  if (!moves.ok()) return moves.error();
   PatchPlacements out = before;
   for (std::size_t i = 0; i < out.size(); ++i)
-    if (moves[i]) out[i] = wished[i];
+    if ((*moves)[i]) out[i] = wished[i];
   return out;
 }
 

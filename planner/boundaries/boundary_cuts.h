@@ -36,8 +36,9 @@ class BoundaryCuts {
 
   // The wished placements, but for pieces that would not have free wood of their own there, kerf included: these stay
   // where they were, `before`, and so does who wished for that place. What is wrong with a shape is so wherever it
-  // lies, and no reason against a place.
-  PatchPlacements settled(const PatchPlacements& wished, const PatchPlacements& before) const;
+  // lies, and no reason against a place. kCancelled: a stop was requested.
+  Result<PatchPlacements> settled(const PatchPlacements& wished, const PatchPlacements& before,
+                                  const std::stop_token& stop) const;
 
   // Goes back to borders of the same problem as they were.
   void become(const BoundaryCuts& before) { now_ = before.now_; }

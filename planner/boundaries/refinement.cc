@@ -113,7 +113,9 @@ class Refiner {
     Result<PatchPlacements> chosen = rematch.choose(cuts_.outlines(), out_.patches, round, stop_);
     if (!chosen.ok()) return chosen.error();
     // Footprints are wider than the rule, but the raster that says what is free is not exact.
-    out_.patches = cuts_.settled(*chosen, out_.patches);
+    Result<PatchPlacements> settled = cuts_.settled(*chosen, out_.patches, stop_);
+    if (!settled.ok()) return settled.error();
+    out_.patches = *std::move(settled);
     cost_ = measured(cuts_.outlines(), out_.patches);
     return cut();
   }
