@@ -81,17 +81,22 @@ void draw_back(const CutLines& lines, std::size_t f, double factor, Shares& shar
                 shares[static_cast<std::size_t>(number)]);
 }
 
+std::vector<double> between(const std::vector<double>& from, const std::vector<double>& to,
+                            const std::vector<double>& share) {
+  if (std::all_of(share.begin(), share.end(), [](double s) { return s >= 1; })) return to;
+  if (std::all_of(share.begin(), share.end(), [](double s) { return s <= 0; })) return from;
+  // Where a share changes at once, the line would jump; what is to stay stays.
+  constexpr double kEase = 3;
+  const std::vector<double> eased = blurred(least_near(share, static_cast<int>(3 * kEase)), kEase);
+  std::vector<double> out(to.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = from[i] + eased[i] * (to[i] - from[i]);
+  return out;
+}
+
 CutLines between(const CutLines& from, const CutLines& to, const Shares& shares) {
   CutLines out = to;
-  for (std::size_t l = 0; l < out.lines.size(); ++l) {
-    const std::vector<double>& share = shares[l];
-    if (std::all_of(share.begin(), share.end(), [](double s) { return s >= 1; })) continue;
-    // Where a share changes at once, the line would jump; what is to stay stays.
-    constexpr double kEase = 3;
-    const std::vector<double> eased = blurred(least_near(share, static_cast<int>(3 * kEase)), kEase);
-    for (std::size_t i = 0; i < share.size(); ++i)
-      out.lines[l].at[i] = from.lines[l].at[i] + eased[i] * (to.lines[l].at[i] - from.lines[l].at[i]);
-  }
+  for (std::size_t l = 0; l < out.lines.size(); ++l)
+    out.lines[l].at = between(from.lines[l].at, to.lines[l].at, shares[l]);
   return out;
 }
 

@@ -22,6 +22,9 @@ void draw_back(const CutLines& lines, std::size_t face, double factor, Shares& s
 void draw_back_near(const CutLines& lines, std::size_t face, const PlanePoint& p, double reach, double factor,
                     const Shares& before, Shares& shares);
 
+// On the way from one to the other, place by place; where a share changes at once, it eases.
+std::vector<double> between(const std::vector<double>& from, const std::vector<double>& to,
+                            const std::vector<double>& share);
 // The same lines on their way; where a share changes at once, the line eases.
 CutLines between(const CutLines& from, const CutLines& to, const Shares& shares);
 

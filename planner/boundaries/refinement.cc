@@ -1,10 +1,12 @@
 #include "planner/boundaries/refinement.h"
 
 #include <algorithm>
+#include <memory>
 
-#include "planner/boundaries/boundary_cuts.h"
+#include "planner/boundaries/borders.h"
 #include "planner/boundaries/rematch.h"
 #include "planner/parallel.h"
+#include "planner/problem/free_layout.h"
 #include "planner/stopwatch.h"
 
 namespace veneer::planner {
@@ -23,16 +25,14 @@ class Refiner {
         threads_(threads),
         progress_(progress),
         stop_(stop),
-        cuts_(problem, matcher.panels(),
-              {options.overlap,
-               options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
-               {options.min_width, options.min_width * options.min_width * kHandyArea},
-               threads}) {
+        borders_(make_borders(problem, matcher.panels(),
+                              {options.overlap, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+                               piece_limits(problem, options), threads})) {
     out_.patches = std::move(placements);
   }
 
   Refinement run() {
-    out_.report.cost_before = measured(cuts_.outlines(), out_.patches);
+    out_.report.cost_before = measured(borders_->outlines(), out_.patches);
     cost_ = out_.report.cost_before;
     const double rounds = 1 + options_.rematch;
     Status going = cut();
@@ -45,6 +45,13 @@ class Refiner {
   }
 
  private:
+  // Squares keep to what can be handled at all, what is laid out freely to what its layout keeps to.
+  static PieceLimits piece_limits(const Problem& problem, const PlanOptions& options) {
+    const bool free = std::any_of(problem.artworks.begin(), problem.artworks.end(),
+                                  [](const WorkingArtwork& it) { return it.layout && !it.lines; });
+    if (free) return {face_limits(options), handy_size(options)};
+    return {{options.min_width, options.min_width * options.min_width * kHandyArea}};
+  }
   // Of all pieces, in these shapes.
   double measured(const std::vector<Ring<ArtworkFrame>>& outlines, PatchPlacements& placements) const {
     std::vector<double> costs(outlines.size());
@@ -65,12 +72,12 @@ class Refiner {
   // Borders are cut until that gains little. kCancelled: a stop was requested.
   Status cut() {
     for (int k = 0; k < kCuts; ++k) {
-      const BoundaryCuts before = cuts_;
-      if (Status done = cuts_.cut(out_.patches, stop_); !done.ok()) return done;
-      const double cost = measured(cuts_.outlines(), out_.patches);
+      const Borders::State before = borders_->state();
+      if (Status done = borders_->cut(out_.patches, stop_); !done.ok()) return done;
+      const double cost = measured(borders_->outlines(), out_.patches);
       if (cost >= cost_) {
-        cuts_.become(before);
-        cost_ = measured(cuts_.outlines(), out_.patches);
+        borders_->become(before);
+        cost_ = measured(borders_->outlines(), out_.patches);
         break;
       }
       const bool enough = cost > cost_ * (1 - kEnough);
@@ -85,13 +92,13 @@ class Refiner {
         problem_, matcher_, {.threads = threads_, .seed = options_.seed, .w_grain = options_.w_grain}, stop_);
     if (!rematch.ok()) return rematch.error();
     for (int round = 0; round < options_.rematch; ++round) {
-      const BoundaryCuts before = cuts_;
+      const Borders::State before = borders_->state();
       const PatchPlacements placements = out_.patches;
       const double cost = cost_;
       Status done = one_round(*rematch, static_cast<std::uint64_t>(round));
       // Half a round, or one that gained nothing, is taken back.
       if (!done.ok() || cost_ >= cost) {
-        cuts_.become(before), out_.patches = placements, cost_ = cost;
+        borders_->become(before), out_.patches = placements, cost_ = cost;
         return done;
       }
       std::size_t moved = 0;
@@ -110,11 +117,13 @@ class Refiner {
   }
 
   Status one_round(const Rematch& rematch, std::uint64_t round) {
-    Result<PatchPlacements> chosen = rematch.choose(cuts_.outlines(), out_.patches, round, stop_);
+    Result<PatchPlacements> chosen = rematch.choose(borders_->outlines(), out_.patches, round, stop_);
     if (!chosen.ok()) return chosen.error();
     // Footprints are wider than the rule, but the raster that says what is free is not exact.
-    out_.patches = cuts_.settled(*chosen, out_.patches);
-    cost_ = measured(cuts_.outlines(), out_.patches);
+    Result<PatchPlacements> settled = borders_->settled(*chosen, out_.patches, stop_);
+    if (!settled.ok()) return settled.error();
+    out_.patches = *std::move(settled);
+    cost_ = measured(borders_->outlines(), out_.patches);
     return cut();
   }
 
@@ -123,14 +132,15 @@ class Refiner {
     for (std::size_t i = 0; i < problem_.queue.size(); ++i) {
       Problem::Task& task = problem_.queue[i];
       Patch& patch = problem_.artworks[task.artwork].patches[task.patch];
-      patch.outline = task.match.outline = cuts_.outlines()[i];
+      patch.outline = task.match.outline = borders_->outlines()[i];
       task.match.pixels =
           patch_pixels(patch.outline, task.match.grid, task.match.features->cols, task.match.features->rows);
     }
-    out_.layouts = cuts_.layouts();
-    for (std::size_t a = 0; a < out_.layouts.size(); ++a) out_.faces.push_back(cuts_.faces(a));
-    out_.report.cost = measured(cuts_.outlines(), out_.patches);
-    out_.report.segments = cuts_.curves().segments, out_.report.length = cuts_.curves().length;
+    out_.layouts = borders_->state().layouts;
+    for (std::size_t a = 0; a < out_.layouts.size(); ++a) out_.faces.push_back(borders_->faces(a));
+    out_.report.cost = measured(borders_->outlines(), out_.patches);
+    const CurveLength& curves = borders_->state().curves;
+    out_.report.segments = curves.segments, out_.report.length = curves.length;
   }
 
   Problem& problem_;
@@ -139,7 +149,7 @@ class Refiner {
   int threads_;
   const std::function<void(double)>& progress_;
   const std::stop_token& stop_;
-  BoundaryCuts cuts_;
+  std::unique_ptr<Borders> borders_;
   double cost_ = 0;
   Refinement out_;
 };

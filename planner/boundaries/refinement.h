@@ -30,9 +30,9 @@ struct Refinement {
   bool stopped = false;  // before all was done: what there is, is whole
 };
 
-// Gives the queue's tasks, whose patches are rectangles or a morphed grid's cells and cover their artworks, their real
-// shapes. `placements`: one a task, on wood that `matcher` had free at its beginning. `progress` gets the share done,
-// on the calling thread. The same for any number of threads.
+// Gives the queue's tasks, whose patches cover their artworks, their real shapes. `placements`: one a task, on wood
+// that `matcher` had free at its beginning. `progress` gets the share done, on the calling thread. The same for any
+// number of threads.
 Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
                              const PlanOptions& options, int threads, const std::function<void(double)>& progress,
                              const std::stop_token& stop);

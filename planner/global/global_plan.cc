@@ -211,10 +211,11 @@ class GlobalPlanner {
   void settle_for(const Chosen& chosen, std::uint64_t iterations) {
     Result<Verified> better = with_costs(chosen);
     if (!better.ok()) return;
-    const std::size_t refused = put_back(*better);
+    const Result<std::size_t> refused = put_back(*better);
+    if (!refused.ok()) return;
     // The search gets ever better by its own measure, which counts who goes without; here greedy is what matters. What
     // patches were put back for may have been its whole gain.
-    const bool settled = better->score < greedy_.score && (refused == 0 || better->score < best_.score);
+    const bool settled = better->score < greedy_.score && (*refused == 0 || better->score < best_.score);
     if (stop_.stop_requested()) return;
     if (settled) best_ = std::move(*better);
     best_at_ = iterations;
@@ -251,8 +252,8 @@ class GlobalPlanner {
   }
 
   // The final word: patches whose outlines are not admitted go back to where they were settled, and so do those that
-  // took their places. How many.
-  std::size_t put_back(Verified& verified) const {
+  // took their places. How many. kCancelled: a stop was requested.
+  Result<std::size_t> put_back(Verified& verified) const {
     const auto outlines = [&](const Chosen& chosen) {
       PlacedOutlines out(chosen.size());
       for (std::size_t i = 0; i < out.size(); ++i)
@@ -262,10 +263,11 @@ class GlobalPlanner {
       return out;
     };
     const PlacedOutlines wished = outlines(verified.chosen), before = outlines(best_.chosen);
-    const std::vector<bool> moves = admitted(wished, before, matcher_.panels(), stop_);
+    const Result<std::vector<bool>> moves = admitted(wished, before, matcher_.panels(), stop_);
+    if (!moves.ok()) return moves.error();
     std::size_t refused = 0;
-    for (std::size_t i = 0; i < moves.size(); ++i) {
-      if (moves[i] || wished[i] == before[i]) continue;
+    for (std::size_t i = 0; i < wished.size(); ++i) {
+      if ((*moves)[i] || wished[i] == before[i]) continue;
       verified.chosen[i] = best_.chosen[i], verified.costs[i] = best_.costs[i];
       ++refused;
     }

@@ -2,8 +2,10 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <initializer_list>
 #include <map>
 #include <optional>
 
@@ -31,8 +33,22 @@ std::optional<std::uint32_t> number_at(std::string_view bytes, std::size_t at, s
   return value;
 }
 
+// What kind of value a directory's entry has: others of the same tag are none of its values.
+enum EntryType : std::uint32_t { kByteType = 1, kShortType = 3, kLongType = 4, kRationalType = 5, kUndefinedType = 7 };
+bool is_of(std::string_view tiff, std::size_t entry, bool big, std::initializer_list<EntryType> types) {
+  const auto type = number_at(tiff, entry + 2, 2, big);
+  return type && std::find(types.begin(), types.end(), *type) != types.end();
+}
+
+// A short or long whole number of `entry`; 0: none.
+std::uint32_t whole_at(std::string_view tiff, std::size_t entry, bool big) {
+  if (!is_of(tiff, entry, big, {kShortType, kLongType})) return 0;
+  return number_at(tiff, entry + 8, is_of(tiff, entry, big, {kShortType}) ? 2 : 4, big).value_or(0);
+}
+
 // A fraction of two whole numbers, whose place is noted at `entry`; 0: none.
 double fraction_at(std::string_view tiff, std::size_t entry, bool big) {
+  if (!is_of(tiff, entry, big, {kRationalType})) return 0;
   const auto at = number_at(tiff, entry + 8, 4, big);
   if (!at) return 0;
   const auto over = number_at(tiff, *at, 4, big), under = number_at(tiff, std::size_t{*at} + 4, 4, big);
@@ -53,22 +69,19 @@ PictureMetadata from_tiff(std::string_view tiff) {
     const auto tag = number_at(tiff, entry, 2, big), count = number_at(tiff, entry + 4, 4, big);
     if (!tag || !count) return out;
     if (*tag == kWidthTag || *tag == kHeightTag) {
-      constexpr std::uint32_t kShort = 3;
-      const auto type = number_at(tiff, entry + 2, 2, big);
-      const auto side = number_at(tiff, entry + 8, type && *type == kShort ? 2 : 4, big);
-      (*tag == kWidthTag ? out.width : out.height) = side.value_or(0);
+      (*tag == kWidthTag ? out.width : out.height) = whole_at(tiff, entry, big);
     } else if (*tag == kOrientationTag) {
-      const auto value = number_at(tiff, entry + 8, 2, big);
-      if (value && *value >= 1 && *value <= 8) out.orientation = static_cast<int>(*value);
+      const std::uint32_t value = whole_at(tiff, entry, big);
+      if (value >= 1 && value <= 8) out.orientation = static_cast<int>(value);
     } else if (*tag == kResolutionXTag) {
       out.dpi_x = fraction_at(tiff, entry, big);
     } else if (*tag == kResolutionYTag) {
       out.dpi_y = fraction_at(tiff, entry, big);
     } else if (*tag == kResolutionUnitTag) {
       constexpr std::uint32_t kInch = 2, kCentimetre = 3;
-      const auto unit = number_at(tiff, entry + 8, 2, big);
+      const std::uint32_t unit = whole_at(tiff, entry, big);
       inches_per_unit = unit == kCentimetre ? kMmPerInch / 10 : unit == kInch ? 1 : 0;
-    } else if (*tag == kProfileTag && *count > 4) {
+    } else if (*tag == kProfileTag && *count > 4 && is_of(tiff, entry, big, {kByteType, kUndefinedType})) {
       const auto at = number_at(tiff, entry + 8, 4, big);
       if (at && *at < tiff.size() && *count <= tiff.size() - *at) out.icc_profile = tiff.substr(*at, *count);
     }
@@ -112,8 +125,11 @@ PictureMetadata from_jpeg(std::string_view bytes) {
       constexpr std::uint32_t kPerInch = 1, kPerCentimetre = 2;
       const auto unit = number_at(body, 7, 1, true);
       const double inches = unit == kPerInch ? 1 : unit == kPerCentimetre ? kMmPerInch / 10 : 0;
-      out.dpi_x = number_at(body, 8, 2, true).value_or(0) * inches;
-      out.dpi_y = number_at(body, 10, 2, true).value_or(0) * inches;
+      // A block without a unit says nothing, and unsays nothing.
+      if (inches > 0) {
+        out.dpi_x = number_at(body, 8, 2, true).value_or(0) * inches;
+        out.dpi_y = number_at(body, 10, 2, true).value_or(0) * inches;
+      }
     }
     if (marker == 0xE1 && starts_with(body, kExif)) read_exif(body, out);
     if (marker == 0xE2 && starts_with(body, kProfile) && body.size() > kProfile.size() + 2)
@@ -147,6 +163,7 @@ PictureMetadata from_png(std::string_view bytes) {
   PictureMetadata out;
   out.width = number_at(bytes, 16, 4, true).value_or(0);
   out.height = number_at(bytes, 20, 4, true).value_or(0);
+  bool profile_seen = false;
   for (std::size_t at = 8; at + 12 <= bytes.size();) {
     const auto length = number_at(bytes, at, 4, true);
     if (!length || *length > bytes.size() - at - 12) break;
@@ -156,7 +173,8 @@ PictureMetadata from_png(std::string_view bytes) {
       out.dpi_y = number_at(body, 4, 4, true).value_or(0) * kMmPerInch / 1000;
     }
     if (kind == "eXIf") read_exif(body, out);
-    if (kind == "iCCP") {
+    if (kind == "iCCP" && !profile_seen) {  // of which there may be one, and unpacking takes time
+      profile_seen = true;
       const std::size_t name = body.find('\0');  // then one byte for the method, which is always zlib's
       if (name != std::string_view::npos && name + 2 <= body.size()) out.icc_profile = inflated(body.substr(name + 2));
     }
@@ -180,12 +198,21 @@ PictureMetadata from_webp(std::string_view bytes) {
 
 PictureMetadata from_bmp(std::string_view bytes) {
   PictureMetadata out;
+  // The oldest headers have short sides and no resolution.
+  constexpr std::uint32_t kOldestHeader = 12, kHeaderWithResolution = 40;
+  const std::uint32_t header = number_at(bytes, 14, 4, false).value_or(0);
+  if (header == kOldestHeader) {
+    out.width = number_at(bytes, 18, 2, false).value_or(0);
+    out.height = number_at(bytes, 20, 2, false).value_or(0);
+    return out;
+  }
   const auto side = [&](std::size_t at) {
     const auto number = static_cast<std::int32_t>(number_at(bytes, at, 4, false).value_or(0));
     return std::abs(std::int64_t{number});  // a height below zero counts from the top
   };
   out.width = side(18);
   out.height = side(22);
+  if (header < kHeaderWithResolution) return out;
   out.dpi_x = number_at(bytes, 38, 4, false).value_or(0) * kMmPerInch / 1000;
   out.dpi_y = number_at(bytes, 42, 4, false).value_or(0) * kMmPerInch / 1000;
   return out;

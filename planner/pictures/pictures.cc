@@ -147,23 +147,34 @@ int undone(int orientation) { return orientation == 6 ? 8 : orientation == 8 ? 6
 
 enum class NotedTurn { kCarriedOut, kLeftAlone };
 
-Result<cv::Mat> decode(std::string_view bytes, const std::string& name, NotedTurn turn, PictureMetadata metadata) {
+// A picture's pixels as they are stored, and what its file says of itself.
+struct ReadPicture {
+  PictureFormat format;
+  PictureMetadata metadata;
+  StoredPicture stored;
+
+  // OpenCV turns TIFF files itself.
+  bool is_turned() const { return !stored.inks && format == PictureFormat::kTiff; }
+};
+
+Result<ReadPicture> read_picture(std::string_view bytes, const std::string& name) {
   if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, fmt::format("{} is empty", name)};
+  PictureMetadata metadata = picture_metadata(bytes);
+  if (const Status size = check_size(metadata, name); !size) return size.error();
+  if (metadata.cut_short) return not_a_picture(name, bytes);
+  auto stored = read_stored(bytes);
+  if (!stored || stored->pixels.empty()) return not_a_picture(name, bytes);
+  return ReadPicture{picture_format(bytes), std::move(metadata), *std::move(stored)};
+}
+
+// What `decode` makes of the file's bytes: whatever is thrown on the way, a picture or a sentence.
+template <class Decode>
+auto decoded(std::string_view bytes, const std::string& name, Decode decode)
+    -> decltype(decode(std::declval<const ReadPicture&>())) {
   try {
-    const PictureFormat format = picture_format(bytes);
-    if (const Status size = check_size(metadata, name); !size) return size.error();
-    if (metadata.cut_short) return not_a_picture(name, bytes);
-    const auto stored = read_stored(bytes);
-    if (!stored) return not_a_picture(name, bytes);
-    // OpenCV turns TIFF files itself.
-    const bool turned = !stored->inks && format == PictureFormat::kTiff;
-    int orientation = metadata.orientation;
-    if (turn == NotedTurn::kCarriedOut && turned) orientation = 1;
-    if (turn == NotedTurn::kLeftAlone) orientation = turned ? undone(orientation) : 1;
-    if (stored->inks) return turned_upright(inks_to_srgb(stored->pixels, metadata.icc_profile), orientation);
-    const auto colour = to_opaque_bgr(stored->pixels, format, metadata.icc_profile);
-    if (!colour) return not_a_picture(name, bytes);
-    return turned_upright(*colour, orientation);
+    const Result<ReadPicture> read = read_picture(bytes, name);
+    if (!read.ok()) return read.error();
+    return decode(*read);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("there is not enough memory for the picture {}: make it smaller", name)};
@@ -172,19 +183,32 @@ Result<cv::Mat> decode(std::string_view bytes, const std::string& name, NotedTur
   }
 }
 
+Result<cv::Mat> to_colours(const ReadPicture& read, std::string_view bytes, const std::string& name, NotedTurn turn) {
+  int orientation = read.metadata.orientation;
+  if (turn == NotedTurn::kCarriedOut && read.is_turned()) orientation = 1;
+  if (turn == NotedTurn::kLeftAlone) orientation = read.is_turned() ? undone(orientation) : 1;
+  if (read.stored.inks) return turned_upright(inks_to_srgb(read.stored.pixels, read.metadata.icc_profile), orientation);
+  const auto colour = to_opaque_bgr(read.stored.pixels, read.format, read.metadata.icc_profile);
+  if (!colour) return not_a_picture(name, bytes);
+  return turned_upright(*colour, orientation);
+}
+
 }  // namespace
 
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
-  return decode(bytes, name, NotedTurn::kCarriedOut, picture_metadata(bytes));
+  return decoded(bytes, name, [&](const ReadPicture& read) -> Result<cv::Mat> {
+    return to_colours(read, bytes, name, NotedTurn::kCarriedOut);
+  });
 }
 
 Result<ScannedPicture> load_scan(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
-  const PictureMetadata metadata = picture_metadata(*bytes);
-  auto pixels = decode(*bytes, path.string(), NotedTurn::kLeftAlone, metadata);
-  if (!pixels) return pixels.error();
-  return ScannedPicture{*std::move(pixels), metadata.dpi_x, metadata.dpi_y};
+  return decoded(*bytes, path.string(), [&](const ReadPicture& read) -> Result<ScannedPicture> {
+    auto pixels = to_colours(read, *bytes, path.string(), NotedTurn::kLeftAlone);
+    if (!pixels) return pixels.error();
+    return ScannedPicture{*std::move(pixels), read.metadata.dpi_x, read.metadata.dpi_y};
+  });
 }
 
 Result<cv::Mat> load_picture(const std::filesystem::path& path) {
@@ -196,17 +220,15 @@ Result<cv::Mat> load_picture(const std::filesystem::path& path) {
 Result<cv::Mat> load_mask(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
-  if (const Status size = check_size(picture_metadata(*bytes), path.string()); !size) return size.error();
-  const auto stored = read_stored(*bytes);
-  if (!stored) return not_a_picture(path.string(), *bytes);
-  std::vector<cv::Mat> planes;
-  cv::split(stored->inks ? inks_to_srgb(stored->pixels, {}) : stored->pixels, planes);
-  // An alpha channel says nothing about wood: an opaque black mask is not all usable.
-  if (planes.size() == 4 || planes.size() == 2) planes.pop_back();
-  cv::Mat mask = planes.front() != 0;
-  for (std::size_t i = 1; i < planes.size(); ++i) cv::bitwise_or(mask, planes[i] != 0, mask);
-  const bool turned_already = picture_format(*bytes) == PictureFormat::kTiff && !stored->inks;
-  return turned_already ? mask : turned_upright(mask, picture_metadata(*bytes).orientation);
+  return decoded(*bytes, path.string(), [](const ReadPicture& read) -> Result<cv::Mat> {
+    std::vector<cv::Mat> planes;
+    cv::split(read.stored.inks ? inks_to_srgb(read.stored.pixels, {}) : read.stored.pixels, planes);
+    // An alpha channel says nothing about wood: an opaque black mask is not all usable.
+    if (planes.size() == 4 || planes.size() == 2) planes.pop_back();
+    cv::Mat mask = planes.front() != 0;
+    for (std::size_t i = 1; i < planes.size(); ++i) cv::bitwise_or(mask, planes[i] != 0, mask);
+    return read.is_turned() ? mask : turned_upright(mask, read.metadata.orientation);
+  });
 }
 
 }  // namespace veneer::planner

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/matcher.h"
 
 namespace veneer::planner {
@@ -21,8 +22,8 @@ using PlacedOutlines = std::vector<std::optional<PlacedOutline>>;  // one a patc
 
 // Of each patch whether it takes its wished place; all others stay where they were, `before`, which is not questioned.
 // Patches are asked in their order: of two that wish for the same wood the first has it, if nobody has to stay there.
-// The answer after a stop request is of no use.
-std::vector<bool> admitted(const PlacedOutlines& wished, const PlacedOutlines& before,
-                           const std::vector<MatchPanel>& panels, const std::stop_token& stop = {});
+// kCancelled: a stop was requested.
+Result<std::vector<bool>> admitted(const PlacedOutlines& wished, const PlacedOutlines& before,
+                                   const std::vector<MatchPanel>& panels, const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

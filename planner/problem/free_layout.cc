@@ -20,6 +20,7 @@ constexpr double kLeastPixels = 6;         // the same, of very many
 constexpr double kMostRasterPixels = 9e6;  // in a raster that is finer than that
 constexpr double kSizeRatio = 2;           // of the largest tile to the smallest
 constexpr double kSmallest = 0.25;         // area of the smallest patch, in wished ones
+constexpr Millimetres kHandySize{5};       // what is smaller gets lost (paper, section 4.1)
 constexpr int kToneGroups = 6;             // of an automatic segmentation
 constexpr double kLargestArea = 6;         // of it, in wished patches, about
 
@@ -102,6 +103,8 @@ FabricationLimits face_limits(const PlanOptions& options) {
   const SquareMillimetres handy = options.min_width * options.min_width * kHandyArea;
   return {options.min_width, std::max(handy, options.patch * options.patch * kSmallest)};
 }
+
+Millimetres handy_size(const PlanOptions& options) { return std::min(kHandySize, options.patch / 2); }
 
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
                                const std::stop_token& stop) {

@@ -20,6 +20,8 @@ struct FreeLayout {
 
 // What faces of a layout that is no straight grid keep to: handy, and no mere slivers of a patch.
 FabricationLimits face_limits(const PlanOptions& options);
+// The disc that a cell of a morphed grid holds, and a piece whose borders are refined: its diameter.
+Millimetres handy_size(const PlanOptions& options);
 
 // `options.layout` is kMosaic or kSegmentation; the artwork's pictures are as check_input() wants them. A pure function
 // of these, whatever the number of threads. kCancelled: a stop was requested.

@@ -23,8 +23,6 @@
 namespace veneer::planner {
 namespace {
 
-constexpr Millimetres kHandySize{5};  // what is smaller gets lost (paper, section 4.1)
-
 // Windows of patches that differ by the rounding of their borders share a class.
 WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
   WindowClass out;
@@ -202,7 +200,7 @@ Result<MorphedGrid> morphed(const Artwork& artwork, const PlanOptions& options, 
   const Stopwatch watch;
   const MorphOptions wanted{options.patch,
                             face_limits(options),
-                            std::min(kHandySize, options.patch / 2),
+                            handy_size(options),
                             options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                             threads_meant(options.threads),
                             artwork.guides,

@@ -43,11 +43,6 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.rematch, 0, 100)) return unusable("wood can be chosen again for refined pieces from 0 to 100 times");
   if (o.layout != LayoutKind::kGrid && o.adaptive_levels > 0)
     return unusable("only a grid has adaptive levels: leave them at 0, or choose the layout grid");
-  if (o.layout != LayoutKind::kGrid && o.layout != LayoutKind::kMorph && o.refine != Refine::kNone)
-    return unusable(
-        "only borders of a grid are refined so far: leave refine at none, or choose the layout grid or morph");
-  if (o.triangles && o.layout == LayoutKind::kMorph && o.refine != Refine::kNone)
-    return unusable("borders of triangles are not refined so far: leave refine at none, or do without triangles");
   if (o.refine != Refine::kNone && !o.kept.empty())
     return unusable(
         "a plan whose pieces are kept keeps its borders too: refine the picture anew, or keep the plan without refine");

@@ -24,7 +24,6 @@ TEST_F(PlanLayouts, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
       << R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><path d="M1 1H8V8" fill="none"/></svg>)";
   expect_unusable(usual() + " --layout segmentation --segmentation " + path("open.svg"), "has no closed region");
   expect_unusable(usual() + " --layout mosaic --adaptive-levels 1", "leave them at 0, or choose the layout grid");
-  expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid or morph");
 }
 
 TEST_F(PlanLayouts, CutsAPictureIntoAMosaicAndKeepsIt) {
@@ -42,6 +41,18 @@ TEST_F(PlanLayouts, CutsAPictureIntoAMosaicAndKeepsIt) {
   EXPECT_LT(report["mosaic"]["mean_move_px"], 0.1);
   EXPECT_TRUE(fs::exists(path("out/cut-P.svg")) && fs::exists(path("out/preview.png")));
   // Kept without a word of its layout, it is the same plan.
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanLayouts, RefinesAMosaicAndKeepsIt) {
+  const Outcome outcome = plan(usual() + " --layout mosaic --refine dp --min-width-mm 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json report = json("out/report.json");
+  EXPECT_LE(report["refined"]["cost"], report["refined"]["cost_before"]);
   const std::string before = text("out/plan.json");
   fs::rename(path("out"), path("first"));
   const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));

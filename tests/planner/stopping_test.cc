@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/boundaries/boundary_cuts.h"
 #include "planner/edits/kept_pieces.h"
 #include "planner/global/candidate_survey.h"
 #include "planner/global/packing.h"
@@ -199,6 +200,9 @@ TEST(Cancelled, IsWhatEveryStageAnswersOnceAStopIsRequested) {
   for (const auto& task : problem->queue) footprints.emplace_back(task.match.outline, options.kerf + FreeWood::kSlack);
   EXPECT_TRUE(cancelled(survey_candidates(*problem, matcher, footprints, {}, {10, 2}, stop)));
   EXPECT_TRUE(cancelled(pack_rectangles(matcher, 4_mm, 4_mm, 16, 2, stop)));
+  const BoundaryCuts cuts(*problem, matcher.panels(), {.limits = {}});
+  const PatchPlacements nowhere(problem->queue.size());
+  EXPECT_TRUE(cancelled(cuts.settled(nowhere, nowhere, stop)));
   EXPECT_TRUE(cancelled(matcher.give_back(2, stop)));
   options.kept = {{mark_of("A", problem->artworks[0].patches[0]), 1, {}, false}};
   EXPECT_TRUE(cancelled(keep_pieces(artworks, stock, options, *problem, stop)));

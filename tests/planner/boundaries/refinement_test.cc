@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/polygon_ops.h"
+#include "planner/boundaries/curved_layout.h"
 #include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
@@ -107,6 +108,26 @@ RC_GTEST_PROP(Refinement, PiecesCanBeMadeCoverThePictureAndTakeNoWoodTwice, ()) 
   assert_own_wood(plan, stock, options);
 }
 
+// Mosaics, segmentations and triangles: every edge is cut by itself.
+RC_GTEST_PROP(Refinement, OfAnyPartitionCoversThePictureWithPiecesThatCanBeMade, ()) {
+  const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1000000);
+  PlanOptions options = refined_options();
+  options.patch = Millimetres(*rc::gen::inRange(50, 90) / 10.0);
+  options.kerf = Millimetres(*rc::gen::inRange(0, 40) / 100.0);
+  options.curves = *rc::gen::element(Curves::kG0, Curves::kG1);
+  options.overlap = Millimetres(*rc::gen::inRange(0, 40) / 10.0);
+  options.rematch = *rc::gen::inRange(0, 2);
+  options.layout = *rc::gen::element(LayoutKind::kMorph, LayoutKind::kMosaic, LayoutKind::kSegmentation);
+  options.triangles = options.layout == LayoutKind::kMorph;
+  const std::vector<StockPanel> stock{wood_panel("P", 130, 100, 50.8, seed), wood_panel("Q", 80, 90, 45, seed + 9)};
+  const Plan plan = planned({blob_artwork("A", 40, 52, 31_mm, seed + 1)}, stock, options);
+  RC_ASSERT(plan.refined->cost <= plan.refined->cost_refined);
+  RC_ASSERT(plan.refined->cost_refined <= plan.refined->cost_before);
+  RC_ASSERT(std::abs(cost_total(plan) - plan.refined->cost) <= 1e-9 * plan.refined->cost);
+  assert_fabricable(plan, options);
+  assert_own_wood(plan, stock, options);
+}
+
 class Refined : public ::testing::Test {
  protected:
   const std::vector<StockPanel> stock_{wood_panel("P", 260, 200, 101.6, 21), wood_panel("Q", 160, 180, 101.6, 22)};
@@ -139,6 +160,93 @@ TEST_F(Refined, ShowThePictureBetterThanStraightOnesAndWoodChosenAgainBetterStil
   EXPECT_EQ(rematched.refined->cost_refined, refined.refined->cost);
   EXPECT_LT(rematched.refined->cost, refined.refined->cost);
   EXPECT_LT(shown(rematched), shown(refined));
+}
+
+// How far one edge's place is from where it was, at most.
+double farthest_move(const Partition& before, const Partition& after) {
+  double most = 0;
+  for (std::size_t e = 0; e < before.edges.size(); ++e)
+    for (const Point<ArtworkFrame>& p : flattened(after.edges[e])) {
+      double nearest = 1e9;
+      const Polyline<ArtworkFrame> path = flattened(before.edges[e]);
+      for (std::size_t i = 1; i < path.size(); ++i) {
+        const auto &a = path[i - 1], &b = path[i];
+        const double dx = (b.x - a.x).count(), dy = (b.y - a.y).count();
+        const double t =
+            std::clamp(((p.x - a.x).count() * dx + (p.y - a.y).count() * dy) / (dx * dx + dy * dy), 0.0, 1.0);
+        nearest = std::min(nearest, std::hypot((p.x - a.x).count() - t * dx, (p.y - a.y).count() - t * dy));
+      }
+      most = std::max(most, nearest);
+    }
+  return most;
+}
+
+class RefinedFreely : public Refined {
+ protected:
+  static PlanOptions options_of(LayoutKind layout) {
+    PlanOptions out = refined_options();
+    out.layout = layout, out.triangles = layout == LayoutKind::kMorph;
+    return out;
+  }
+  PreviewCost shown(const Plan& plan, const PlanOptions& options) const {
+    PreviewCost cost;
+    for (std::size_t a = 0; a < plan.artworks.size(); ++a)
+      cost += *preview_cost(plan, a, *assemble_preview(plan, a, stock_, ScanResolution::from_dpi(plan.dpi)), options);
+    return cost;
+  }
+};
+
+TEST_F(RefinedFreely, ShowThePictureBetterWhateverTheyWereLaidOutBy) {
+  for (const LayoutKind layout : {LayoutKind::kMosaic, LayoutKind::kSegmentation, LayoutKind::kMorph}) {
+    PlanOptions plain = options_of(layout), refined = plain;
+    plain.refine = Refine::kNone;
+    const Plan before = planned(artworks_, stock_, plain), after = planned(artworks_, stock_, refined);
+    EXPECT_DOUBLE_EQ(after.refined->cost_before, cost_total(before));
+    EXPECT_LT(after.refined->cost, after.refined->cost_before);
+    EXPECT_LT(*shown(after, refined).per_pixel(), *shown(before, plain).per_pixel());
+    ASSERT_EQ(after.layouts.size(), before.layouts.size());
+    for (std::size_t a = 0; a < before.layouts.size(); ++a) {
+      // Pieces keep their marks, their neighbours and their corners.
+      ASSERT_EQ(after.layouts[a].faces, before.layouts[a].faces);
+      for (std::size_t e = 0; e < before.layouts[a].edges.size(); ++e) {
+        EXPECT_EQ(after.layouts[a].edges[e].curve.front(), before.layouts[a].edges[e].curve.front());
+        EXPECT_EQ(after.layouts[a].edges[e].curve.back(), before.layouts[a].edges[e].curve.back());
+      }
+      EXPECT_GT(farthest_move(before.layouts[a], after.layouts[a]), 0.2);
+    }
+  }
+}
+
+TEST_F(RefinedFreely, TakeOtherWoodForTheirNewShapes) {
+  PlanOptions again = options_of(LayoutKind::kMosaic);
+  again.rematch = 1;
+  const Plan plan = planned(artworks_, stock_, again);
+  ASSERT_FALSE(plan.refined->rounds.empty());
+  EXPECT_GT(plan.refined->rounds.front().moved, 0U);
+  EXPECT_LT(plan.refined->cost, plan.refined->cost_refined);
+}
+
+TEST_F(RefinedFreely, GoNoFartherThanTheirOverlap) {
+  PlanOptions plain = options_of(LayoutKind::kMosaic), near = plain;
+  plain.refine = Refine::kNone, near.overlap = 0.8_mm;
+  const Plan before = planned(artworks_, stock_, plain), after = planned(artworks_, stock_, near);
+  EXPECT_LE(farthest_move(before.layouts[0], after.layouts[0]), 0.8 + kFitTolerance.count() + 0.01);
+  EXPECT_LT(after.refined->cost, after.refined->cost_before);
+}
+
+TEST_F(RefinedFreely, AreTheSameForAnyNumberOfThreads) {
+  PlanOptions one = options_of(LayoutKind::kMosaic), three = one;
+  three.threads = 3;
+  EXPECT_EQ(plan_to_json(planned(artworks_, stock_, one)), plan_to_json(planned(artworks_, stock_, three)));
+}
+
+TEST_F(RefinedFreely, LeaveHolesAsTheyAre) {
+  const PlanOptions scarce = options_of(LayoutKind::kMosaic);
+  const std::vector<StockPanel> little{wood_panel("P", 160, 120, 101.6, 25)};
+  const Plan plan = planned(artworks_, little, scarce);
+  ASSERT_GT(unfilled(plan), 0U);
+  assert_fabricable(plan, scarce);
+  assert_own_wood(plan, little, scarce);
 }
 
 // Specks of a tenth of a millimetre, a fine mask's, every 10.5 mm: a coarse look at a place overlooks them.

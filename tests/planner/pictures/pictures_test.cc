@@ -20,6 +20,7 @@
 #include <zlib.h>
 
 #include "base/files.h"
+#include "planner/pictures/picture_metadata.h"
 
 namespace veneer::planner {
 namespace {
@@ -79,6 +80,18 @@ std::string exif(int orientation) {
   std::string out = "MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s;
   out += static_cast<char>(orientation);
   return out.append(6, '\0');
+}
+
+// 300 pixels for an inch, of a value that claims to have this type.
+constexpr int kRationalType = 5;
+std::string exif_resolution(int type) {
+  using std::string_literals::operator""s;
+  std::string out = "MM\0\x2a\0\0\0\x08"s;
+  for (const std::string& part :
+       {big_endian(1, 2), big_endian(0x11A, 2), big_endian(static_cast<std::size_t>(type), 2), big_endian(1, 4),
+        big_endian(26, 4), big_endian(0, 4), big_endian(300, 4), big_endian(1, 4)})
+    out += part;
+  return out;
 }
 
 std::string jpeg_segment(char marker, const std::string& body) {
@@ -345,6 +358,31 @@ TEST_F(Pictures, TellTheResolutionThatTheirFileSays) {
   EXPECT_EQ(said(with_resolution(100, 100, RESUNIT_NONE)), std::pair(0.0, 0.0));
 }
 
+// The oldest headers of BMP have short sides; what stands where newer ones have a resolution are pixels.
+TEST_F(Pictures, OfTheOldestBitmapsHaveNoResolution) {
+  std::string bmp;
+  bmp.append("BM").append(12, '\0').append(little_endian(12, 4)).append(little_endian(40000, 2));
+  bmp.append(little_endian(20000, 2)).append(little_endian(1, 2)).append(little_endian(24, 2)).append(64, '\x21');
+  const auto loaded = decode_picture(bmp, "bitmap");
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_THAT(loaded.error().message, HasSubstr("bitmap has 40000 x 20000 pixels"));
+  EXPECT_EQ(picture_metadata(bmp).dpi_x, 0);
+}
+
+TEST_F(Pictures, KeepTheResolutionOfTheirExifBeforeABlockThatSaysNone) {
+  std::string jpeg = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(90)));
+  jpeg.insert(2, jpeg_segment('\xE1', std::string("Exif\0\0", 6) + exif_resolution(kRationalType)));
+  const auto scan = load_scan(file("a.jpg", jpeg));
+  ASSERT_TRUE(scan.ok()) << scan.error().message;
+  EXPECT_EQ(scan->dpi_x, 300);
+}
+
+// A value of another type is not the place of a fraction.
+TEST_F(Pictures, TakeNoResolutionOfAWrongType) {
+  for (const int type : {1, 3, 4, 7}) EXPECT_EQ(picture_metadata(exif_resolution(type)).dpi_x, 0) << type;
+  EXPECT_EQ(picture_metadata(exif_resolution(kRationalType)).dpi_x, 300);
+}
+
 TEST_F(Pictures, AreConvertedFromTheirProfileToSrgb) {
   const cv::Mat half(8, 8, CV_8UC3, cv::Scalar::all(128));
   const std::string profile = linear_rgb_profile();
@@ -476,6 +514,23 @@ TEST_F(Pictures, OfAbsurdSizeAreRefusedByWhatTheySayOfThemselves) {
   EXPECT_THAT(panel.error().message, HasSubstr("damaged")) << "not refused for its size";
 }
 
+// A picture for print that says it has no rows: nothing to decode, and nothing to look at.
+TEST_F(Pictures, WithoutAPixelAreRefused) {
+  const auto inks = tiff("inks.tif", cv::Mat(6, 6, CV_8UC4, cv::Scalar(1, 2, 3, 4)),
+                         [](TIFF* out) { TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_SEPARATED); });
+  std::string bytes = read_whole(inks).value_or("");
+  const std::string rows = little_endian(0x101, 2) + little_endian(3, 2) + little_endian(1, 4);
+  const std::size_t at = bytes.find(rows);
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 8] = '\0';
+  const auto picture = decode_picture(bytes, "inks");
+  ASSERT_FALSE(picture.ok());
+  EXPECT_THAT(picture.error().message, HasSubstr("inks is damaged"));
+  const auto mask = load_mask(file("mask.tif", bytes));
+  ASSERT_FALSE(mask.ok());
+  EXPECT_THAT(mask.error().message, HasSubstr("is damaged"));
+}
+
 // Whatever bytes come, the answer is a picture or a sentence.
 TEST_F(Pictures, SurviveDamagedFiles) {
   cv::Mat noise(12, 10, CV_8UC3);
@@ -504,6 +559,10 @@ TEST_F(Pictures, SurviveDamagedFiles) {
         EXPECT_EQ(loaded->type(), CV_8UC3);
       } else {
         EXPECT_EQ(loaded.error().code, ErrorCode::kInvalidArgument);
+      }
+      const auto mask = load_mask(file("mask", bytes));
+      if (!mask.ok()) {
+        EXPECT_EQ(mask.error().code, ErrorCode::kInvalidArgument);
       }
     }
   }

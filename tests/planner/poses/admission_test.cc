@@ -21,35 +21,44 @@ PlacedOutline square_at(double x) {
 
 TEST(Admission, LetsAllMoveThatHaveRoom) {
   const PlacedOutlines before{square_at(10), square_at(30), {}}, wished{square_at(30), square_at(10), square_at(50)};
-  EXPECT_EQ(admitted(wished, before, board()), (std::vector<bool>{true, true, true}));
+  EXPECT_EQ(*admitted(wished, before, board()), (std::vector<bool>{true, true, true}));
 }
 
 TEST(Admission, WhoStaysWhereItIsDoesNotMove) {
   const PlacedOutlines before{square_at(10), {}};
-  EXPECT_EQ(admitted(before, before, board()), (std::vector<bool>{false, false}));
+  EXPECT_EQ(*admitted(before, before, board()), (std::vector<bool>{false, false}));
 }
 
 TEST(Admission, PutsBackWhomTheWoodRefusesAndLetsTheOthersMove) {
   const PlacedOutlines before{square_at(10), square_at(30)}, wished{square_at(96), square_at(50)};
-  EXPECT_EQ(admitted(wished, before, board()), (std::vector<bool>{false, true}));
+  EXPECT_EQ(*admitted(wished, before, board()), (std::vector<bool>{false, true}));
 }
 
 TEST(Admission, PutsBackWhoeverTookThePlaceOfOneThatIsPutBack) {
   // The last is refused, so that the one before it cannot have its place, and so on.
   const PlacedOutlines before{square_at(10), square_at(30), square_at(50), square_at(70)},
       wished{square_at(30), square_at(50), square_at(96), square_at(80)};
-  EXPECT_EQ(admitted(wished, before, board()), (std::vector<bool>{false, false, false, true}));
+  EXPECT_EQ(*admitted(wished, before, board()), (std::vector<bool>{false, false, false, true}));
 }
 
 TEST(Admission, OfTwoThatWishForTheSameWoodGivesItToTheFirst) {
   const PlacedOutlines before{square_at(10), square_at(30), {}}, wished{square_at(50), square_at(55), square_at(45)};
-  EXPECT_EQ(admitted(wished, before, board()), (std::vector<bool>{true, false, false}));
+  EXPECT_EQ(*admitted(wished, before, board()), (std::vector<bool>{true, false, false}));
+}
+
+TEST(Admission, HasNoAnswerOnceAStopIsRequested) {
+  std::stop_source stop;
+  stop.request_stop();
+  const PlacedOutlines before{square_at(10), square_at(30)}, wished{square_at(30), square_at(10)};
+  const auto moves = admitted(wished, before, board(), stop.get_token());
+  ASSERT_FALSE(moves.ok());
+  EXPECT_EQ(moves.error().code, ErrorCode::kCancelled);
 }
 
 TEST(Admission, KeepsTheKerfBetweenWhoStaysAndWhoMoves) {
   const PlacedOutlines before{square_at(10), square_at(30)};
-  EXPECT_EQ(admitted({square_at(10), square_at(18.1)}, before, board()), (std::vector<bool>{false, false}));
-  EXPECT_EQ(admitted({square_at(10), square_at(18.3)}, before, board()), (std::vector<bool>{false, true}));
+  EXPECT_EQ(*admitted({square_at(10), square_at(18.1)}, before, board()), (std::vector<bool>{false, false}));
+  EXPECT_EQ(*admitted({square_at(10), square_at(18.3)}, before, board()), (std::vector<bool>{false, true}));
 }
 
 }  // namespace
