@@ -123,6 +123,32 @@ std::vector<Point<BedFrame>> find_bed_holes(const cv::Mat& picture, const Camera
   return out;
 }
 
+std::vector<std::vector<Millimetres>> searched_at_once(const CameraModel& model, std::vector<Millimetres> heights) {
+  constexpr double kMostLarger = 0.02;  // of a disc of 6 mm a tenth
+  const auto& camera = model.parameters();
+  const double w = camera.width_px, h = camera.height_px;
+  const auto seen_across = [&](Millimetres height) {
+    return distance(model.bed_from_camera(point<CameraFrame>(w / 4, h / 2), height),
+                    model.bed_from_camera(point<CameraFrame>(3 * w / 4, h / 2), height))
+        .count();
+  };
+  std::sort(heights.begin(), heights.end());
+  heights.erase(std::unique(heights.begin(), heights.end()), heights.end());
+  std::vector<std::vector<Millimetres>> out;
+  for (const Millimetres height : heights) {
+    if (out.empty() || seen_across(out.back().front()) > (1 + kMostLarger) * seen_across(height)) out.emplace_back();
+    out.back().push_back(height);
+  }
+  return out;
+}
+
+std::vector<Point<BedFrame>> raised(std::span<const Point<BedFrame>> places, const CameraModel& model, Millimetres from,
+                                    Millimetres to) {
+  std::vector<Point<BedFrame>> out;
+  for (const auto& place : places) out.push_back(model.bed_from_camera(model.camera_from_bed(place, from), to));
+  return out;
+}
+
 std::vector<HolePose> locate_by_holes(std::span<const Point<BedFrame>> seen,
                                       std::span<const PanelCandidate> candidates) {
   std::vector<HolePose> out;

@@ -24,6 +24,13 @@ namespace veneer::calib {
 std::vector<Point<BedFrame>> find_bed_holes(const cv::Mat& picture, const CameraModel& model, Millimetres height,
                                             Millimetres diameter);
 
+// Heights, ascending, of which one search finds the holes of all: at the middle of them. Holes of a diameter look
+// larger the higher they lie, and the camera tells by how much; a few groups hold a shelf of any thicknesses.
+std::vector<std::vector<Millimetres>> searched_at_once(const CameraModel& model, std::vector<Millimetres> heights);
+// Where places that were found on the plane `from` above the bed lie if they are on the plane `to`.
+std::vector<Point<BedFrame>> raised(std::span<const Point<BedFrame>> places, const CameraModel& model, Millimetres from,
+                                    Millimetres to);
+
 struct HolePose {
   PanelId panel;
   Face face_up = Face::kBack;

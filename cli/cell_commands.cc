@@ -25,6 +25,7 @@ constexpr std::array kCellCommands = {
     CellCommand{"clear", "Say that the cause of an abort is gone; nothing moves, `reset` comes next"},
     CellCommand{"reset", "Connect and home the laser: it moves, then the cell is Idle"},
     CellCommand{"stop-after-piece", "Finish the piece being cut, then stop"},
+    CellCommand{"write-off-look", "Say that the camera cannot look any more at what was cut last: it becomes suspect"},
 };
 
 void add_command(CLI::App& parent, CommandContext& context, const std::string& name, const std::string& help) {

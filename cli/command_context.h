@@ -74,7 +74,7 @@ bool at_terminal();
 
 // --confirm WHAT, as often as needed.
 void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed);
-// hold, unhold, unsuspend, frame, abort, clear, reset, stop-after-piece: at the top and below `job`.
+// hold, unhold, unsuspend, frame, abort, clear, reset, stop-after-piece, write-off-look: at the top and below `job`.
 void add_unit_commands(CLI::App& parent, CommandContext& context);
 void add_job_stop(CLI::App& job, CommandContext& context);
 

@@ -194,6 +194,7 @@ std::string render_status(const json& status) {
   if (const json& recut = member(status, "recut"); recut.is_object())
     text += line("Recut", fmt::format("{} pieces of {} can be cut again while it lies unmoved",
                                       whole_or(recut, "pieces", 0), text_or(recut, "panel", "?")));
+  text += line("Owed", text_or(member(status, "owed_look"), "sentence", ""));
   const json& laser = member(status, "laser");
   text += line("Laser", laser_words(laser));
   text += line("", text_or(laser, "refusal", ""));

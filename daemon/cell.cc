@@ -381,6 +381,10 @@ json Cell::status(Role told) const {
       view.can_recut > 0
           ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}
           : json();
+  out["owed_look"] = nullptr;
+  if (const auto& owed = view.owed_look)
+    out["owed_look"] = {
+        {"job", owed->job.value}, {"panel", owed->panel.value}, {"pieces", owed->pieces}, {"sentence", owed->sentence}};
   out["confirm"] = asked_by_name();
   out["calibration"] = json::object();
   for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);

@@ -1,4 +1,4 @@
-// Reading steps that job_store.cc shares with job_reader.cc. Private to db; these throw SQLite::Exception.
+// Steps that job_store.cc shares with job_reader.cc and proofs.cc. Private to db; these throw SQLite::Exception.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -21,5 +21,7 @@ inline Error no_such_piece(JobId job, const std::string& mark) {
 
 JobState job_state_of(const std::string& name);
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece);
+// The panel of the run was seen where it has to lie: all that the run has booked is proven, and the audit log says so.
+void note_proven(SQLite::Database& connection, RunId run, const std::string& at);
 
 }  // namespace veneer::db

@@ -207,11 +207,12 @@ Status note_assembled(SQLite::Database& connection, JobId job, const std::string
     const bool lost = state == "scrap" || state == "released" || state == "unfilled";
     const auto remedy = state == "suspect"
                             ? fmt::format("say what became of it with `veneerctl job settle {} {}`", job.value, mark)
+                        : state == "cutting" ? std::string("wait until it is cut")
                         : lost ? fmt::format("find other wood for it with `veneerctl job redo {} {}`", job.value, mark)
                                : fmt::format("cut it with `veneerctl job start {}`", job.value);
     return Error{ErrorCode::kConflict,
                  fmt::format("piece {} of job {} is {}, and only a piece that is cut is assembled: {}", mark, job.value,
-                             state, remedy)};
+                             state == "cutting" ? "being cut" : state, remedy)};
   }
   if ((row.getColumn(2).getInt() != 0) == assembled) return Ok();
   SQLite::Statement insert(connection, "INSERT INTO assemblies (allocation, assembled, who, at) VALUES (?, ?, ?, ?)");
@@ -220,11 +221,22 @@ Status note_assembled(SQLite::Database& connection, JobId job, const std::string
   return Ok();
 }
 
-// What a beam may have hit by mistake.
-void doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const std::string& at) {
-  for (const PieceId piece : pieces)
-    if (!move_piece(connection, piece, AllocationState::kReserved, AllocationState::kSuspect, at))
-      move_piece(connection, piece, AllocationState::kCut, AllocationState::kSuspect, at);
+// What a beam may have hit by mistake, or missed. A job that was complete is stopped: it has pieces to settle.
+Status doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const std::string& at) {
+  SQLite::Statement complete(connection,
+                             "SELECT j.id FROM pieces AS p JOIN jobs AS j ON j.id = p.job WHERE p.id = ? AND j.state = "
+                             "'complete'");
+  for (const PieceId piece : pieces) {
+    if (!move_piece(connection, piece, AllocationState::kReserved, AllocationState::kSuspect, at) &&
+        !move_piece(connection, piece, AllocationState::kCut, AllocationState::kSuspect, at))
+      continue;
+    complete.reset();
+    complete.bind(1, piece.value);
+    if (!complete.executeStep()) continue;
+    if (Status stopped = move_job(connection, {complete.getColumn(0).getInt64()}, JobState::kStopped, at); !stopped)
+      return stopped;
+  }
+  return Ok();
 }
 
 // "job 7 aborted, piece 14 suspect", for the audit log.
@@ -291,6 +303,7 @@ Result<RunId> JobStore::start_run(JobId job, const PanelId& panel,
     const RunId run{connection.getLastInsertRowid()};
     if (!facts.who.empty()) note_facts(connection, run, facts);
     note_run(connection, facts.who.empty() ? kDaemon : facts.who, "start", run, job, panel, "", at);
+    if (facts.looks_again) note_proven(connection, run, at);  // from its first booking on it owes a look
     return run;
   });
 }
@@ -334,17 +347,14 @@ Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const s
       move_piece(connection, suspect, AllocationState::kReserved, AllocationState::kCutting, at);
     }
     move_all(connection, *job, AllocationState::kCutting, AllocationState::kSuspect, at);
-    doubt(connection, neighbours, at);
+    if (Status doubted = doubt(connection, neighbours, at); !doubted) return doubted;
     end_run(connection, run, reason, at);
     return move_job(connection, *job, state_after(connection, *job, JobState::kAborted), at);
   });
 }
 
 Status JobStore::make_suspect(std::span<const PieceId> pieces, const std::string& at) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    doubt(connection, pieces, at);
-    return Ok();
-  });
+  return in_transaction(*database_, [&](SQLite::Database& connection) { return doubt(connection, pieces, at); });
 }
 
 Status JobStore::abort_job(JobId job, const std::string& at) {

@@ -5,6 +5,7 @@
 // Jobs:  planned -> running | cancelled            running -> complete | aborted | stopped
 //        aborted, stopped -> running | cancelled | complete (the last suspect piece was settled)
 //        complete, cancelled -> stopped (lost pieces are to be made again)
+//        complete -> stopped (a piece became suspect)
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -116,6 +117,7 @@ struct RunFacts {
   std::string who;                          // gave the word for it; empty: nobody noted it
   std::vector<CertificateId> certificates;  // that its strokes were drawn with
   std::string recipes_json = "[]";          // how each wood was burnt, and which pieces lie in it
+  bool looks_again = false;                 // what it books is owed a look; on its beginning only
 };
 
 // What a run has booked since its panel was seen where it has to lie, in the order of burning.
@@ -178,6 +180,7 @@ class JobStore {
   Status cancel(JobId job, const std::string& at);
 
   // A run begins: planned, stopped or aborted -> running. kConflict when a run is on, or the panel has no piece of it.
+  // Its pose is proven; of one that looks again that is noted with it (note_proof).
   Result<RunId> start_run(JobId job, const PanelId& panel, const Isometry2<BedFrame, PanelFrame>& bed_from_panel,
                           Millimetres pose_rms, const std::string& at, const RunFacts& facts = {});
   // reserved -> cutting, before the first stroke that may cut the piece's wood is sent.
@@ -194,13 +197,13 @@ class JobStore {
   // are suspect as well. `reason` is one sentence.
   Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at,
                    std::span<const PieceId> neighbours = {});
-  // A beam strayed while nothing was cut for the first time: `pieces`, of any job, that are reserved or cut are
-  // suspect.
+  // A beam strayed while nothing was cut for the first time, or nobody knows what it hit: `pieces`, of any job, that
+  // are reserved or cut are suspect, and their jobs complete no longer.
   Status make_suspect(std::span<const PieceId> pieces, const std::string& at);
-  // The panel of the run, which may be over, was seen where it has to lie: noted in the audit log.
+  // The panel of the run, which may be over, was seen where it has to lie.
   Status note_proof(RunId run, const std::string& at);
   // What of the last run is booked since it was noted last, and is `cut` on no person's word; nothing of a run of which
-  // it never was.
+  // it never was, which does not look again.
   Result<std::optional<UnprovenCuts>> unproven();
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);

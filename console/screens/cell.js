@@ -34,8 +34,9 @@ function attention() {
   const scans = model.panels.filter((panel) => !panel.retired && panel.scan_again);
   const rows = [["suspects", sum("suspect"), "#run"], ["missing", sum("missing"), "#run"],
                 ["differences", differing.length, differing.length ? `#panels/${differing[0].id}` : ""], ["scans", scans.length, "#scan"]].filter(([, n]) => n > 0);
-  if (!rows.length) return null;
-  return card(t("attention"), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
+  const owed = model.cell.owed_look;
+  if (!rows.length && !owed) return null;
+  return card(t("attention"), owed && h("p.warn", {}, `▲ ${asSentence(owed.sentence)}`), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
 }
 
 function workGoingOn() {

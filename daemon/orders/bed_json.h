@@ -11,6 +11,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline, height)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, panels, shown_px)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenHoles, panel, seen, known, by_chance)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, holes, pose, why_none, why_code)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, nothing, tags, holes, pose, why_none, why_code)
 
 }  // namespace veneer::daemon

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/bed_holes.h"
+#include "calib/picture_sight.h"
 #include "calib/tag_detector.h"
 #include "daemon/store/calibration.h"
 #include "planner/pictures/jpeg_codec.h"
@@ -38,6 +39,11 @@ Millimetres height_of_seen(const std::vector<BedPanel>& panels, const std::vecto
   return Millimetres(0);
 }
 
+// No tag where tags would be seen is an empty bed.
+bool shows_nothing(const cv::Mat& picture, const std::vector<calib::Tag<CameraFrame>>& tags) {
+  return tags.empty() && calib::share_in_sight(picture) < calib::kLeastInSight;
+}
+
 // Into `out`, with the picture to be shown; `picture` is the whole of it.
 cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out) {
   const calib::CameraModel camera(*order.camera);
@@ -50,6 +56,7 @@ cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out)
   std::vector<calib::PanelCandidate> candidates;
   for (const BedPanel& panel : order.panels) candidates.push_back({panel.panel, panel.fiducials});
   const auto tags = calib::detect_tags<CameraFrame>(picture);
+  out.nothing = shows_nothing(picture, tags);
   const Millimetres height = height_of_seen(order.panels, tags);
   const auto found = calib::locate_panel(tags, camera, height, candidates);
   if (!found) return none(found.error());
@@ -71,22 +78,31 @@ void outline(cv::Mat& picture, const calib::Tag<CameraFrame>& tag) {
 // Tags, which are outlined in `shown`, and panels by their holes. A picture of another size than the camera's says
 // nothing of holes.
 void find_stock(const LookAtBed& order, const cv::Mat& picture, cv::Mat& shown, BedSeen& out) {
-  for (const auto& tag : calib::detect_tags<CameraFrame>(picture)) {
+  const auto tags = calib::detect_tags<CameraFrame>(picture);
+  out.nothing = shows_nothing(picture, tags);
+  for (const auto& tag : tags) {
     out.tags.push_back(tag.id);
     outline(shown, tag);
   }
   if (!order.camera) return;
   const calib::CameraModel camera(*order.camera);
   if (!require_picture_size(camera, picture.cols, picture.rows)) return;
-  std::map<std::pair<double, double>, std::vector<calib::PanelCandidate>> alike;  // in diameter of holes, and height
+  std::map<double, std::map<Millimetres, std::vector<calib::PanelCandidate>>>
+      alike;  // in diameter of holes, and height
   for (const BedPanel& panel : order.panels)
     if (!panel.fiducials.holes.empty())
-      alike[{panel.fiducials.holes.front().diameter.count(), panel.height.count()}].push_back(
-          {panel.panel, panel.fiducials});
-  for (const auto& [like, panels] : alike) {
-    const auto holes = calib::find_bed_holes(picture, camera, Millimetres(like.second), Millimetres(like.first));
-    for (const auto& found : calib::locate_by_holes(holes, panels))
-      out.holes.push_back({found.panel, found.seen, found.known, found.by_chance});
+      alike[panel.fiducials.holes.front().diameter.count()][panel.height].push_back({panel.panel, panel.fiducials});
+  for (const auto& [diameter, by_height] : alike) {
+    std::vector<Millimetres> heights;
+    for (const auto& entry : by_height) heights.push_back(entry.first);
+    for (const auto& group : calib::searched_at_once(camera, heights)) {
+      const Millimetres middle = 0.5 * (group.front() + group.back());
+      const auto holes = calib::find_bed_holes(picture, camera, middle, Millimetres(diameter));
+      for (const Millimetres height : group)
+        for (const auto& found :
+             calib::locate_by_holes(calib::raised(holes, camera, middle, height), by_height.at(height)))
+          out.holes.push_back({found.panel, found.seen, found.known, found.by_chance});
+    }
   }
 }
 

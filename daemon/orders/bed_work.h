@@ -54,6 +54,7 @@ struct SeenHoles {
   double by_chance = 1;
 };
 struct BedSeen {
+  bool nothing = false;  // neither a tag nor the bed (calib/picture_sight.h): it tells nothing of what lies there
   std::vector<int> tags;
   std::vector<SeenHoles> holes;
   std::optional<SeenPose> pose;

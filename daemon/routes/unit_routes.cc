@@ -21,7 +21,7 @@ JobRunner::Reply reply_with_state(const JobRunner& unit, Reply reply) {
 
 Error no_such_command(const std::string& word) {
   return {ErrorCode::kNotFound, fmt::format("there is no command {}: use hold, unhold, unsuspend, frame, stop, abort, "
-                                            "clear, reset or stop-after-piece",
+                                            "clear, reset, stop-after-piece or write-off-look",
                                             word)};
 }
 
@@ -39,6 +39,7 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   auto with_state = reply_with_state(s.unit, reply);
   const std::string& who = request.caller.who;
   if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
+  if (word == "write-off-look") return s.unit.write_off_look(who, with_state);
   if (word == "frame")
     return s.unit.frame(PowerFraction(power.value_or(0)), who, with_state,
                         std::move(confirmed).value_or(std::vector<std::string>()));

@@ -1,13 +1,16 @@
 // The one way to pictures of the bed that prove anything: each is asked how old it is. A camera that reads files shows
-// what somebody else put there, and goes on showing it when the program that takes the pictures hangs.
+// what somebody else put there, and goes on showing it when the program that takes the pictures hangs. A camera that
+// hangs itself gives one picture for ever, which is told by its content: no two pictures are alike to the last bit.
 //
-// Thread-safe but for take(), which belongs to the camera's worker.
+// Thread-safe but for take() and take_newer(), which belong to the camera's worker.
 #pragma once
 
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "base/result.h"
@@ -27,8 +30,11 @@ class BedPictures {
   };
   struct Picture {
     std::filesystem::path file;
-    Status fresh;  // kRefused when it is too old for what it was taken for, or says that it was taken in the future
-    bool newer_may_come = false;  // it is too old
+    // kRefused when it is too old for what it was taken for, or says that it was taken in the future; kUnavailable when
+    // it is the picture before once more.
+    Status fresh;
+    bool newer_may_come = false;  // it is too old, or that
+    std::string sha256 = {};      // of the file; "" for people, and of one that cannot be read
   };
 
   // `camera` outlives this. `now` is for tests.
@@ -40,16 +46,23 @@ class BedPictures {
   Result<Picture> take(For what) { return take(what, hands_in()); }
   // The same, of hands that were in until then only.
   Result<Picture> take(For what, WallTime hands_in);
+  // The same, waiting for so long for one that is fresh, where one may come. kCancelled soon after `stop`.
+  Result<Picture> take_newer(For what, WallTime hands_in, std::chrono::milliseconds patience,
+                             const std::stop_token& stop);
   std::string device() const { return camera_.device(); }
   const CameraDriver& camera() const { return camera_; }
 
  private:
   Status check(For what, WallTime hands_in) const;
+  // Of what was taken last; notes it.
+  bool is_repeated(const std::string& sha256);
 
   CameraDriver& camera_;
   const std::function<WallTime()> now_;
   mutable std::mutex mutex_;
-  WallTime hands_in_{};  // guarded by mutex_
+  WallTime hands_in_{};      // guarded by mutex_
+  std::string last_sha256_;  // of the camera's worker, as is the next
+  std::optional<WallTime> last_taken_;
 };
 
 }  // namespace veneer::daemon

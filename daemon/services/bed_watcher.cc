@@ -113,6 +113,10 @@ std::string named(const std::vector<PanelId>& panels) {
                      panels.size() > kMost ? fmt::format(" and {} more", panels.size() - kMost) : "");
 }
 
+constexpr const char* kNothingInSight =
+    "the picture of {} shows nothing, neither a tag nor the bed: see that the light is on and that nothing covers the "
+    "lens";
+
 // Holes agree with a panel's: so surely that strangers would have to do it once in a thousand beds, or so that somebody
 // has to look.
 constexpr double kSurelyItsHoles = 0.001, kMaybeItsHoles = 0.1;
@@ -139,7 +143,8 @@ std::vector<std::string> doubts_of(const StockMarks& marks, const std::vector<in
 
 BedWatcher::BedWatcher(boost::asio::io_context& reactor, BedPictures& pictures, Worker& camera_worker,
                        WorkRunner& workers, DatabaseThread& database, const Config& config,
-                       std::function<void()> on_picture, std::function<std::unique_ptr<OneShotTimer>()> make_timer)
+                       std::function<void()> on_picture, std::function<std::unique_ptr<OneShotTimer>()> make_timer,
+                       std::chrono::milliseconds wait)
     : reactor_(reactor),
       pictures_(pictures),
       worker_(camera_worker),
@@ -147,7 +152,8 @@ BedWatcher::BedWatcher(boost::asio::io_context& reactor, BedPictures& pictures, 
       database_(database),
       config_(config),
       on_picture_(std::move(on_picture)),
-      make_timer_(make_timer ? std::move(make_timer) : [this] { return make_reactor_timer(reactor_); }) {}
+      make_timer_(make_timer ? std::move(make_timer) : [this] { return make_reactor_timer(reactor_); }),
+      wait_(wait) {}
 
 std::string BedWatcher::picture() const {
   const std::lock_guard lock(picture_mutex_);
@@ -175,9 +181,9 @@ std::function<void(Result<Seen>)> BedWatcher::in_time(std::function<void(Result<
   return answer;
 }
 
-// Two looks of a worker, and what a camera may take.
+// Two looks of a worker, and what a camera may take for a picture that is new.
 Duration BedWatcher::patience() const {
-  return 2 * std::chrono::seconds(config_.workers.look_limit_s) + std::chrono::seconds(30);
+  return 2 * std::chrono::seconds(config_.workers.look_limit_s) + std::chrono::seconds(30) + wait_;
 }
 
 void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
@@ -201,7 +207,7 @@ void BedWatcher::stock_in_sight(std::function<void(Result<StockSight>)> reply) {
 }
 
 Result<BedSeen> BedWatcher::photograph(BedPictures::For what, WallTime hands_in, LookAtBed look) {
-  const auto picture = pictures_.take(what, hands_in);
+  const auto picture = pictures_.take_newer(what, hands_in, wait_, ending_.get_token());
   if (!picture) return picture.error();
   if (!picture->fresh) look = {};
   look.file = picture->file.string();
@@ -267,6 +273,7 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
     if (holes.by_chance <= kSurelyItsHoles) see(holes.panel);
   if (!sight.panels.empty()) note_seen(sight.panels);
   sight.doubts = doubts_of(*marks, strange, found->holes);
+  if (found->nothing && found->holes.empty()) sight.doubts.push_back(fmt::format(kNothingInSight, pictures_.device()));
   return sight;
 }
 
@@ -302,6 +309,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   const auto seen = photograph(BedPictures::For::kBurning, hands_in, std::move(look));
   if (!seen) return seen.error();
   if (!ready) return ready.error();
+  if (seen->nothing) return Error{ErrorCode::kUnavailable, fmt::format(kNothingInSight, pictures_.device())};
   if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
   const SeenPose& pose = *seen->pose;
   note_seen({pose.panel});

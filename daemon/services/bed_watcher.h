@@ -6,6 +6,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -40,11 +41,16 @@ struct BedSight {
 
 class BedWatcher final : public BedView {
  public:
+  // A camera that writes a file now and then may have none yet from after the last cut: the next one is waited for, for
+  // so long.
+  static constexpr std::chrono::milliseconds kUsualWait{15'000};
+
   // `on_picture` is called on the reactor when picture() has changed. All references outlive this. `make_timer` is for
   // tests; the reactor's own by default.
   BedWatcher(boost::asio::io_context& reactor, BedPictures& pictures, Worker& camera_worker, WorkRunner& workers,
              DatabaseThread& database, const Config& config, std::function<void()> on_picture,
-             std::function<std::unique_ptr<OneShotTimer>()> make_timer = {});
+             std::function<std::unique_ptr<OneShotTimer>()> make_timer = {},
+             std::chrono::milliseconds wait = kUsualWait);
 
   // kTimeout when neither the camera nor a worker has said anything for patience().
   void look(std::function<void(Result<ProvenPose>)> reply) override;
@@ -55,6 +61,7 @@ class BedWatcher final : public BedView {
   Result<BedSight> see();
 
   void hands_were_in() override { pictures_.hands_were_in(); }
+  void was_cut() override { pictures_.hands_were_in(); }
   void stock_in_sight(std::function<void(Result<StockSight>)> reply) override;
   Duration patience() const;
 
@@ -81,6 +88,7 @@ class BedWatcher final : public BedView {
   LastSeen last_seen_;  // of the camera's worker
   std::function<void()> on_picture_;
   std::function<std::unique_ptr<OneShotTimer>()> make_timer_;
+  const std::chrono::milliseconds wait_;
   std::stop_source ending_;
   mutable std::mutex picture_mutex_;
   std::string picture_;  // guarded by picture_mutex_

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -125,20 +124,10 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   return outcome;
 }
 
-Result<std::filesystem::path> CalibrationService::photograph(BedPictures::For what, const std::stop_token& stop) {
-  constexpr std::chrono::milliseconds kPause{500};
-  std::mutex mutex;
-  std::condition_variable_any pause;
-  const auto until = std::chrono::steady_clock::now() + patience_;
-  for (;;) {
-    auto picture = pictures_.take(what);
-    if (!picture) return picture.error();
-    if (picture->fresh) return std::move(picture->file);
-    if (!picture->newer_may_come || std::chrono::steady_clock::now() >= until) return picture->fresh.error();
-    std::unique_lock lock(mutex);
-    pause.wait_for(lock, stop, kPause, [] { return false; });
-    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "cancelled"};
-  }
+Result<BedPictures::Picture> CalibrationService::photograph(BedPictures::For what, const std::stop_token& stop) {
+  auto picture = pictures_.take_newer(what, pictures_.hands_in(), patience_, stop);
+  if (picture && !picture->fresh) return picture->fresh.error();
+  return picture;
 }
 
 Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress,
@@ -146,20 +135,31 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   progress(0.05, "photographing the AprilGrid sheet");
   const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
-  auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress, stop);
+  if (const Status new_view = require_new_view(*picture); !new_view) return new_view.error();
+  auto seen = have<GridViewRead>(ReadGridView{picture->file.string(), height}, picture->file, progress, stop);
   if (!seen) return seen.error();
+  grid_pictures_.push_back(picture->sha256);
   grid_views_.views.push_back(std::move(seen->view));
   note_grid_views();
   grid_views_.width_px = seen->width_px, grid_views_.height_px = seen->height_px;
   CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(grid_views_, {}, progress, stop);
-  if (fit || is_about_the_views(fit.error())) grid_views_ = {};
+  if (fit || is_about_the_views(fit.error())) grid_views_ = {}, grid_pictures_.clear();
   note_grid_views();
   if (!fit) return fit.error();
   if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
+}
+
+// A file camera shows the same until somebody puts another picture there.
+Status CalibrationService::require_new_view(const BedPictures::Picture& picture) const {
+  if (picture.sha256.empty() || std::ranges::find(grid_pictures_, picture.sha256) == grid_pictures_.end()) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("the picture of {} is one that was read as a view already: move the sheet, take a new "
+                           "picture, and try again",
+                           pictures_.device())};
 }
 
 CalibrationService::Collected CalibrationService::collected() const {
@@ -228,8 +228,8 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   const auto picture = photograph(BedPictures::For::kBurning, stop);
   if (!picture) return picture.error();
   LookAtBed look;
-  look.file = picture->string(), look.stock = true;
-  const auto seen = have<BedSeen>(look, *picture, progress, stop);
+  look.file = picture->file.string(), look.stock = true;
+  const auto seen = have<BedSeen>(look, picture->file, progress, stop);
   if (!seen) return seen.error();
   const calib::AprilGrid grid;
   const auto of_grid = [&](int tag) { return tag >= grid.first_id && tag < grid.first_id + grid.tags(); };
@@ -250,9 +250,9 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!burnt) return burnt.error();
   const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
-  auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
+  auto fit = have<Fit>(ReadPatternView{picture->file.string(), calibration->camera->parameters(),
                                        calibration->camera_certificate.value, calibration->camera_off, height, *burnt},
-                       *picture, progress, stop);
+                       picture->file, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
   if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), outcome); !issued)

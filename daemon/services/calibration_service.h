@@ -86,7 +86,8 @@ class CalibrationService {
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
                       const std::stop_token& stop);
-  Result<std::filesystem::path> photograph(BedPictures::For what, const std::stop_token& stop);
+  Result<BedPictures::Picture> photograph(BedPictures::For what, const std::stop_token& stop);
+  Status require_new_view(const BedPictures::Picture& picture) const;
   Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
   // Names the device in the payload; the outcome gets certificate, rms and payload.
   Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
@@ -101,6 +102,7 @@ class CalibrationService {
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
   std::string grid_make_;                    // of the device that scanned them
   FitCamera grid_views_;                     // camera's worker
+  std::vector<std::string> grid_pictures_;   // their content
   mutable std::mutex collected_mutex_;
   Collected collected_;  // guarded by collected_mutex_
   // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.

@@ -78,7 +78,7 @@ std::string device_name(db::CertificateKind kind, const CellDevices& devices);
 
 // Certificates in force at `now` on the devices of the repositories; all others stay empty, and `standing` says why.
 Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
-// The same for a run that is on: a certificate that it began with does not expire under it.
+// The same for a run that is on, or still owes a look: a certificate that it began with does not expire under it.
 Result<Calibration> load_calibration_of_run(Repositories& repositories, const std::string& now);
 // At most `limit` certificates, the one issued last first, from before `before` on; {0}: from the last one. Those that
 // expire until `soon` say so among their doubts.

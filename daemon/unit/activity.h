@@ -93,6 +93,8 @@ class ActivityHost {
   // What the look at the bed that is being answered tells a person, though the activity goes on; "" = nothing any more.
   virtual void bed_remark(const std::string& text) = 0;
 
+  // Will the camera look again at what a run has cut?
+  virtual bool looks_again() const = 0;
   // The run's panel was seen where it has to lie: what the run has booked so far was cut where it lay.
   virtual void proven(db::RunId run) = 0;
   // The run is over, and no look has proven these, which it booked or which are proven to be burnt.

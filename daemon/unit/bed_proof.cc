@@ -51,6 +51,11 @@ bool BedProof::jog_ended() {
   return true;
 }
 
+void BedProof::piece_burnt(const Activity& activity) {
+  ++pieces_since_;
+  if (activity.proves_pose()) host_.parts().bed.was_cut();
+}
+
 bool BedProof::lid_was_opened() const { return host_.parts().laser.status().lid_openings != lid_at_proof_; }
 
 // Sends the head back to where it stood after homing, if the machine can and the way there and on is free. False when

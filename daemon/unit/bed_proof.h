@@ -35,7 +35,8 @@ class BedProof {
 
   // Since the bed was proven last.
   bool lid_was_opened() const;
-  void piece_burnt() { ++pieces_since_; }
+  // Another look has to see what became of it: a picture from before, of a camera that is a file, proves nothing.
+  void piece_burnt(const Activity& activity);
   bool is_due(const Activity& activity) const {
     return activity.proves_pose() && options_.look_every > 0 && pieces_since_ >= options_.look_every;
   }

@@ -42,6 +42,14 @@ struct JobRest {
 };
 JobRest rest_of(const db::JobRecord& job);
 
+// A run is over, and the camera has not seen since whether its panel lay under what was cut last (owed_proof.h).
+struct OwedLook {
+  JobId job;
+  PanelId panel;
+  int pieces = 0;
+  std::string sentence;  // that, and what to do
+};
+
 struct CellView {
   CellState state = CellState::kStopped;
   std::string reason;           // why it is in this state, when that needs saying
@@ -53,6 +61,7 @@ struct CellView {
   PanelId recut_panel;   // on which
   JobId recut_job;       // of which job
   bool recutting = false;
+  std::optional<OwedLook> owed_look;
   std::optional<JobRest> rest;  // of the job the unit had to do with last
 };
 

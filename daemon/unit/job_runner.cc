@@ -35,7 +35,13 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
             on_change_();
           }),
       proof_(*this, options_, log_),
-      owed_(parts, log_, [this](JobId job, const std::string& why) { doubted(job, why); }) {}
+      owed_(
+          parts, log_,
+          [this] {
+            view_.owed_look = owed_.view();
+            on_change_();
+          },
+          [this](JobId job, const std::string& why) { doubted(job, why); }) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -300,6 +306,14 @@ Error JobRunner::no_panel_yet() const {
 
 Status JobRunner::still_holds(const Consent& given) const {
   return check_consent(given, consent(), parts().laser.status());
+}
+
+void JobRunner::write_off_look(const std::string& who, const Reply& reply) {
+  if (!owed_.any())
+    return reply(Error{ErrorCode::kConflict, "the camera has seen all that was cut: there is no look to write off"});
+  audit(who, "cell.write-off-look", view_.owed_look->panel.value);
+  owed_.write_off(who);
+  reply(Ok());
 }
 
 void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed) {

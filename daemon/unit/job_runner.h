@@ -62,6 +62,8 @@ class JobRunner : private ActivityHost {
   TimePoint stop_given() const { return stop_given_; }
   void start_job(JobId job, const std::string& who, Reply reply);
   void stop_after_piece(const std::string& who, const Reply& reply);
+  // The camera cannot look any more at what was cut last (view().owed_look): its pieces are suspect.
+  void write_off_look(const std::string& who, const Reply& reply);
   // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
   // sight. The reply comes when it is burnt. Strokes that are all dark need no confirmation and no look.
   void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
@@ -117,6 +119,7 @@ class JobRunner : private ActivityHost {
 
  private:
   ActivityHost& host() { return *this; }
+  bool looks_again() const override { return options_.look_every > 0; }
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
   bool may_look_for_owed() const;

@@ -55,7 +55,7 @@ void JobRunner::next() {
 }
 
 bool JobRunner::is_unproven_at_the_end() const {
-  return options_.look_every > 0 && !activity_->next_start() && activity_->ends_unproven();
+  return looks_again() && !activity_->next_start() && activity_->ends_unproven();
 }
 
 void JobRunner::burn(const LaserJob& strokes) {
@@ -127,7 +127,7 @@ void JobRunner::bed_remark(const std::string& text) {
 }
 
 void JobRunner::proven(db::RunId run) {
-  if (options_.look_every == 0) return;  // nobody will look again
+  if (!looks_again()) return;
   parts().database.async([run](Repositories& r) { return r.jobs.note_proof(run, utc_timestamp()); },
                          [log = log_](const Status& noted) {
                            if (!noted) log->warn("{}", noted.error().message);  // more is owed after a kill
@@ -135,7 +135,7 @@ void JobRunner::proven(db::RunId run) {
 }
 
 void JobRunner::ends_unproven(db::UnprovenCuts cuts) {
-  if (options_.look_every > 0) owed_.owe(std::move(cuts));
+  if (looks_again()) owed_.owe(std::move(cuts));
 }
 
 // The beam is off, nothing moves, and what an abort proved is booked.
@@ -149,8 +149,9 @@ bool JobRunner::may_look_for_owed() const {
 
 void JobRunner::doubted(JobId job, const std::string& why) {
   log_->warn("{}", why);
-  if (view_.state == CellState::kAborted || view_.state == CellState::kStopped)
-    view_.reason += view_.reason.empty() ? why : "; " + why;
+  const bool tells_of_the_end =
+      view_.state == CellState::kAborted || view_.state == CellState::kStopped || view_.state == CellState::kComplete;
+  if (tells_of_the_end) view_.reason += view_.reason.empty() ? why : "; " + why;
   forget_cuts();  // what lies elsewhere is not met again
   job_changed(job);
   on_change_();

@@ -108,7 +108,7 @@ void JobRunner::on_resumed() {
 void JobRunner::on_done(const std::string& remark) {
   if (!at_laser_) return;
   at_laser_ = laser_held_ = false;
-  proof_.piece_burnt();
+  proof_.piece_burnt(*activity_);
   if (view_.state == CellState::kHolding) {
     enter(CellState::kHeld, "held between two pieces");
     answer(Ok());

@@ -14,6 +14,8 @@ namespace {
 constexpr const char* kLayItBack = ": lay it back as it was and Unhold, or Stop, Reset and Start";
 constexpr std::size_t kNamedMost = 6;  // marks in one sentence
 
+std::string pieces_text(std::size_t count) { return count == 1 ? "1 piece" : fmt::format("{} pieces", count); }
+
 }  // namespace
 
 PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenPose& shown,
@@ -28,14 +30,16 @@ PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenP
       told_(shown.moved_tags) {}
 
 void PanelRun::look(Reply reply) {
-  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
+  auto seen = host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
     if (run_) return judge(look, reply);
     if (Status unmoved = require_unmoved(look, pose_, kMovedSinceShown, "since it was shown"); !unmoved)
       return reply(Error{unmoved.error().code, unmoved.error().message + ": check it and press Unsuspend"});
     pose_ = *look;
     tell_moved_tags(*look);
     reply(Ok());
-  }));
+  });
+  BedView& bed = host_.parts().bed;
+  since_proof_.empty() ? bed.look(std::move(seen)) : look_for_cut(bed, std::move(seen));
 }
 
 void PanelRun::tell_moved_tags(const ProvenPose& look) {
@@ -56,9 +60,12 @@ void PanelRun::judge(const Result<ProvenPose>& look, const Reply& reply) {
   }
   const Error& why = unmoved.error();
   // A lid that was opened explains nothing: all of these were burnt before, and the panel may have slipped then.
-  if (!tells_where(look)) look_failed_ = true;
-  if (!tells_where(look) || since_proof_.empty()) return reply(Error{why.code, why.message + kLayItBack});
-  doubt(why, reply);
+  if (since_proof_.empty()) return reply(Error{why.code, why.message + kLayItBack});
+  if (tells_where(look)) return doubt(why, reply);
+  look_failed_ = true;
+  reply(Error{why.code, fmt::format("{}: put that right and Unhold, which looks again; Stop leaves what was cut since "
+                                    "it was last seen ({}) suspect",
+                                    why.message, pieces_text(since_proof_.size()))});
 }
 
 void PanelRun::doubt(const Error& why, const Reply& reply) {
@@ -94,6 +101,7 @@ void PanelRun::prepare(const Reply& ready) {
                                   if (const Status checked = host_.check(run->burns); !checked) return ready(checked);
                                   burns_ = std::move(run->burns);
                                   run->facts.who = who_;
+                                  run->facts.looks_again = host_.looks_again();
                                   basis_ = {job_, run->facts.certificates, host_.limits().identity};
                                   start_run(std::move(run->facts), ready);
                                 }));
@@ -122,7 +130,6 @@ void PanelRun::start_run(db::RunFacts facts, Reply ready) {
         }
         if (!run) return ready(run.error());
         run_ = *run;
-        host_.proven(*run_);
         kept_.begin(pose_, basis_);
         ready(Ok());
       });

@@ -25,8 +25,8 @@ inline constexpr Millimetres kMovedSinceShown{0.3};
 // Since the strokes were drawn for it: what is cut next must fit what is cut.
 inline constexpr Millimetres kMovedSinceBegun{0.15};
 
-// Does a look say where the panel is, though it be elsewhere? A camera that does not answer, or an old picture, does
-// not; an empty bed does.
+// Does a look say where the panel is, though it be elsewhere? A camera that does not answer, an old picture or one that
+// shows nothing does not; an empty bed does.
 bool tells_where(const Result<ProvenPose>& look);
 
 // How far the panel lies from where the other pose has it, at the worst of places far apart.

@@ -31,12 +31,16 @@ test::SceneSheet board(const test::Lay& lay, const Places& holes) {
           }};
 }
 
-// By a camera that sees 2.3 pixels a millimetre.
-std::vector<Point<BedFrame>> holes_in(const std::vector<test::SceneSheet>& scene) {
+// Of 2.3 pixels a millimetre.
+test::TrueCamera small_camera() {
   test::TrueCamera camera;
   camera.width = 1400, camera.height = 1050;
   camera.focal = 1092, camera.cx = 707.9, camera.cy = 519.9;
-  return find_bed_holes(test::photograph(camera, scene), exact_model(camera), Millimetres(kThickness),
+  return camera;
+}
+
+std::vector<Point<BedFrame>> holes_in(const std::vector<test::SceneSheet>& scene) {
+  return find_bed_holes(test::photograph(small_camera(), scene), exact_model(small_camera()), Millimetres(kThickness),
                         Millimetres(kHole));
 }
 
@@ -61,6 +65,29 @@ TEST(BedHoles, TellThePanelAndItsPlaceWithoutATag) {
               .count(),
           0.4);
     }
+  }
+}
+
+// A shelf of panels of which no two are as thick is searched for in a few pictures, not in one for each.
+TEST(BedHoles, OfManyThicknessesAreFoundByOneSearch) {
+  const CameraModel model = exact_model(small_camera());
+  std::vector<Millimetres> heights;
+  for (int i = 0; i < 200; ++i) heights.push_back(Millimetres(0.5 + 0.1 * i));
+  const auto groups = searched_at_once(model, heights);
+  EXPECT_LE(groups.size(), 3U);
+  std::vector<Millimetres> all;
+  for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
+  EXPECT_EQ(all, heights);
+
+  const cv::Mat picture = test::photograph(small_camera(), {board({120, 60, 4, false}, kHoles)});
+  const std::vector<Millimetres>& first = groups.front();
+  for (const Millimetres searched : {first.front(), first.back()}) {
+    const auto found =
+        raised(find_bed_holes(picture, model, searched, Millimetres(kHole)), model, searched, Millimetres(kThickness));
+    ASSERT_EQ(found.size(), kHoles.size()) << searched.count();
+    const auto lay = locate_by_holes(found, {{panel("P-0001", kHoles)}});
+    ASSERT_EQ(lay.size(), 1U);
+    EXPECT_LT(lay.front().rms.count(), 0.2);
   }
 }
 

@@ -371,6 +371,14 @@ TEST(Render, WhatHasToBeKnownAndConfirmedBeforeMotion) {
   EXPECT_NE(text.find("12 pieces of P-0001 can be cut again"), std::string::npos) << text;
 }
 
+TEST(Render, StatusTellsOfALookThatIsOwed) {
+  const std::string text =
+      render_status({{"state", "Aborted"},
+                     {"owed_look", {{"job", 1}, {"panel", "P-0001"}, {"pieces", 3}, {"sentence", "leave it"}}}});
+  EXPECT_NE(text.find("Owed         leave it\n"), std::string::npos) << text;
+  EXPECT_EQ(render_status({{"state", "Idle"}, {"owed_look", nullptr}}).find("Owed"), std::string::npos);
+}
+
 TEST(Progress, ALineFitsItsTerminal) {
   EXPECT_EQ(progress_line(0.495, "matching patches", 80), "[###########-------------]  49 %  matching patches");
   EXPECT_EQ(progress_line(7, "", 40), "[########################] 100 %");

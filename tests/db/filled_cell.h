@@ -58,7 +58,7 @@ inline void fill(CellDatabase& cell) {
   const auto pieces = must(jobs.pieces(first));
   const RunId run = must(jobs.start_run(
       first, oak, Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper),
-      0.04_mm, kNow, {"local:1000", {{1}, {2}}, R"([{"material":"walnut"}])"}));
+      0.04_mm, kNow, {"local:1000", {{1}, {2}}, R"([{"material":"walnut"}])", true}));
   for (const std::size_t i : {0, 1, 2}) {
     VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
     VENEER_ASSERT_OK(jobs.book_piece(pieces[i].id, kLater));

@@ -105,6 +105,8 @@ TEST_F(JobStoreTest, APieceIsTickedOffOnceItIsCutAndUntilItIsMadeAgain) {
   EXPECT_THAT(early.error().message, HasSubstr("only a piece that is cut is assembled: cut it with"));
   const RunId run = start(panel);
   VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  EXPECT_THAT(jobs.assemble(job, first, true, "anna", kNow).error().message,
+              HasSubstr("is being cut, and only a piece that is cut is assembled: wait until it is cut"));
   VENEER_ASSERT_OK(jobs.book_piece(pieces[0].id, kNow));
   EXPECT_FALSE(jobs.assemble(job, two, true, "anna", kNow).ok());
   EXPECT_FALSE(assembled(0)) << "all of them, or none";
@@ -426,8 +428,8 @@ TEST_F(JobStoreTest, ARunCannotFinishWhileAPieceIsBeingCut) {
   EXPECT_FALSE(must(jobs.runs(job))[0].ended_at.has_value());
 }
 
-// Its piece is settled; what is complete does not begin again by a Stop that comes late.
-TEST_F(JobStoreTest, ACompleteJobWithAPieceInDoubtIsNotStopped) {
+// Its piece is to be settled; what was complete does not begin again by a Stop that comes late.
+TEST_F(JobStoreTest, AJobThatWasCompleteAndHasAPieceInDoubtWaitsForNoPanel) {
   cut_on_other();
   const RunId run = start(panel);
   for (const int i : {0, 1, 2}) cut(i);
@@ -437,7 +439,7 @@ TEST_F(JobStoreTest, ACompleteJobWithAPieceInDoubtIsNotStopped) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
   }
-  EXPECT_EQ(state(), JobState::kComplete);
+  EXPECT_EQ(state(), JobState::kStopped);
 }
 
 TEST_F(JobStoreTest, AJobThatWaitsForAPanelCanBeStoppedOrAborted) {

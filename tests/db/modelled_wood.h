@@ -266,9 +266,13 @@ class ModelledWood : protected ModelledKnowledge {
     for (const ModelPiece* piece : pieces) out.push_back(piece->id);
     return out;
   }
-  static void doubt(const std::vector<ModelPiece*>& pieces) {
-    for (ModelPiece* piece : pieces)
-      if (piece->state == AllocationState::kReserved || piece->state == AllocationState::kCut) piece->doubt();
+  void doubt(const std::vector<ModelPiece*>& pieces) {
+    for (ModelPiece* piece : pieces) {
+      if (piece->state != AllocationState::kReserved && piece->state != AllocationState::kCut) continue;
+      piece->doubt();
+      for (ModelJob& job : jobs_)
+        if (has(job, *piece) && job.state == JobState::kComplete) job.state = JobState::kStopped;
+    }
   }
   static bool has(const ModelJob& job, const ModelPiece& piece) {
     return &piece >= job.pieces.data() && &piece < job.pieces.data() + job.pieces.size();

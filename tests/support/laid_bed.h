@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -20,9 +21,13 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
   explicit LaidBed(boost::asio::io_context& io) : io_(io) {}
   void look(std::function<void(Result<daemon::ProvenPose>)> reply) override {
     ++looks;
-    boost::asio::post(io_, [seen = seen, reply = std::move(reply)] { reply(seen); });
+    cuts_at_look = cuts;
+    Result<daemon::ProvenPose> now = seen;
+    if (!before.empty()) now = std::move(before.front()), before.pop_front();
+    boost::asio::post(io_, [now = std::move(now), reply = std::move(reply)] { reply(now); });
   }
   void hands_were_in() override { ++hands; }
+  void was_cut() override { ++cuts; }
   void stock_in_sight(std::function<void(Result<daemon::StockSight>)> reply) override {
     ++looks;
     boost::asio::post(io_, [stock = stock, reply = std::move(reply)] { reply(stock); });
@@ -67,15 +72,18 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
                                                               back_up ? Handedness::kImproper : Handedness::kProper),
                               Millimetres(0.02)};
   }
-  std::optional<LaserMotion> told;       // of the machine, last
-  MmPerSecond speed{80};                 // of all strokes
-  double reach_x = 20;                   // how far to the right each cut goes
-  std::vector<daemon::RunSetup> setups;  // empty: one for each panel
+  std::optional<LaserMotion> told;                // of the machine, last
+  MmPerSecond speed{80};                          // of all strokes
+  double reach_x = 20;                            // how far to the right each cut goes
+  std::vector<daemon::RunSetup> setups;           // empty: one for each panel
+  std::deque<Result<daemon::ProvenPose>> before;  // what is seen first
   Result<daemon::ProvenPose> seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
   Result<daemon::StockSight> stock = daemon::StockSight{};  // of it, on the bed
   std::function<void()> on_prepare;
   int looks = 0;
-  int hands = 0;  // how often they were said to have been in
+  int hands = 0;         // how often they were said to have been in
+  int cuts = 0;          // how often something was said to have been cut
+  int cuts_at_look = 0;  // when the camera was asked last
 
  private:
   boost::asio::io_context& io_;

@@ -9,9 +9,12 @@
 #include <cmath>
 #include <future>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "calib/camera_fit.h"
+#include "calib/kerf_meter.h"
+#include "calib/machine_axes.h"
 #include "daemon/store/calibration.h"
 #include "tests/support/exact_camera.h"
 #include "tests/support/rendered_bed.h"
@@ -31,6 +34,7 @@ class StillCamera final : public CameraDriver {
   Result<std::filesystem::path> capture() override {
     ++pictures;
     if (picture.empty()) return Error{ErrorCode::kUnavailable, "the camera does not answer"};
+    if (!hangs) picture.at<uchar>(0, 0) = static_cast<uchar>(pictures);  // as no two pictures are alike
     EXPECT_TRUE(cv::imwrite(file.string(), picture));
     return file;
   }
@@ -39,6 +43,7 @@ class StillCamera final : public CameraDriver {
   std::optional<std::chrono::system_clock::time_point> taken;
   cv::Mat picture;
   std::filesystem::path file;
+  bool hangs = false;
   int pictures = 0;
 };
 
@@ -76,6 +81,8 @@ cv::Mat board_with_holes(const std::vector<std::array<double, 2>>& holes) {
 constexpr int kNoTag = -1;
 const std::vector<std::array<double, 2>> kDrilled = {{12, 9}, {95, 11}, {50, 70}, {110, 47}};
 
+constexpr std::chrono::milliseconds kAtOnce{0};
+
 class BedWatcherTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -84,7 +91,9 @@ class BedWatcherTest : public ::testing::Test {
     database_ = std::move(*opened);
     camera_.file = folder_ / "picture.ppm";
     config_.store.data_dir = folder_ / "data";
-    watcher_ = std::make_unique<BedWatcher>(io_, pictures_, worker_, workers_, *database_, config_, [] {});
+    watcher_ = std::make_unique<BedWatcher>(
+        io_, pictures_, worker_, workers_, *database_, config_, [] {}, std::function<std::unique_ptr<OneShotTimer>()>(),
+        kAtOnce);
   }
   static db::FiducialRecord tag(int id, Face face) {
     return {
@@ -125,6 +134,25 @@ class BedWatcherTest : public ::testing::Test {
     certificate.payload = to_payload(fit).dump();
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
     config_.panel.thickness = Millimetres(2.0);
+  }
+  // With the camera's, all that a look stands on.
+  void issue_axes() {
+    drill({});
+    calib::MachineAxes axes;
+    axes.model = calib::exact_model(small_camera());
+    db::CertificateRecord certificate;
+    certificate.kind = db::CertificateKind::kAxes;
+    certificate.issued_at = "2026-01-01T00:00:00.000Z";
+    certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    certificate.payload =
+        to_payload(axes, CertificateId{1}, {{Millimetres(0), Millimetres(0)}, {Millimetres(520), Millimetres(380)}})
+            .dump();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
+    certificate.kind = db::CertificateKind::kKerf;
+    calib::KerfMeasurement kerf;
+    kerf.mean = Millimetres(0.2);
+    certificate.payload = to_payload(kerf).dump();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   void scan(const std::string& at) {
     db::ScanRecord scan;
@@ -393,6 +421,64 @@ TEST_F(BedWatcherTest, ALookThatNobodyAnswersEndsWithASentence) {
   io_.poll();
   EXPECT_THAT(answers, ::testing::SizeIs(1)) << "what comes later is no answer any more";
   late.clear();
+}
+
+// With the lamp off it shows as little of a panel as of an empty bed.
+TEST_F(BedWatcherTest, APictureThatShowsNothingTellsNotThatTheBedIsEmpty) {
+  stock_panel(215);
+  const cv::Mat panel = board_with_tag(215);
+  cv::resize(panel, camera_.picture, {small_camera().width, small_camera().height}, 0, 0, cv::INTER_AREA);
+  camera_.picture.convertTo(camera_.picture, -1, 0.02);
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(seen->doubts, ElementsAre(HasSubstr("see that the light is on and that nothing covers the lens")));
+  issue_axes();
+  ASSERT_FALSE(look().ok());
+  EXPECT_EQ(look().error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(look().error().message, HasSubstr("see that the light is on"));
+  camera_.picture = test::photograph(small_camera(), {});
+  EXPECT_EQ(look().error().code, ErrorCode::kNotFound) << look().error().message;
+}
+
+// A camera that hangs gives its last picture for ever.
+TEST_F(BedWatcherTest, TheSamePictureOnceMoreProvesNothing) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  camera_.hangs = true;
+  ASSERT_TRUE(stock_in_sight().ok());
+  const auto again = stock_in_sight();
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(again.error().message, HasSubstr("gives the same picture again"));
+  EXPECT_FALSE(stock_in_sight().ok()) << "nor the third time";
+  camera_.hangs = false;
+  EXPECT_TRUE(stock_in_sight().ok());
+}
+
+// The program that takes the pictures writes its last one again and again.
+TEST_F(BedWatcherTest, AFileThatIsWrittenAnewWithTheSamePictureProvesNothing) {
+  using std::chrono::seconds, std::chrono::system_clock;
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  camera_.hangs = true;
+  camera_.taken = system_clock::now() - seconds(10);
+  EXPECT_TRUE(stock_in_sight().ok());
+  EXPECT_TRUE(stock_in_sight().ok()) << "it is one picture, of one time";
+  camera_.taken = system_clock::now() - seconds(5);
+  EXPECT_FALSE(stock_in_sight().ok());
+  EXPECT_FALSE(stock_in_sight().ok());
+}
+
+TEST_F(BedWatcherTest, APictureIsAsOldAsItIsSaidToBe) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  const auto now = std::chrono::system_clock::now();
+  camera_.taken = now - BedPictures::kOldest - std::chrono::milliseconds(120);
+  BedPictures pictures(camera_, [now] { return now; });
+  const auto picture = pictures.take(BedPictures::For::kBurning);
+  ASSERT_TRUE(picture.ok());
+  ASSERT_FALSE(picture->fresh.ok());
+  EXPECT_THAT(picture->fresh.error().message, HasSubstr("was taken 60.2 s ago, and 60 s is the longest"));
 }
 
 TEST_F(BedWatcherTest, WithoutStockNobodyNeedsToLook) {

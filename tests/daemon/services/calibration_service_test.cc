@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <limits>
-
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,11 +30,12 @@ class NoDevice final : public ScannerDriver, public CameraDriver {
   Result<std::filesystem::path> capture() override {
     ++captures;
     if (captures > old_ones) taken = std::chrono::system_clock::now();
-    return std::filesystem::path("view.png");
+    return file;
   }
   std::string device() const override { return "test"; }
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken; }
   std::string make;
+  std::filesystem::path file = "view.png";
   std::optional<std::chrono::system_clock::time_point> taken;
   int captures = 0;
   int old_ones = std::numeric_limits<int>::max();  // pictures until a new one is there
@@ -46,6 +47,7 @@ class Fitter final : public WorkRunner {
   Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token stop) override {
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "cancelled"};
     if (order.kind == ReadGridScan::kKind) return nlohmann::json(calib::GridScan{});
+    if (views && order.kind == ReadGridView::kKind) return nlohmann::json(GridViewRead{});
     if (order.kind == LookAtBed::kKind) {
       BedSeen seen;
       seen.tags = tags_on_bed;
@@ -59,6 +61,7 @@ class Fitter final : public WorkRunner {
   std::optional<ErrorCode> fails_with;
   std::vector<std::size_t> fitted;
   std::vector<int> tags_on_bed;
+  bool views = false;  // can it read them
 };
 
 class CollectedViews : public ::testing::Test {
@@ -149,6 +152,29 @@ TEST_F(CollectedViews, OfABedAsItWasOnceAreRefused) {
   EXPECT_THAT(ready().error().message, HasSubstr("set the clock"));
   EXPECT_THAT(view(), HasSubstr("set the clock"));
   EXPECT_THAT(axes(), HasSubstr("set the clock"));
+}
+
+// A file camera shows the same until somebody puts another picture there, and one that hangs for ever.
+TEST_F(CollectedViews, AreSeveralPicturesAndNotOneSeveralTimes) {
+  workers_.views = true;
+  const auto view = [&] { return service_->camera(true, Millimetres(0), [](double, const std::string&) {}, {}); };
+  const auto show = [&](const char* content) {
+    devices_.file = folder_ / "view.ppm";
+    std::ofstream(devices_.file) << content;
+    devices_.taken = std::chrono::system_clock::now();
+  };
+  show("one");
+  ASSERT_TRUE(view().ok());
+  const auto again = view();
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(again.error().message, ::testing::HasSubstr("was read as a view already: move the sheet"));
+  show("two");
+  const auto second = view();
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  EXPECT_EQ(second->views, 2U);
+  show("one");
+  EXPECT_FALSE(view().ok()) << "with another time stamp";
 }
 
 // The pattern has just been burnt, and the camera's program writes its next picture in a moment: the board is not

@@ -172,6 +172,27 @@ TEST_F(CalibrationTest, ACertificateDoesNotExpireUnderTheRunThatBeganWithIt) {
   end(run);
 }
 
+// It runs out between the last cut and the look that is owed to it.
+TEST_F(CalibrationTest, NorUnderALookThatTheRunStillOwes) {
+  ASSERT_TRUE(tests::stock_two_panels(*database_, 2, 1).ok());
+  const auto may_look = [&] {
+    const auto loaded =
+        database_->call([](Repositories& r) { return load_calibration_of_run(r, "2999-02-01T00:00:00.000Z"); });
+    return loaded.ok() && require_cutting(*loaded).ok();
+  };
+  const auto run = database_->call([](Repositories& r) {
+    auto begun = r.jobs.start_run(JobId{1}, PanelId{"P-0001"}, {}, Millimetres(0.02), kNow,
+                                  {"uid 1000", {{1}, {2}, {3}}, "[]", true});
+    EXPECT_TRUE(r.jobs.mark_cutting(PieceId{1}, kNow).ok());
+    EXPECT_TRUE(r.jobs.book_piece(PieceId{1}, kNow).ok());
+    EXPECT_TRUE(r.jobs.abort_run(*begun, {}, "stop", kNow).ok());
+    return *begun;
+  });
+  EXPECT_TRUE(may_look());
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.jobs.note_proof(run, kNow); }).ok());
+  EXPECT_FALSE(may_look()) << "it is paid";
+}
+
 TEST_F(CalibrationTest, EveryCertificateIsListedAsWhatItIs) {
   const auto states = [&] {
     auto list = database_->call([](Repositories& r) { return judged_certificates(r, kNow); });

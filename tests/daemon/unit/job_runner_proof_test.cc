@@ -300,6 +300,47 @@ TEST_F(ProofTest, ACameraThatDoesNotAnswerAtTheEndIsWaitedForUntilTheOperatorEnd
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
+// The lamp goes out, or the lens is covered.
+TEST_F(ProofTest, APictureThatShowsNothingMakesNothingSuspect) {
+  begin();
+  bed_.seen = Error{ErrorCode::kUnavailable, "the picture shows nothing: see that the light is on"};
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld) << "nor does the run go on";
+  EXPECT_THAT(reason(), AllOf(HasSubstr("see that the light is on"), HasSubstr("put that right and Unhold"),
+                              HasSubstr("Stop leaves what was cut since it was last seen (2 pieces) suspect")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+  bed_.lay("P-0001");
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(ProofTest, OneBrokenPictureAtTheEndMakesNothingSuspect) {
+  begin();
+  laser_.finish();
+  settle();
+  bed_.before = {Error{ErrorCode::kNotFound, "no panel is on the bed"}};
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+// A camera that is a file may show it as it lay before hands lifted it.
+TEST_F(ProofTest, TheLastLookWantsAPictureFromAfterTheLastCut) {
+  begin();
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  ASSERT_EQ(state(), CellState::kSuspended);
+  EXPECT_EQ(bed_.cuts, 2);
+  EXPECT_EQ(bed_.cuts_at_look, 2) << "it was told before the camera was asked";
+}
+
 TEST_F(ProofTest, ACameraThatIsBackProvesWhatWasCut) {
   begin();
   bed_.seen = Error{ErrorCode::kUnavailable, "the camera is gone"};

@@ -12,6 +12,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 const Error kNothingThere{ErrorCode::kNotFound, "no panel is on the bed"};
+const Error kDark{ErrorCode::kUnavailable, "the picture shows nothing: see that the light is on"};
 const Error kSilent{ErrorCode::kUnavailable, "the camera is gone"};
 
 class OwedProofTest : public ProofTest {
@@ -86,6 +87,79 @@ TEST_F(OwedProofTest, ACameraThatSaysNothingIsAskedAgain) {
   EXPECT_THAT(reason(), HasSubstr("moved by 0.50 mm"));
 }
 
+// Neither good nor lost: the panel may lie as it did, or be in somebody's hands.
+TEST_F(OwedProofTest, ADarkPictureLeavesTheLookOwed) {
+  cut_one();
+  bed_.seen = kDark;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  restart();
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.lay("P-0001");
+  wait_long();
+  bed_.seen = kNothingThere;
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved)) << "it was seen to lie as it did";
+}
+
+TEST_F(OwedProofTest, ThatAPanelIsGoneIsBelievedOfTwoPictures) {
+  cut_one();
+  bed_.before = {kNothingThere};
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  EXPECT_FALSE(runner_->view().owed_look);
+}
+
+TEST_F(OwedProofTest, TheStatusTellsWhatIsOwedAndWhatToDo) {
+  EXPECT_FALSE(runner_->view().owed_look);
+  cut_one();
+  EXPECT_FALSE(runner_->view().owed_look) << "the run will look itself";
+  bed_.seen = kDark;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(runner_->view().owed_look);
+  EXPECT_EQ(runner_->view().owed_look->job, JobId{1});
+  EXPECT_EQ(runner_->view().owed_look->panel, PanelId{"P-0001"});
+  EXPECT_EQ(runner_->view().owed_look->pieces, 1);
+  EXPECT_THAT(runner_->view().owed_look->sentence,
+              AllOf(HasSubstr("has not seen panel P-0001 since a piece of job 1 was cut"), HasSubstr("leave it as it"),
+                    HasSubstr("see that the light is on"), HasSubstr("veneerctl write-off-look")));
+  restart();
+  EXPECT_TRUE(runner_->view().owed_look) << "a kill changes nothing";
+  bed_.lay("P-0001");
+  wait_long();
+  EXPECT_FALSE(runner_->view().owed_look);
+}
+
+TEST_F(OwedProofTest, ThroughAnOpenLidTheStatusAsksForItToBeClosed) {
+  cut_one();
+  laser_.open_lid();
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(runner_->view().owed_look);
+  EXPECT_THAT(runner_->view().owed_look->sentence, HasSubstr("the lid is open"));
+}
+
+TEST_F(OwedProofTest, WhatTheCameraCannotTellAPersonWritesOff) {
+  cut_one();
+  const auto write_off = [&] {
+    std::optional<Status> out;
+    runner_->write_off_look("anna", [&](Status s) { out = std::move(s); });
+    settle();
+    return *out;
+  };
+  EXPECT_EQ(write_off().error().code, ErrorCode::kConflict);
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(write_off().ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_THAT(reason(), AllOf(HasSubstr("anna says that nobody can look"), HasSubstr("veneerctl job settle 1")));
+  EXPECT_FALSE(runner_->view().owed_look);
+  restart();
+  EXPECT_FALSE(runner_->view().owed_look);
+}
+
 TEST_F(OwedProofTest, WhatWasSeenIsNotForgottenWhileTheDiskIsFull) {
   cut_one();
   bed_.seen = kSilent;
@@ -97,21 +171,6 @@ TEST_F(OwedProofTest, WhatWasSeenIsNotForgottenWhileTheDiskIsFull) {
   }
   bed_.lay("P-0001");  // where it lay before
   wait_long();
-  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
-}
-
-// A proof of an earlier run may be noted after the last one began.
-TEST_F(OwedProofTest, WhatAnotherRunWasProvenOfSaysNothingOfTheLastOne) {
-  cut_one();
-  bed_.seen = kSilent;
-  ASSERT_TRUE(
-      database_
-          ->call([](Repositories& r) {
-            return r.audit.append({0, kThen, "daemon", "run.proven", "run 7 of job 1 on P-0001, 9 pieces cut before"});
-          })
-          .ok());
-  bed_.seen = kNothingThere;
-  restart();
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
