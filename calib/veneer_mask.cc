@@ -11,7 +11,7 @@
 #include "calib/board_model.h"
 #include "calib/glass_dust.h"
 #include "calib/strip_finder.h"
-#include "calib/wood_colour.h"
+#include "calib/work_map.h"
 #include "calib/wood_faults.h"
 
 namespace veneer::calib {

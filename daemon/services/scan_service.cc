@@ -278,6 +278,14 @@ Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerMode
   // What people painted is a layer over what scans see.
   wanted.earlier_mask = library_.path_of(masks->front().seen_file).string();
   work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
+  // What was wood at first stays to be asked after, though a later scan did not see it any more; the newest has what
+  // people gave back since.
+  for (const db::MaskRecord* mask : {oldest == masks->rend() ? &masks->front() : &*oldest, &masks->front()}) {
+    const std::string file = library_.path_of(mask->mask_file).string();
+    std::error_code none;
+    if (!std::filesystem::exists(file, none) || std::ranges::count(wanted.wood_masks, file) > 0) continue;
+    wanted.wood_masks.push_back(file), work.readable.push_back(file);
+  }
   const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known.panel->id); });
   if (!live) return live.error();
   for (const auto& allocation : *live) {
