@@ -78,7 +78,7 @@ cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& to
   return out;
 }
 
-cv::Mat grey_of(const cv::Mat& bgr) {
+cv::Mat grey_mean(const cv::Mat& bgr) {
   cv::Mat grey;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
   return grey;
@@ -151,7 +151,7 @@ cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::M
   constexpr int kBins = 16;
   constexpr double kLeast = kLeastNoise;
   cv::Mat dx, dy, slope;
-  const cv::Mat grey = grey_of(expected);
+  const cv::Mat grey = grey_mean(expected);
   cv::Sobel(grey, dx, CV_32F, 1, 0, 3, 1.0 / 8);
   cv::Sobel(grey, dy, CV_32F, 0, 1, 3, 1.0 / 8);
   cv::magnitude(dx, dy, slope);
@@ -242,7 +242,7 @@ cv::Mat sort_alike(const cv::Mat& expected, double px_per_mm) {
   constexpr int kSamples = 4000, kRounds = 12;
   const cv::Size cells(std::max(1, static_cast<int>(expected.cols / (kCell * px_per_mm))),
                        std::max(1, static_cast<int>(expected.rows / (kCell * px_per_mm))));
-  cv::Mat mean, square, grey = grey_of(expected), level;
+  cv::Mat mean, square, grey = grey_mean(expected), level;
   cv::resize(expected, mean, cells, 0, 0, cv::INTER_AREA);
   cv::resize(grey.mul(grey), square, cells, 0, 0, cv::INTER_AREA);
   cv::resize(grey, level, cells, 0, 0, cv::INTER_AREA);
@@ -310,7 +310,7 @@ UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv
   out.touched = touched;
   out.expected = in_light_of(was, is, touched);
   cv::Mat flow_x = cv::Mat::zeros(now.size(), CV_32FC1), flow_y = flow_x.clone();
-  const cv::Mat grey = grey_of(out.expected), grey_now = grey_of(is);
+  const cv::Mat grey = grey_mean(out.expected), grey_now = grey_mean(is);
   for (int round = 0; round < kRounds; ++round)
     add_flow(round == 0 ? grey : moved(grey, flow_x, flow_y), grey_now, px_per_mm, flow_x, flow_y);
   out.expected = in_light_of(moved(was, flow_x, flow_y), is, touched);

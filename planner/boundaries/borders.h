@@ -90,7 +90,7 @@ inline constexpr double kDrawBack = 0.5;
 inline constexpr Millimetres kDrawBackNear{1};  // around points where something is wrong
 inline constexpr int kWholeFacesAfter = 4, kStayAfter = 6;
 inline constexpr double kReachShare = 0.375;       // of a patch's side
-inline constexpr Millimetres kControlStride{0.5};  // between the controls of smooth borders
+inline constexpr Millimetres kBorderStride{0.5};  // between the controls of smooth borders
 // What a turn of a smooth border costs, in mean costs of a stride as wide as the whole overlap, until curves are long
 // enough.
 inline constexpr std::array kBends = {0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064};

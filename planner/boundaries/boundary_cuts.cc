@@ -68,7 +68,7 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
     for (const std::size_t i : members_[a]) own[a].push_back(costs[i]);
     recut_all(cut[a], own[a], cut_options(), kCutRounds);
   }
-  const double stride = std::max(3.0, px(kControlStride));
+  const double stride = std::max(3.0, px(kBorderStride));
   const double unit = stride * reach_ * 2 * mean_cost(costs);
   struct Smoothed {
     std::vector<CutLines> lines;

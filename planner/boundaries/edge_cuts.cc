@@ -125,7 +125,7 @@ Result<EdgeCuts::Offsets> EdgeCuts::proposal(const Strips& strips, const std::ve
   });
   if (!measured.ok()) return measured.error();
   const Offsets straight = along(strips, 0);
-  const double stride = std::max(3.0, px(kControlStride));
+  const double stride = std::max(3.0, px(kBorderStride));
   const double unit = stride * reach_ * 2 * mean_cost(costs);
   // An edge has one curve at least, however short it is, and on the mean every fourth has one more.
   double most = 0;
