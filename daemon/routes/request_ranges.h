@@ -18,8 +18,8 @@ inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
 inline constexpr NumberRange kBoardSide{1, 10'000};     // mm
 inline constexpr NumberRange kTurn{-360, 360};          // degrees
 inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people
-inline constexpr NumberRange kTileLevel{0, 23};          // of a map in tiles
-inline constexpr NumberRange kTilePlace{0, 10'000};      // column or row of one
+inline constexpr NumberRange kTileLevel{0, 23};         // of a map in tiles
+inline constexpr NumberRange kTilePlace{0, 10'000};     // column or row of one
 inline constexpr NumberRange kFreeArea{0, 1e9};         // mm2
 inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is looked for
 inline constexpr NumberRange kPasses{1, 20};

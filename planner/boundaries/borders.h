@@ -89,7 +89,7 @@ std::unique_ptr<Borders> make_borders(const Problem& problem, const std::vector<
 inline constexpr double kDrawBack = 0.5;
 inline constexpr Millimetres kDrawBackNear{1};  // around points where something is wrong
 inline constexpr int kWholeFacesAfter = 4, kStayAfter = 6;
-inline constexpr double kReachShare = 0.375;       // of a patch's side
+inline constexpr double kReachShare = 0.375;      // of a patch's side
 inline constexpr Millimetres kBorderStride{0.5};  // between the controls of smooth borders
 // What a turn of a smooth border costs, in mean costs of a stride as wide as the whole overlap, until curves are long
 // enough.
