@@ -14,7 +14,7 @@ namespace {
 // Where most of a wood is gone, what is learnt of it is its loss: more than this is no noise, and is told.
 constexpr double kMostNoise = 4;        // grey levels, where nothing is steep
 constexpr Millimetres kMostShift(0.1);  // what is left between the maps, which a slope makes a difference of
-constexpr float kMostOfAKind = 1.5;       // times the noise of all that is as steep
+constexpr float kMostOfAKind = 1.5;     // times the noise of all that is as steep
 constexpr double kLeastNoise = 1;       // grey levels: rounding, JPEG; what is clipped has no noise of its own
 constexpr int kLooks = 12, kCalm = 3;   // kinds: so many looks, times so many steps from calm to beside an edge
 constexpr int kTerms = 8;
