@@ -113,14 +113,17 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   cv::Mat marked = mark_fiducials(now, fiducials, work, Millimetres(1));
   mark_rim(marked, kSheetRim.count() * work.px_per_mm);
   const auto booked = [&](Millimetres moved) { return draw(moved_borders(booked_gone, moved), now, work); };
-  const UnchangedLook look = look_unchanged(old_work.bgr, work.bgr, booked(kSooted), work.px_per_mm);
+  const cv::Mat touched = booked(kSooted) | draw(moved_borders(options.uncertain, kSooted), now, work);
+  const UnchangedLook look = look_unchanged(old_work.bgr, work.bgr, touched, work.px_per_mm);
   const cv::Mat lost = find_changes(look, work.bgr, booked(Millimetres(0)), marked, work.px_per_mm);
 
   cv::Mat not_booked = lost & ~booked(options.tolerance);
+  const cv::Mat believed =
+      wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(lost.size(), CV_8UC1, cv::Scalar(255));
   const cv::Mat alike = booked(-options.tolerance) & ~lost,
-                was_open = find_earlier_openings(old_work.bgr, alike, lost, work.px_per_mm);
+                was_open = find_earlier_openings(old_work.bgr, alike, believed & ~lost, work.px_per_mm);
   cv::Mat still_there = alike & ~was_open;
-  if (wood != nullptr) cv::bitwise_and(not_booked, on_work_map(wood->pixels, work), not_booked);
+  not_booked &= believed;
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);
 

@@ -29,6 +29,8 @@ struct ReconcileOptions {
   Millimetres tolerance{0.3};       // borders may differ by this
   SquareMillimetres smallest{1.5};  // smaller differences are dust
   Millimetres narrowest{0.5};       // thinner ones are noise at borders
+  // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
+  std::vector<Region<PanelFrame>> uncertain = {};
 };
 
 struct Reconciliation {

@@ -6,11 +6,17 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "base/units.h"
+
 namespace veneer::calib {
 namespace {
 
-constexpr double kLeastNoise = 1;      // grey levels: rounding, JPEG; what is clipped has no noise of its own
-constexpr int kLooks = 12, kCalm = 3;  // kinds: so many looks, times so many steps from calm to beside an edge
+// Where most of a wood is gone, what is learnt of it is its loss: more than this is no noise, and is told.
+constexpr double kMostNoise = 4;        // grey levels, where nothing is steep
+constexpr Millimetres kMostShift(0.1);  // what is left between the maps, which a slope makes a difference of
+constexpr float kMostOfAKind = 1.5;     // times the noise of all that is as steep
+constexpr double kLeastNoise = 1;       // grey levels: rounding, JPEG; what is clipped has no noise of its own
+constexpr int kLooks = 12, kCalm = 3;   // kinds: so many looks, times so many steps from calm to beside an edge
 constexpr int kTerms = 8;
 using Terms = cv::Vec<double, kTerms>;
 
@@ -60,19 +66,36 @@ Terms fit_light(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touche
   return light;
 }
 
+double level_in(const Terms& l, double level, const Place& at) {
+  const double gain = l[0] + l[1] * at.x + l[2] * at.y + l[3] * at.x * at.x + l[4] * at.x * at.y + l[5] * at.y * at.y +
+                      l[7] * level / 255;
+  return gain * level + l[6];
+}
+
+// No lamp drifts so far between two scans: a fit that says so was made of what is gone.
+bool is_of_a_lamp(const Terms& light) {
+  constexpr double kMostDrift = 0.4, kBlack = 20;  // of a level; grey levels
+  for (const double x : {-1.0, 0.0, 1.0})
+    for (const double y : {-1.0, 0.0, 1.0})
+      for (const double level : {60.0, 120.0, 180.0})
+        if (std::abs(level_in(light, level, {x, y}) - level) > kMostDrift * level + kBlack) return false;
+  return true;
+}
+
 cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched) {
-  const std::array<Terms, 3> light = {fit_light(before, now, touched, 0), fit_light(before, now, touched, 1),
-                                      fit_light(before, now, touched, 2)};
+  std::array<Terms, 3> light;
+  for (int k = 0; k < 3; ++k) light[static_cast<std::size_t>(k)] = fit_light(before, now, touched, k);
+  // The channels are of one lamp.
+  if (!std::ranges::all_of(light, is_of_a_lamp))
+    for (Terms& channel : light) channel = Terms::all(0), channel[0] = 1;
   cv::Mat out(before.size(), CV_32FC3);
   for (int r = 0; r < out.rows; ++r)
     for (int c = 0; c < out.cols; ++c) {
       const Place at = place_of(r, c, out.size());
       const auto& level = before.at<cv::Vec3f>(r, c);
       for (int k = 0; k < 3; ++k) {
-        const Terms& l = light[static_cast<std::size_t>(k)];
-        const double gain = l[0] + l[1] * at.x + l[2] * at.y + l[3] * at.x * at.x + l[4] * at.x * at.y +
-                            l[5] * at.y * at.y + l[7] * level[k] / 255;
-        out.at<cv::Vec3f>(r, c)[k] = static_cast<float>(std::clamp(gain * level[k] + l[6], 0.0, 255.0));
+        const double seen = level_in(light[static_cast<std::size_t>(k)], level[k], at);
+        out.at<cv::Vec3f>(r, c)[k] = static_cast<float>(std::clamp(seen, 0.0, 255.0));
       }
     }
   return out;
@@ -147,7 +170,7 @@ float middle_of(std::vector<float>& values) {
 }
 
 // By how much a pixel differs for its steepness: a slope makes a difference of every shift.
-cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::Mat& touched) {
+cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::Mat& touched, double px_per_mm) {
   constexpr int kBins = 16;
   constexpr double kLeast = kLeastNoise;
   cv::Mat dx, dy, slope;
@@ -174,9 +197,13 @@ cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::M
       if (values.size() >= 100) here = std::max(gentler, static_cast<float>(kSigmaOfMad) * middle_of(values));
     }
   cv::Mat noise(now.size(), CV_32FC3);
+  const auto shift_px = static_cast<float>(kMostShift.count() * px_per_mm);
   for (int r = 0; r < now.rows; ++r)
-    for (int c = 0; c < now.cols; ++c)
-      noise.at<cv::Vec3f>(r, c) = sigma[static_cast<std::size_t>(bin_of(slope.at<float>(r, c)))];
+    for (int c = 0; c < now.cols; ++c) {
+      const float steep = slope.at<float>(r, c), most = static_cast<float>(kMostNoise) + shift_px * steep;
+      const cv::Vec3f& here = sigma[static_cast<std::size_t>(bin_of(steep))];
+      noise.at<cv::Vec3f>(r, c) = {std::min(here[0], most), std::min(here[1], most), std::min(here[2], most)};
+    }
   return noise;
 }
 
@@ -324,14 +351,14 @@ UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv
         out.expected.at<cv::Vec3f>(r, c)[static_cast<int>(k)] +=
             std::clamp(drift[out.kinds.at<std::uint8_t>(r, c)], -kMostDrift, kMostDrift);
   }
-  out.noise = noise_of_slopes(out.expected, is, touched);
+  out.noise = noise_of_slopes(out.expected, is, touched, px_per_mm);
   cv::split(cv::abs(is - out.expected) / out.noise, off.data());
   for (std::size_t k = 0; k < 3; ++k) {
     const auto spread = middles(off[k], out.kinds, touched);
     for (int r = 0; r < is.rows; ++r)
       for (int c = 0; c < is.cols; ++c)
         out.noise.at<cv::Vec3f>(r, c)[static_cast<int>(k)] *=
-            std::max(0.7F, static_cast<float>(kSigmaOfMad) * spread[out.kinds.at<std::uint8_t>(r, c)]);
+            std::clamp(static_cast<float>(kSigmaOfMad) * spread[out.kinds.at<std::uint8_t>(r, c)], 0.7F, kMostOfAKind);
   }
   add_noise_of_edges(out.expected, is, touched, px_per_mm, out.noise);
   return out;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/work_map.h"
+
 namespace veneer::calib {
 namespace {
 
@@ -29,15 +30,17 @@ std::array<cv::Mat, 3> opponents(const cv::Mat& bgr) {
 
 // How far means over windows lie outside of what noise makes of them: about chi squared with three degrees of freedom.
 class WindowScore {
-  static constexpr float kLeast =
-      0.3F;  // sigma of a pixel: JPEG's coarse steps of colour are no noise that a median sees
+  // Sigma of a pixel. Less: JPEG's coarse steps of colour are no noise that a median sees. More: what is learnt is the
+  // loss of most of a wood.
+  static constexpr float kLeast = 0.3F, kMost = 0.7F;
 
  public:
   WindowScore(const UnchangedLook& look, const cv::Mat& z, double sigma_px) : look_(look), sigma_px_(sigma_px) {
     const auto planes = opponents(z);
     for (std::size_t k = 0; k < 3; ++k) {
       scale_[k] = middles(cv::abs(blurred(planes[k], sigma_px)), look.kinds, look.touched);
-      for (int i = 0; i < kKinds; ++i) scale_[k][i] = static_cast<float>(kSigmaOfMad) * std::max(kLeast, scale_[k][i]);
+      for (int i = 0; i < kKinds; ++i)
+        scale_[k][i] = static_cast<float>(kSigmaOfMad) * std::clamp(scale_[k][i], kLeast, kMost);
     }
   }
   cv::Mat of(const cv::Mat& z) const {
@@ -66,7 +69,9 @@ class GrainScore {
  public:
   GrainScore(const UnchangedLook& look, const cv::Mat& z, double sigma_px) : look_(look), sigma_px_(sigma_px) {
     const cv::Mat energy = log_energy(z);
+    constexpr float kMost = 2.5F;  // as above: noise alone makes a little more than log 3
     middle_ = middles(energy, look.kinds, look.touched);
+    for (int i = 0; i < kKinds; ++i) middle_[i] = std::min(middle_[i], kMost);
     cv::Mat off(energy.size(), CV_32FC1);
     for (int r = 0; r < off.rows; ++r)
       for (int c = 0; c < off.cols; ++c)
@@ -74,13 +79,14 @@ class GrainScore {
     spread_ = middles(off, look.kinds, look.touched);
   }
   cv::Mat of(const cv::Mat& z) const {
-    constexpr float kLeast = 0.15F;
+    constexpr float kLeast = 0.15F, kMost = 0.6F;
     cv::Mat energy = log_energy(z);
     for (int r = 0; r < z.rows; ++r)
       for (int c = 0; c < z.cols; ++c) {
         const int kind = look_.kinds.at<std::uint8_t>(r, c);
         float& e = energy.at<float>(r, c);
-        const float u = (e - middle_[kind]) / (static_cast<float>(kSigmaOfMad) * std::max(kLeast, spread_[kind]));
+        const float u =
+            (e - middle_[kind]) / (static_cast<float>(kSigmaOfMad) * std::clamp(spread_[kind], kLeast, kMost));
         e = u < 0 ? 0 : u * u;
       }
     return energy;
@@ -165,12 +171,12 @@ cv::Mat local_mean(const cv::Mat& picture, const cv::Mat& where, double sigma_px
 // The border where it costs least: each place of a part is one that is gone or one that is not, neighbours that look
 // alike together. `cost` > 0 speaks for gone.
 void cut_border(const cv::Mat& cost, const cv::Mat& is, const cv::Mat& labels, int label, const cv::Rect& box,
-                cv::Mat& gone) {
+                int places, cv::Mat& gone) {
   constexpr double kTogether = 1.2, kEdge = 25;  // grey levels
   const auto in = [&](int r, int c) {
     return r >= 0 && c >= 0 && r < box.height && c < box.width && labels.at<int>(box.y + r, box.x + c) == label;
   };
-  cv::detail::GCGraph<double> graph(box.area(), 4 * box.area());
+  cv::detail::GCGraph<double> graph(places, 8 * places);
   cv::Mat node(box.size(), CV_32SC1, cv::Scalar(-1));
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c)
@@ -276,13 +282,13 @@ cv::Mat find_changes(const UnchangedLook& look, const cv::Mat& now, const cv::Ma
   for (int i = 1; i < count; ++i) {
     const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
                        stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
-    cut_border(cost, is, labels, i, box, gone);
+    cut_border(cost, is, labels, i, box, stats.at<int>(i, cv::CC_STAT_AREA), gone);
   }
   gone = mostly(gone, most > kHigh);
   return gone;
 }
 
-cv::Mat find_earlier_openings(const cv::Mat& before, const cv::Mat& alike, const cv::Mat& gone, double px_per_mm) {
+cv::Mat find_earlier_openings(const cv::Mat& before, const cv::Mat& alike, const cv::Mat& beside, double px_per_mm) {
   constexpr double kBeside = 0.6, kWindow = 0.3, kMost = 0.75;  // mm; share of the border
   constexpr float kStep = 15;                                   // grey levels
   cv::Mat was, group, inner, outer, wide, rim, weight_in, weight_out, labels, stats, centres;
@@ -293,7 +299,7 @@ cv::Mat find_earlier_openings(const cv::Mat& before, const cv::Mat& alike, const
   cv::dilate(group, rim, cv::Mat());
   rim -= group;
   const cv::Mat in = local_mean(was, group, kWindow * px_per_mm, weight_in),
-                out_of = local_mean(was, ~(wide | gone), 2 * kWindow * px_per_mm, weight_out);
+                out_of = local_mean(was, beside & ~wide, 2 * kWindow * px_per_mm, weight_out);
   cv::Mat out = cv::Mat::zeros(alike.size(), CV_8UC1);
   const int count = cv::connectedComponentsWithStats(group | rim, labels, stats, centres, 8);
   std::vector<int> asked(static_cast<std::size_t>(count), 0), unlike = asked;

@@ -14,7 +14,8 @@ cv::Mat find_changes(const UnchangedLook& look, const cv::Mat& now, const cv::Ma
                      double px_per_mm);
 
 // Of what is booked and looks as it did, 255 where it was an opening already: what lay around it before is unlike it
-// nearly all along its border. `before` is CV_8UC3; nothing is asked of a border beside what is `gone`.
-cv::Mat find_earlier_openings(const cv::Mat& before, const cv::Mat& alike, const cv::Mat& gone, double px_per_mm);
+// nearly all along its border. `before` is CV_8UC3; it is held against what is 255 in `beside` alone, the wood around
+// it that is still there: of a border without any nothing is asked.
+cv::Mat find_earlier_openings(const cv::Mat& before, const cv::Mat& alike, const cv::Mat& beside, double px_per_mm);
 
 }  // namespace veneer::calib

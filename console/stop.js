@@ -14,6 +14,7 @@ const kSaid = german ? {
   pressed: (at) => `STOP um ${at} gedrückt, noch nicht bestätigt.`,
   confirmed: (at) => `STOP um ${at} bestätigt: Strahl aus, die Zelle bricht ab.`,
   rests: (at) => `STOP um ${at} bestätigt: Strahl aus, die Zelle steht.`,
+  silentLaser: (at) => `STOP wurde um ${at} gesendet, aber der Laser antwortet nicht: Drücken Sie den Not-Halt an der Maschine.`,
   goesOn: (at, state) => `STOP um ${at} bestätigt, und jetzt meldet die Zelle ${state}. Hat niemand sie wieder freigegeben, drücken Sie den Not-Halt an der Maschine.`,
   not: (why) => `STOP ist NICHT bestätigt (${why}). Drücken Sie den Not-Halt an der Maschine. STOP wird weiter gesendet.`,
   seenTo: "Ich habe mich darum gekümmert: STOP nicht mehr senden",
@@ -24,6 +25,7 @@ const kSaid = german ? {
   pressed: (at) => `STOP pressed at ${at}, not confirmed yet.`,
   confirmed: (at) => `STOP confirmed at ${at}: beam off, the cell is aborting.`,
   rests: (at) => `STOP confirmed at ${at}: beam off, the cell has stopped.`,
+  silentLaser: (at) => `STOP was sent at ${at}, but the laser does not answer: use the emergency stop on the machine.`,
   goesOn: (at, state) => `STOP was confirmed at ${at}, and now the cell says ${state}. If nobody has cleared it and begun again, use the emergency stop on the machine.`,
   not: (why) => `STOP is NOT confirmed (${why}). Use the emergency stop on the machine. STOP goes on being sent.`,
   seenTo: "I have seen to it: send STOP no more",
@@ -99,12 +101,13 @@ async function stop(event) {
   end();
   const mine = press, since = performance.now();
   say(kSaid.pressed(clockTime()), true);
-  followCell(mine);
   for (let tries = 1; mine === press && !confirmedAt; ++tries) {
     // Of an earlier press: a tired connection takes what it was given, or gives it up.
     while (underWay.size >= kAtOnce) await Promise.race(underWay);
     if (mine !== press) return;
-    const answered = await Promise.race([send(mine, since).then(() => true), pause(kBesideMs)]);
+    const sent = send(mine, since);
+    if (tries === 1) followCell(mine);  // no question goes before STOP
+    const answered = await Promise.race([sent.then(() => true), pause(kBesideMs)]);
     if (answered) await pause(tries < kQuickTries ? kQuickMs : kSlowMs);
     else notTaken(mine, since, kSaid.silent);
   }
@@ -115,8 +118,8 @@ async function followCell(mine) {
   const wasAborted = before.startsWith("Abort");
   for (let aborted = false; mine === press; await pause(kLookMs)) {
     const asked = confirmedAt;  // what is asked from here on is younger than that
-    let state = "";
-    try { state = (await ask("GET", "/api/v1/status", {timeoutMs: kGivenUpMs, forStop: true})).state; } catch (fault) {
+    let state = "", laser = null;
+    try { ({state, laser} = await ask("GET", "/api/v1/status", {timeoutMs: kGivenUpMs, forStop: true})); } catch (fault) {
       // Who has not signed in is not told.
       if (mine === press && asked && fault.status >= 400 && fault.status < 500) offerEnd(kSaid.read);
       continue;
@@ -129,6 +132,8 @@ async function followCell(mine) {
     aborted = aborted || (aborts && !wasAborted);
     if (!asked) continue;
     if (!aborts) offerEnd(kSaid.read); else seenTo.hidden = true;
+    // What the machine itself does is not known then.
+    if (aborts && laser && !laser.connected && laser.why_not_connected) { say(kSaid.silentLaser(asked), true); continue; }
     say(aborts ? (state === "Aborted" ? kSaid.rests : kSaid.confirmed)(asked) : kSaid.goesOn(asked, state), !aborts);
   }
 }

@@ -119,7 +119,7 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   return write_panel(*map, *mask, folder, out);
 }
 
-// What any of the masks calls wood; nothing when none is left.
+// What any of the masks calls wood, and what was told as gone since; nothing when no mask is left.
 Result<std::optional<Raster<PanelFrame>>> believed_wood(const RegisterScans& order) {
   std::optional<Raster<PanelFrame>> wood;
   for (const std::string& file : order.wood_masks) {
@@ -130,6 +130,7 @@ Result<std::optional<Raster<PanelFrame>>> believed_wood(const RegisterScans& ord
     else if (!wood)
       wood = *std::move(mask);
   }
+  if (wood) add_wood(*wood, order.told_gone);
   return wood;
 }
 
@@ -147,7 +148,9 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   progress(0.72, "comparing with the ledger");
   const auto wood = believed_wood(order);
   if (!wood) return wood.error();
-  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, {}, *wood ? &**wood : nullptr);
+  calib::ReconcileOptions options;
+  for (const auto& suspect : order.suspects) options.uncertain.push_back(suspect);
+  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, *wood ? &**wood : nullptr);
   if (!compared) return compared.error();
   out.differences = std::move(compared->differences);
   for (const auto& suspect : order.suspects)

@@ -51,7 +51,8 @@ struct RegisterScans {
   // Of a show face that was known: the oldest map left, masks of which any calls wood what the ledger takes for wood,
   // its map and mask until now, and what the ledger holds for cut.
   std::string first_map;
-  std::vector<std::string> wood_masks;
+  std::vector<std::string> wood_masks;        // none: all of the sheet may be wood
+  std::vector<Region<PanelFrame>> told_gone;  // wood that an earlier scan did not see, and that is not booked
   std::string earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
   std::vector<Region<PanelFrame>> held;      // what else the ledger holds: wood that is not free, and not gone

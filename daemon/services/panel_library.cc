@@ -192,10 +192,18 @@ void PanelLibrary::make_small(const std::string& map_file, const std::string& ma
   };
   make(map_file, tiles_file(map_file), [&](const cv::Mat& map) {
     const std::lock_guard lock(tiles_mutex_);
-    static_cast<void>(planner::write_tile_pyramid(map, tiles_file(map_file)));
+    if (has_room_for_tiles()) static_cast<void>(planner::write_tile_pyramid(map, tiles_file(map_file)));
   });
   make(mask_file, small_file(mask_file, kBits),
        [&](const cv::Mat& mask) { keep_small(planner::encode_png_mask(mask), small_file(mask_file, kBits)); });
+}
+
+// What a cut has to be booked in is not taken by pictures for people.
+bool PanelLibrary::has_room_for_tiles() const {
+  constexpr std::uintmax_t kSpared = 512 << 20;  // bytes: four times the tiles of the largest panel
+  std::error_code failed;
+  const auto room = std::filesystem::space(data_dir_, failed);
+  return failed || room.available >= kSpared;
 }
 
 std::filesystem::path PanelLibrary::tiles_file(const std::string& map_file) const {
@@ -205,9 +213,14 @@ std::filesystem::path PanelLibrary::tiles_file(const std::string& map_file) cons
 // Of a map from before tiles were kept, or whose tiles were removed, they are made now.
 Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file) const {
   auto tiles = tiles_file(map_file);
-  const std::lock_guard lock(tiles_mutex_);
   std::error_code failed;
   if (std::filesystem::exists(tiles, failed)) return tiles;
+  const std::lock_guard lock(tiles_mutex_);  // others' tiles do not wait for it
+  if (std::filesystem::exists(tiles, failed)) return tiles;
+  if (!has_room_for_tiles())
+    return Error{ErrorCode::kStorage, fmt::format("the disk of {} has too little room left to show a map closely: make "
+                                                  "room on it",
+                                                  data_dir_.string())};
   const auto whole = load_picture(map_file);
   if (!whole) return whole.error();
   if (const Status written = planner::write_tile_pyramid(*whole, tiles); !written) return written.error();

@@ -61,7 +61,7 @@ class PanelLibrary {
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
   // hundred million pixels only those are read that are looked at. The levels' sizes, and one tile, a JPEG file.
-  // kNotFound: the map has no such tile.
+  // kNotFound: the map has no such tile; kStorage: where they are not there yet, also while the disk has little room.
   Result<std::vector<cv::Size>> tile_levels(const std::string& map_file) const;
   Result<std::string> load_tile(const std::string& map_file, int level, int column, int row) const;
   const std::filesystem::path& data_dir() const { return data_dir_; }
@@ -105,6 +105,7 @@ class PanelLibrary {
   void keep_small(const std::optional<std::string>& png, const std::filesystem::path& file) const;
   Result<SmallPicture> make_smaller(const std::string& file, int width_px) const;
   bool has_small(const std::string& file, const std::filesystem::path& own) const;
+  bool has_room_for_tiles() const;
   std::filesystem::path tiles_file(const std::string& map_file) const;
   Result<std::filesystem::path> tiles_of(const std::string& map_file) const;
 

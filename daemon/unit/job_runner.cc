@@ -54,7 +54,7 @@ void JobRunner::begin(const db::Recovery& recovery) {
                          [this](Result<std::optional<db::UnprovenCuts>> cuts) {
                            if (!cuts) return log_->warn("{}", cuts.error().message);
                            if (!*cuts) return;
-                           ends_unproven(std::move(**cuts));
+                           owed_.owe(std::move(**cuts));  // it was to look again, whatever is configured since
                            if (may_look_for_owed()) owed_.look();
                          });
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
@@ -311,6 +311,10 @@ Status JobRunner::still_holds(const Consent& given) const {
 void JobRunner::write_off_look(const std::string& who, const Reply& reply) {
   if (!owed_.any())
     return reply(Error{ErrorCode::kConflict, "the camera has seen all that was cut: there is no look to write off"});
+  // A piece that is still to be booked would be booked as cut after this.
+  if (breaking_ || unwritten_ || committing())
+    return reply(Error{ErrorCode::kConflict,
+                       "what was cut last is still to be booked: wait, or make room on the disk and Clear"});
   audit(who, "cell.write-off-look", view_.owed_look->panel.value);
   owed_.write_off(who);
   reply(Ok());

@@ -145,14 +145,13 @@ EdgeStrip::Costs EdgeStrip::costs(const FaceCost& left, const FaceCost& right) c
       const PlanePoint p = at(i, aside);
       sums[k] = sums[k - 1] + area * (static_cast<double>(cost_at(right, p)) - static_cast<double>(cost_at(left, p)));
     }
+    // Costs count from what the edge itself has.
+    const double none = sums[static_cast<std::size_t>(reach_)];
     for (std::size_t k = 0; k < width_; ++k) {
       const double aside = static_cast<double>(k) - reach_;
       const double beyond = std::max({0.0, low_[i] - aside, aside - high_[i]});
-      if (beyond > 0) sums[k] = static_cast<double>(kForbidden) * (beyond + 1);
+      sums[k] = beyond > 0 ? static_cast<double>(kForbidden) * (beyond + 1) : sums[k] - none;
     }
-    // Costs count from what the edge itself has.
-    const double none = sums[static_cast<std::size_t>(reach_)];
-    for (std::size_t k = 0; k < width_; ++k) sums[k] -= none;
   }
   return out;
 }

@@ -81,7 +81,8 @@ PictureMetadata from_tiff(std::string_view tiff) {
       constexpr std::uint32_t kInch = 2, kCentimetre = 3;
       const std::uint32_t unit = whole_at(tiff, entry, big);
       inches_per_unit = unit == kCentimetre ? kMmPerInch / 10 : unit == kInch ? 1 : 0;
-    } else if (*tag == kProfileTag && *count > 4 && is_of(tiff, entry, big, {kByteType, kUndefinedType})) {
+    } else if (*tag == kProfileTag && out.icc_profile.empty() && *count > 4 && *count <= kLargestProfile &&
+               is_of(tiff, entry, big, {kByteType, kUndefinedType})) {
       const auto at = number_at(tiff, entry + 8, 4, big);
       if (at && *at < tiff.size() && *count <= tiff.size() - *at) out.icc_profile = tiff.substr(*at, *count);
     }

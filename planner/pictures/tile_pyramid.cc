@@ -140,7 +140,8 @@ Result<std::string> read_pyramid_tile(const std::filesystem::path& file, int lev
   if (!tiff) return is_no_pyramid(file);
   const Error none{ErrorCode::kNotFound, fmt::format("the picture has no tile {}, {} at level {}", column, row, level)};
   if (level < 0 || level >= kMostLevels || column < 0 || row < 0) return none;
-  if (TIFFSetDirectory(tiff.get(), static_cast<std::uint16_t>(level)) != 1) return none;
+  if (TIFFSetDirectory(tiff.get(), static_cast<std::uint16_t>(level)) != 1)
+    return read_pyramid_levels(file).ok() ? none : is_no_pyramid(file);
   const auto size = size_of_level(tiff.get());
   if (!size) return is_no_pyramid(file);
   if (column >= tiles_along(size->width) || row >= tiles_along(size->height)) return none;

@@ -293,6 +293,57 @@ TEST(Reconcile, BesideTheWoodThatTheLedgerKnowsNothingIsTold) {
   EXPECT_FALSE(reconcile(shelf.map({}), now, {}, shelf.fiducials, {}, &wood).ok());
 }
 
+double area_told(const std::vector<Difference>& differences, DifferenceKind kind) {
+  double area = 0;
+  for (const Difference& difference : differences)
+    if (difference.kind == kind) area += difference.area.count();
+  return area;
+}
+
+// What is learnt of a wood is then learnt of its loss: that must not be taken for noise.
+TEST(Reconcile, WoodThatIsGoneForTheMostPartIsTold) {
+  const Outline strip = {{24.7, 24}, {45.3, 24}, {45.3, 80}, {24.7, 80}},
+                most = {{24, 24}, {100, 24}, {100, 80}, {24, 80}};
+  const GreyShelf grey;
+  const Shelf warm;
+  for (const Shelf* shelf : {&warm, static_cast<const Shelf*>(&grey)})
+    for (const Outline& outline : {strip, most})
+      for (const double lid : {240.0, 24.0}) {
+        auto now = shelf->map({}, 0.04, 9);
+        open_up(now, outline, cv::Scalar::all(lid));
+        const auto found = reconcile(shelf->map({}), now, {}, shelf->fiducials);
+        ASSERT_TRUE(found.ok()) << found.error().message;
+        EXPECT_GT(area_told(found->differences, DifferenceKind::kGoneNotBooked),
+                  0.8 * region_of(outline).area().count())
+            << (shelf == &warm ? "warm" : "grey") << ", lid " << lid << "\n"
+            << told(found->differences);
+      }
+}
+
+// Booked as wide as the strip is: beside it there is board, which looks otherwise, and no opening.
+TEST(Reconcile, APieceAsWideAsItsStripThatWasNotCutIsTold) {
+  const Shelf shelf;
+  auto wood = shelf.map({});
+  wood.pixels = cv::Mat(wood.pixels.size(), CV_8UC1, cv::Scalar(0));
+  for (const rendered::Strip& strip : shelf.panel.strips)
+    open_up(wood,
+            {{strip.x0 + 0.5, strip.y0 + 0.5},
+             {strip.x1 - 0.5, strip.y0 + 0.5},
+             {strip.x1 - 0.5, strip.y1 - 0.5},
+             {strip.x0 + 0.5, strip.y1 - 0.5}},
+            cv::Scalar(255));
+  const auto piece = [](double from, double to) { return Outline{{25.3, from}, {44.7, from}, {44.7, to}, {25.3, to}}; };
+  const Outline below = piece(28, 38), between = piece(38.3, 48), above = piece(48.3, 58);
+  const auto booked = regions_of({below, between, above});
+  for (const auto& gone : std::vector<std::vector<Outline>>{{below, above}, {}}) {
+    const auto found = reconcile(shelf.map({}), shelf.map(gone, 0, 9), booked, shelf.fiducials, {}, &wood);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    const double left = gone.empty() ? 3 * 180 : 180;
+    EXPECT_NEAR(area_told(found->differences, DifferenceKind::kBookedNotGone), left, 0.15 * left)
+        << told(found->differences);
+  }
+}
+
 TEST(Reconcile, RefusesMapsThatDoNotCoverTheSameArea) {
   const Shelf shelf;
   const auto map = shelf.map({});

@@ -53,7 +53,8 @@ inline std::vector<Step> a_day() {
   };
   const auto run = [&](int job, const PanelId& panel) {
     jobs("run", [job, panel](JobStore store) {
-      return store.start_run({job}, panel, {}, 0.05_mm, kNow, {"local:1000", {{1}}, R"([{"material":"walnut"}])"});
+      return store.start_run({job}, panel, {}, 0.05_mm, kNow,
+                             {"local:1000", {{1}}, R"([{"material":"walnut"}])", true});
     });
   };
   const auto finish = [&](int number) {

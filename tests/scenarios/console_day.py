@@ -164,17 +164,16 @@ class Day:
         """The scan comes in tiles, and only those that are looked at: the first of them does not lie where they are."""
         tiles = "const tiles = [...document.querySelectorAll('.leaflet-tiles-pane img')];"
         assert not self.browser.execute_script(tiles + "return tiles.length"), "the small picture would do"
-        for closer in range(3):
-            self.press(".leaflet-control-zoom-in")
-            self.until("the map to be closer", lambda: not self.browser.execute_script(
-                "return document.querySelector('.map').classList.contains('leaflet-zoom-anim')"))
-        self.until("the scan in tiles", lambda: self.browser.execute_script(
-            tiles + "return tiles.length > 0 && tiles.every((tile) => tile.naturalWidth === 512)"))
-        assert self.asked_for("/map-tile.jpg?level=0"), "what is looked at closely is shown as it was scanned"
+        # The map takes no step while it takes one.
+        self.until("the scan in tiles, as it was scanned", lambda: self.browser.execute_script(
+            tiles + "if (tiles.length > 0 && window.asked.some((path) => path.includes('/map-tile.jpg?level=0')))"
+            " return tiles.every((tile) => tile.naturalWidth === 512);"
+            "document.querySelector('.leaflet-control-zoom-in').click(); return false"))
         self.picture("panel_close", "desk")
-        for farther in range(3):
-            self.press(".leaflet-control-zoom-out")
-        self.until("the small picture alone", lambda: not self.browser.execute_script(tiles + "return tiles.length"))
+        self.go("panels")  # and back, as near as at first
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until("the small picture alone", lambda: self.browser.execute_script(
+            tiles + "return tiles.length === 0 && document.querySelector('.map img.leaflet-image-layer')"))
 
     def asked_for(self, part):
         return self.browser.execute_script("return window.asked.filter((path) => path.includes(arguments[0])).length", part)

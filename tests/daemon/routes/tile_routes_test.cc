@@ -31,6 +31,19 @@ TEST_F(TileRoutes, SendATileWithItsTag) {
   EXPECT_EQ(picture->size(), cv::Size(512, 512));
 }
 
+TEST_F(TileRoutes, SendNothingToWhoHasTheTileAndANewTagForANewMap) {
+  const auto tag_of_first_panel = [&] {
+    const ApiReply reply = ask("GET", "/api/v1/panels/P-0001/map-tile.jpg?level=0&column=0&row=0");
+    EXPECT_EQ(reply.status, 200) << reply.body;
+    return reply.etag;
+  };
+  const std::string tag = tag_of_first_panel();
+  EXPECT_EQ(tag_of_first_panel(), tag);
+  EXPECT_NE(tile("level=0&column=0&row=0").etag, tag) << "of another map";
+  EXPECT_EQ(post("/panels/P-0001/revert").status, 200);  // its first scan's map
+  EXPECT_NE(tag_of_first_panel(), tag);
+}
+
 TEST_F(TileRoutes, RefuseWhatIsNoTile) {
   EXPECT_EQ(tile("level=0&column=1&row=0").status, 404);
   EXPECT_EQ(tile("level=1&column=0&row=0").status, 404);

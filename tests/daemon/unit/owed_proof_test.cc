@@ -160,6 +160,26 @@ TEST_F(OwedProofTest, WhatTheCameraCannotTellAPersonWritesOff) {
   EXPECT_FALSE(runner_->view().owed_look);
 }
 
+// It would be booked as cut once there is room, behind the word that it is suspect.
+TEST_F(OwedProofTest, NothingIsWrittenOffBeforeWhatWasCutIsBooked) {
+  cut_one();
+  bed_.seen = kSilent;
+  std::optional<Status> refused;
+  {
+    const testing::LittleRoom full(0);
+    laser_.finish();
+    settle();
+    ASSERT_EQ(state(), CellState::kAborted);
+    runner_->write_off_look("anna", [&](Status s) { refused = std::move(s); });
+    settle();
+  }
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->error().code, ErrorCode::kConflict);
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(runner_->view().owed_look) << "the look is still owed";
+  EXPECT_EQ(runner_->view().owed_look->pieces, 2);
+}
+
 TEST_F(OwedProofTest, WhatWasSeenIsNotForgottenWhileTheDiskIsFull) {
   cut_one();
   bed_.seen = kSilent;
@@ -268,6 +288,16 @@ TEST_F(OwedProofTest, WithoutLooksNothingIsOwed) {
   ASSERT_TRUE(command(CellCommand::kAbort).ok());
   restart();
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+// The run that was killed was to look again.
+TEST_F(OwedProofTest, WhatIsOwedIsSoThoughTheNextStartLooksNoMore) {
+  cut_one();
+  bed_.seen = kNothingThere;
+  options_.look_every = 0;
+  restart();
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
 // Nothing was asked of the camera between Hold and Stop.
