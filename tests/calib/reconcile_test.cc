@@ -306,18 +306,20 @@ TEST(Reconcile, WoodThatIsGoneForTheMostPartIsTold) {
                 most = {{24, 24}, {100, 24}, {100, 80}, {24, 80}};
   const GreyShelf grey;
   const Shelf warm;
-  for (const Shelf* shelf : {&warm, static_cast<const Shelf*>(&grey)})
-    for (const Outline& outline : {strip, most})
-      for (const double lid : {240.0, 24.0}) {
-        auto now = shelf->map({}, 0.04, 9);
-        open_up(now, outline, cv::Scalar::all(lid));
-        const auto found = reconcile(shelf->map({}), now, {}, shelf->fiducials);
-        ASSERT_TRUE(found.ok()) << found.error().message;
-        EXPECT_GT(area_told(found->differences, DifferenceKind::kGoneNotBooked),
-                  0.8 * region_of(outline).area().count())
-            << (shelf == &warm ? "warm" : "grey") << ", lid " << lid << "\n"
-            << told(found->differences);
-      }
+  const struct {
+    const Shelf& shelf;
+    Outline outline;
+    double lid;
+  } kCases[] = {{warm, strip, 24}, {grey, strip, 240}, {warm, most, 240}, {grey, most, 24}};
+  for (const auto& [shelf, outline, lid] : kCases) {
+    auto now = shelf.map({}, 0.04, 9);
+    open_up(now, outline, cv::Scalar::all(lid));
+    const auto found = reconcile(shelf.map({}), now, {}, shelf.fiducials);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_GT(area_told(found->differences, DifferenceKind::kGoneNotBooked), 0.8 * region_of(outline).area().count())
+        << (&shelf == &warm ? "warm" : "grey") << ", lid " << lid << "\n"
+        << told(found->differences);
+  }
 }
 
 // Booked as wide as the strip is: beside it there is board, which looks otherwise, and no opening.

@@ -181,6 +181,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getPanel", "/panels/P-0003"},
                                                         {"getPanelRegistration", "/panels/P-0003/registration"},
                                                         {"getPanelLedger", "/panels/P-0003/ledger"},
+                                                        {"getPanelMapTiles", "/panels/P-0002/map-tiles"},
                                                         {"getPanelFacts", "/panels/P-0003/facts"},
                                                         {"listMaterials", "/materials"},
                                                         {"getMaterial", "/materials/walnut"},

@@ -14,7 +14,8 @@ class TileRoutes : public PanelCell {
 };
 
 TEST_F(TileRoutes, TellWhichTilesAMapHas) {
-  EXPECT_EQ(get("/panels/P-0002/map-tiles"), json({{"panel", "P-0002"},
+  EXPECT_EQ(get("/panels/P-0002/map-tiles"), json({{"schema_version", 1},
+                                                   {"panel", "P-0002"},
                                                    {"px_per_mm", kMapResolution.px_per_mm},
                                                    {"tile_px", 512},
                                                    {"levels", {{{"width_px", kColumns}, {"height_px", kRows}}}}}));
