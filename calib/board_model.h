@@ -5,7 +5,7 @@
 #include <array>
 #include <opencv2/core/mat.hpp>
 
-#include "calib/work_map.h"
+#include "calib/wood_colour.h"
 
 namespace veneer::calib {
 

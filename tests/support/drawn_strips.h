@@ -7,7 +7,7 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
-#include "calib/work_map.h"
+#include "calib/wood_colour.h"
 
 namespace veneer::drawn {
 
