@@ -99,14 +99,14 @@ function notTaken(mine, since, why) {
 async function stop(event) {
   event.preventDefault();
   end();
-  const mine = press, since = performance.now();
+  const mine = press, since = performance.now(), wasAborted = before.startsWith("Abort");
   say(kSaid.pressed(clockTime()), true);
   for (let tries = 1; mine === press && !confirmedAt; ++tries) {
     // Of an earlier press: a tired connection takes what it was given, or gives it up.
     while (underWay.size >= kAtOnce) await Promise.race(underWay);
     if (mine !== press) return;
     const sent = send(mine, since);
-    if (tries === 1) followCell(mine);  // no question goes before STOP
+    if (tries === 1) followCell(mine, wasAborted);  // no question goes before STOP
     const answered = await Promise.race([sent.then(() => true), pause(kBesideMs)]);
     if (answered) await pause(tries < kQuickTries ? kQuickMs : kSlowMs);
     else notTaken(mine, since, kSaid.silent);
@@ -114,8 +114,7 @@ async function stop(event) {
 }
 
 // Asks the cell itself how it is, as long as something is said of this press.
-async function followCell(mine) {
-  const wasAborted = before.startsWith("Abort");
+async function followCell(mine, wasAborted) {
   for (let aborted = false; mine === press; await pause(kLookMs)) {
     const asked = confirmedAt;  // what is asked from here on is younger than that
     let state = "", laser = null;
@@ -132,9 +131,9 @@ async function followCell(mine) {
     aborted = aborted || (aborts && !wasAborted);
     if (!asked) continue;
     if (!aborts) offerEnd(kSaid.read); else seenTo.hidden = true;
-    // What the machine itself does is not known then.
-    if (aborts && laser && !laser.connected && laser.why_not_connected) { say(kSaid.silentLaser(asked), true); continue; }
-    say(aborts ? (state === "Aborted" ? kSaid.rests : kSaid.confirmed)(asked) : kSaid.goesOn(asked, state), !aborts);
+    // A machine that is asked and does not answer may do anything; one that nobody has asked yet is at rest.
+    if (aborts && laser && !laser.connected && laser.why_not_connected) say(kSaid.silentLaser(asked), true);
+    else say(aborts ? (state === "Aborted" ? kSaid.rests : kSaid.confirmed)(asked) : kSaid.goesOn(asked, state), !aborts);
   }
 }
 

@@ -104,7 +104,8 @@ nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) co
   return to_json(veneer::daemon::interlocks(runner->view(), laser, needed, facts));
 }
 
-// The keeper waits for the same disk. One look at a time: a disk that hangs is not asked again and again.
+// One look at a time: a disk that hangs is not asked again and again. The keeper waits for the data's disk anyway;
+// while that of the backups hangs, alarms and tasks are not kept either.
 void Cell::look_at_store() {
   if (std::exchange(looks_at_store_, true)) return;
   store_looked_at_ = std::chrono::steady_clock::now();

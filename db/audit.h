@@ -44,7 +44,7 @@ struct AuditFilter {
   std::string who = {};                     // exactly
   std::string what = {};                    // exactly
   std::string kind = {};                    // the beginning of its `what`, up to the dot: "run", "alarm"
-  std::vector<std::string> words = {};      // each is somewhere in the row; capitals are as small letters
+  std::vector<std::string> words = {};      // each is somewhere in the row; A to Z are as a to z
   std::optional<PanelId> panel = {};        // its detail names this panel
   std::optional<JobId> job = {};            // and this job
   std::optional<std::int64_t> before = {};  // smaller numbers

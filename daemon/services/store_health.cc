@@ -22,11 +22,7 @@ StoreHealth store_health(const std::filesystem::path& data_dir, const std::files
   StoreHealth out;
   std::error_code failed;
   if (const auto room = std::filesystem::space(data_dir, failed); !failed) out.free_bytes = room.available;
-  for (const ListedBackup& backup : list_backups(backup_dir))
-    if (backup.manifest) {
-      out.backup_at = utc_time(backup.manifest->made_at);
-      break;
-    }
+  if (const auto made_at = newest_backup_at(backup_dir)) out.backup_at = utc_time(*made_at);
   return out;
 }
 

@@ -435,4 +435,11 @@ std::vector<ListedBackup> list_backups(const fs::path& backup_dir) {
   return out;
 }
 
+std::optional<std::string> newest_backup_at(const fs::path& backup_dir) {
+  const std::vector<std::string> names = names_in(backup_dir);
+  for (auto name = names.rbegin(); name != names.rend(); ++name)
+    if (const auto manifest = read_manifest(backup_dir / *name)) return manifest->made_at;
+  return std::nullopt;
+}
+
 }  // namespace veneer::daemon

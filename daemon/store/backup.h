@@ -80,6 +80,8 @@ struct ListedBackup {
 };
 // Newest first; none when there is no such folder.
 std::vector<ListedBackup> list_backups(const std::filesystem::path& backup_dir);
+// When the newest that can be read was made, as its manifest has it. Reads no other manifest.
+std::optional<std::string> newest_backup_at(const std::filesystem::path& backup_dir);
 
 // Can a row or a manifest mean a file below the data folder, and none of the database's own?
 bool is_picture_path(std::string_view file);

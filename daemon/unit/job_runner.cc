@@ -312,9 +312,7 @@ void JobRunner::write_off_look(const std::string& who, const Reply& reply) {
   if (!owed_.any())
     return reply(Error{ErrorCode::kConflict, "the camera has seen all that was cut: there is no look to write off"});
   // A piece that is still to be booked would be booked as cut after this.
-  if (breaking_ || unwritten_ || committing())
-    return reply(Error{ErrorCode::kConflict,
-                       "what was cut last is still to be booked: wait, or make room on the disk and Clear"});
+  if (const Status booked = all_is_booked(); !booked) return reply(booked);
   audit(who, "cell.write-off-look", view_.owed_look->panel.value);
   owed_.write_off(who);
   reply(Ok());
@@ -413,10 +411,15 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
   return taken;
 }
 
+Status JobRunner::all_is_booked() const {
+  if (!breaking_ && !unwritten_ && !committing()) return Ok();
+  return Error{ErrorCode::kConflict,
+               "what was cut last is still to be booked: wait, or make room on the disk and Clear"};
+}
+
 Status JobRunner::at_rest() const {
   const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
-  if (breaking_ || unwritten_ || committing())
-    return refuse("what was cut last is still to be booked: wait, or make room on the disk and Clear");
+  if (const Status booked = all_is_booked(); !booked) return booked;
   switch (view_.state) {
     case CellState::kStopped:
     case CellState::kIdle:

@@ -122,6 +122,7 @@ class JobRunner : private ActivityHost {
   bool looks_again() const override { return options_.look_every > 0; }
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
+  Status all_is_booked() const;  // kConflict while what was cut last is not
   bool may_look_for_owed() const;
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);

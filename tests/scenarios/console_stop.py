@@ -200,6 +200,22 @@ class Doubtful(Day):
     def another_operator(self, *command):
         subprocess.run([os.environ["VENEERCTL"], *command], check=True, stdout=subprocess.DEVNULL)
 
+    def loud_when_the_laser_does_not_answer(self):
+        """The cell has aborted, and what the machine does is not known: nobody is told that the beam is off."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, ...more) => {
+              const reply = await fetch(path, ...more);
+              return String(path).endsWith("/status") ? new Response(JSON.stringify({...await reply.json(), laser: {connected: false, why_not_connected: "the link is gone"}})) : reply;
+            };""")
+        self.find("#stop button").click()
+        self.until_says("#stop-note", "the laser does not answer: use the emergency stop")
+        assert "dead" in self.find("#stop-note").get_attribute("class") and "beam off" not in self.note()
+        self.let_go()
+        self.until_says("#stop-note", "the cell has stopped")
+        self.clear()
+
     def starts_what_its_label_says(self):
         self.go("run")
         self.press("[data-command=reset]")
@@ -230,4 +246,5 @@ class Doubtful(Day):
 if __name__ == "__main__":
     play(Doubtful, "sent_until_it_is_heard", "sent_no_more_once_it_is_seen_to", "over_when_the_cell_is_cleared",
          "few_at_once", "told_until_the_cell_itself_says_so", "over_after_the_machine_has_slept", "loud_when_the_cell_goes_on",
+         "loud_when_the_laser_does_not_answer",
          "can_be_read_when_it_is_not_live", "starts_what_its_label_says", "check_console")

@@ -112,7 +112,7 @@ TEST_F(OwedProofTest, ThatAPanelIsGoneIsBelievedOfTwoPictures) {
   EXPECT_FALSE(runner_->view().owed_look);
 }
 
-TEST_F(OwedProofTest, TheStatusTellsWhatIsOwedAndWhatToDo) {
+TEST_F(OwedProofTest, TheStatusTellsWhatIsOwedAndHowItIsPaid) {
   EXPECT_FALSE(runner_->view().owed_look);
   cut_one();
   EXPECT_FALSE(runner_->view().owed_look) << "the run will look itself";

@@ -243,8 +243,11 @@ TEST_F(RefinedFreely, AreTheSameForAnyNumberOfThreads) {
 TEST_F(RefinedFreely, LeaveHolesAsTheyAre) {
   const PlanOptions scarce = options_of(LayoutKind::kMosaic);
   const std::vector<StockPanel> little{wood_panel("P", 160, 120, 101.6, 25)};
-  const Plan plan = planned(artworks_, little, scarce);
+  PlanOptions plain = scarce;
+  plain.refine = Refine::kNone;
+  const Plan before = planned(artworks_, little, plain), plan = planned(artworks_, little, scarce);
   ASSERT_GT(unfilled(plan), 0U);
+  EXPECT_EQ(unfilled(plan), unfilled(before));
   assert_fabricable(plan, scarce);
   assert_own_wood(plan, little, scarce);
 }
