@@ -103,7 +103,9 @@ class Table(Day):
         for view, sign in (("back", -1), ("show", 1)):
             self.see_from(view)
             self.keys(".assembly svg", Keys.ARROW_LEFT)
-            beside[view] = self.text("#assembly-said").split(":")[0]
+            said = lambda: self.text("#assembly-said").split(":")[0]
+            self.until("a piece beside it", lambda: said() not in ("", self.third))
+            beside[view] = said()
             assert self.on_screen(beside[view]) < self.on_screen(self.third), f"{view}: {beside[view]} is not left of {self.third} on the screen"
             assert sign * self.in_picture(beside[view]) < sign * self.in_picture(self.third), f"{view}: {beside[view]} is on the wrong side in the picture"
             self.keys(".assembly svg", Keys.ARROW_RIGHT)
