@@ -162,6 +162,8 @@ Status check_schema(SQLite::Database& connection, const std::string& file) {
 }
 
 Status check_all(SQLite::Database& connection, const std::string& file) {
+  // All of it of one moment: a row that another connection adds between two questions would look like one that is gone.
+  const SQLite::Transaction moment(connection, SQLite::TransactionBehavior::DEFERRED);
   if (Status pages = check_pages(connection, file); !pages.ok()) return pages;
   if (Status schema = check_schema(connection, file); !schema.ok()) return schema;
   // First, since it names the row.

@@ -16,7 +16,8 @@ Status check_schema(SQLite::Database& connection, const std::string& file);
 
 // Everything: SQLite's own check of pages and indices, foreign keys, the schema, the chain of the audit log, the
 // checksum of every row, the index of wood against the wood, that no number can be handed out twice, and that each
-// table has all its rows. Reads the whole file.
+// table has all its rows. Reads the whole file as it is at one moment, in a transaction of its own: others may write
+// meanwhile.
 Status check_all(SQLite::Database& connection, const std::string& file);
 
 // What can be asked of an older schema before it is brought up to date: pages, indices and foreign keys.

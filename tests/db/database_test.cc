@@ -3,6 +3,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -215,6 +216,19 @@ TEST(Database, ReadersSeeTheLastCommitWhileTheWriterGoesOn) {
   for (auto& reader : readers) reader.join();
   EXPECT_THAT(broken, ::testing::Each(0));
   EXPECT_THAT(seen, ::testing::Each(::testing::Ge(1)));
+}
+
+// A check on demand reads with a connection of its own while the cell goes on.
+TEST(Database, ACheckFindsASoundFileSoundWhileTheWriterGoesOn) {
+  CellDatabase cell;
+  Audit audit(cell.database());
+  std::atomic<bool> checked = false;
+  std::jthread checking([&] {
+    Database reading = must(Database::open_for_reading(cell.file()));
+    for (int i = 0; i < 20; ++i) VENEER_EXPECT_OK(reading.check_integrity());
+    checked = true;
+  });
+  while (!checked) VENEER_EXPECT_OK(audit.append({0, kNow, "test", "next", ""}));
 }
 
 TEST(Database, AReaderCannotWrite) {
