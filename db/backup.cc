@@ -20,22 +20,6 @@ constexpr int kPagesAtOnce = 256;  // a megabyte, until somebody may stop it
 
 fs::path restored_name(const fs::path& file) { return file.string() + ".restored"; }
 
-// Reads of one state, whatever is committed meanwhile.
-class Snapshot {
- public:
-  explicit Snapshot(SQLite::Database& connection) : connection_(connection) {
-    connection_.exec("BEGIN");
-    // Only the first read fixes what is seen.
-    static_cast<void>(connection_.execAndGet("SELECT count(*) FROM sqlite_schema").getInt());
-  }
-  Snapshot(const Snapshot&) = delete;
-  Snapshot& operator=(const Snapshot&) = delete;
-  ~Snapshot() { connection_.tryExec("ROLLBACK"); }
-
- private:
-  SQLite::Database& connection_;
-};
-
 // SQLITE_DONE when all was copied, SQLITE_OK when somebody stopped it before.
 int copy_pages(sqlite3* source, sqlite3* copy, const std::function<void(double)>& progress,
                const std::stop_token& stop) {
@@ -65,11 +49,12 @@ bool is_of_the_source(int code) {
   }
 }
 
-// `failing` is the file that an exception is about.
+// Within one moment of the source, whatever is committed meanwhile. `failing` is the file that an exception is about.
 void copy_snapshot(Database& source, const fs::path& file, const std::function<void(double)>& progress,
                    const std::stop_token& stop, const fs::path*& failing) {
   failing = &source.file();
-  const Snapshot snapshot(source.connection());
+  // Only the first read fixes what is seen.
+  static_cast<void>(source.connection().execAndGet("SELECT count(*) FROM sqlite_schema").getInt());
   failing = &file;
   SQLite::Database copy(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   copy.exec("PRAGMA synchronous = FULL");
@@ -108,8 +93,7 @@ Result<int> check_older(const fs::path& file) {
 }  // namespace
 
 Result<Contents> read_contents(Database& database) {
-  return guarded(database, [&](SQLite::Database& connection) -> Result<Contents> {
-    const Snapshot snapshot(connection);
+  const auto read = [&](SQLite::Database& connection) -> Result<Contents> {
     Contents out;
     out.schema = database.schema_version();
     const auto count = [&](const char* table) {
@@ -129,7 +113,8 @@ Result<Contents> read_contents(Database& database) {
     while (files.executeStep())
       if (std::string file = text(files.getColumn(0)); !file.empty()) out.files.push_back(std::move(file));
     return out;
-  });
+  };
+  return at_one_moment(database, [&] { return guarded(database, read); });
 }
 
 Status copy_database(Database& source, const fs::path& copy, const std::function<void(double)>& progress,
@@ -137,10 +122,13 @@ Status copy_database(Database& source, const fs::path& copy, const std::function
   Status done = Ok();
   const fs::path* failing = &copy;
   try {
-    copy_snapshot(source, copy, progress, stop, failing);
-    if (stop.stop_requested())
+    done = at_one_moment(source, [&]() -> Status {
+      copy_snapshot(source, copy, progress, stop, failing);
+      return Ok();
+    });
+    if (done.ok() && stop.stop_requested())
       done = Error{ErrorCode::kCancelled, "the backup was stopped before its end"};
-    else
+    else if (done.ok())
       drop_log(copy);
   } catch (const SQLite::Exception& thrown) {
     done = to_error(thrown, failing->string());

@@ -96,7 +96,23 @@ std::optional<std::string> Database::take_doubt() { return std::exchange(doubt_,
 // A rollback needs memory, too. Until it is made up for, what was half done would be read, and nothing could be
 // written.
 void Database::end_leftover() {
-  if (!guard_->writing && sqlite3_get_autocommit(connection_->getHandle()) == 0) connection_->exec("ROLLBACK");
+  if (!guard_->writing && !guard_->at_one_moment && sqlite3_get_autocommit(connection_->getHandle()) == 0)
+    connection_->exec("ROLLBACK");
+}
+
+Result<bool> Database::begin_moment() {
+  if (guard_->at_one_moment) return false;
+  return guarded(*this, [this](SQLite::Database& connection) -> Result<bool> {
+    connection.exec("BEGIN");
+    guard_->at_one_moment = true;
+    return true;
+  });
+}
+
+// What cannot be rolled back now is end_leftover()'s.
+void Database::end_moment() noexcept {
+  guard_->at_one_moment = false;
+  connection_->tryExec("ROLLBACK");
 }
 
 void Database::look_for_others() {

@@ -20,6 +20,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <type_traits>
 
 #include "base/result.h"
 
@@ -71,6 +72,10 @@ class Database {
   // Limits the file to `pages` pages, so that a test can fill the disk.
   Status limit_pages_for_test(int pages);
 
+  // For at_one_moment(). True when it is this call that began it; kStorage when SQLite has no memory for it.
+  Result<bool> begin_moment();
+  void end_moment() noexcept;
+
   // For db's own .cc files.
   SQLite::Database& connection() { return *connection_; }
   Guard& guard() { return *guard_; }
@@ -95,5 +100,22 @@ class Database {
   std::optional<std::string> doubt_;
   int data_version_ = 0;  // SQLite's, of this connection: it changes with what others commit
 };
+
+// What `body` asks of `database`, a connection that reads, it is told of one moment, that of its first question,
+// whatever is committed meanwhile: answers that belong together agree. `body` returns a Result or Status, and does not
+// look for what it has others write meanwhile. Inside of another one it is a part of that. While it lasts the log
+// beside the file only grows: nothing in it waits for people or for another disk.
+template <class Body>
+auto at_one_moment(Database& database, const Body& body) -> std::invoke_result_t<Body> {
+  const Result<bool> begun = database.begin_moment();
+  if (!begun.ok()) return begun.error();
+  struct End {
+    Database* of;
+    ~End() {
+      if (of != nullptr) of->end_moment();
+    }
+  } const end{*begun ? &database : nullptr};
+  return body();
+}
 
 }  // namespace veneer::db

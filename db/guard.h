@@ -13,6 +13,7 @@ namespace veneer::db {
 
 struct Guard {
   bool writing = false;
+  bool at_one_moment = false;  // a transaction that only reads is on (Database::begin_moment)
 };
 
 // `guard` outlives the connection. The schema must be as it is to stay.

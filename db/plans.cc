@@ -168,6 +168,12 @@ void remove_unnamed(Database& database, const std::string& sha256) {
   }));
 }
 
+// Its file goes with it, while whoever reads one moment of the database still finds its row there.
+bool was_removed(const std::filesystem::path& file, PlanId plan) {
+  auto now = Database::open_for_reading(file);
+  return now && !plan_exists(now->connection(), plan);
+}
+
 }  // namespace
 
 Error no_such_plan(PlanId plan) {
@@ -313,8 +319,7 @@ Result<std::string> Plans::plan_json(PlanId plan) {
     row.bind(1, plan.value);
     if (!row.executeStep()) return no_such_plan(plan);
     auto file = read_plan_file(database_->file(), {text(row.getColumn(0)), row.getColumn(1).getInt64()});
-    row.reset();
-    if (!file && !row.executeStep()) return no_such_plan(plan);  // removed meanwhile
+    if (!file && was_removed(database_->file(), plan)) return no_such_plan(plan);
     return file;
   });
 }

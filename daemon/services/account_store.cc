@@ -46,10 +46,9 @@ void DatabaseAccountStore::end(const std::vector<std::string>& secrets, Then the
   database_.async([secrets](Repositories& r) { return r.accounts.end(secrets); }, std::move(then));
 }
 
-Result<StoredAccounts> stored_accounts(const DatabaseThread& database) {
-  const auto reader = database.open_reader();
-  if (!reader) return reader.error();
-  Repositories& r = (*reader)->repositories();
+namespace {
+
+Result<StoredAccounts> accounts_of(Repositories& r) {
   const auto users = r.accounts.users();
   if (!users) return users.error();
   const auto credentials = r.accounts.credentials();
@@ -65,6 +64,14 @@ Result<StoredAccounts> stored_accounts(const DatabaseThread& database) {
     out.credentials.push_back({row.secret, row.kind == "token" ? CredentialKind::kToken : CredentialKind::kSession,
                                row.user.value_or(""), row.name, role_in(row.role), row.made_at, row.expires_at});
   return out;
+}
+
+}  // namespace
+
+Result<StoredAccounts> stored_accounts(const DatabaseThread& database) {
+  const auto reader = database.open_reader();
+  if (!reader) return reader.error();
+  return (*reader)->at_one_moment(accounts_of);
 }
 
 }  // namespace veneer::daemon

@@ -48,9 +48,11 @@ struct StockToday {
   Millimetres kerf;
 };
 
-// kRefused: the kerf is not known, or a panel cannot be used.
+// What the plan `own` leases counts as free; panels are as the job `remade` found them, where pieces of it are made
+// again. kRefused: the kerf is not known, or a panel cannot be used.
 Result<StockToday> stock_today(DatabaseThread& database, Repositories& r, const PanelLibrary& library,
-                               const JobRequest& request, std::optional<db::PlanId> own, spdlog::logger& log) {
+                               const JobRequest& request, std::optional<db::PlanId> own, std::optional<JobId> remade,
+                               spdlog::logger& log) {
   // Wood whose lease is over is free; where the database may not be written it stays out of the plan. The thread that
   // writes is asked only when there is such a lease.
   const auto next_end = r.leases.next_end();
@@ -59,14 +61,21 @@ Result<StockToday> stock_today(DatabaseThread& database, Repositories& r, const 
     const auto ended = database.call([](Repositories& w) { return w.leases.expire(utc_timestamp()); });
     if (!ended) log.warn("leases that are over could not be ended: {}", ended.error().message);
   }
-  auto calibration = load_calibration(r, utc_timestamp());
-  if (!calibration) return calibration.error();
-  if (!calibration->kerf)
-    return Error{ErrorCode::kRefused,
-                 "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  auto stock = read_stock(r, request.panels, library, own);
-  if (!stock) return stock.error();
-  return StockToday{std::move(*stock), *calibration->kerf};
+  return db::at_one_moment(r.connection, [&]() -> Result<StockToday> {
+    auto calibration = load_calibration(r, utc_timestamp());
+    if (!calibration) return calibration.error();
+    if (!calibration->kerf)
+      return Error{ErrorCode::kRefused,
+                   "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
+    auto stock = read_stock(r, request.panels, library, own);
+    if (!stock) return stock.error();
+    if (remade) {
+      const auto job = r.jobs.find(*remade);
+      if (!job) return job.error();
+      if (Status held = hold_as_planned(r, library, *job, *stock); !held) return held.error();
+    }
+    return StockToday{std::move(*stock), *calibration->kerf};
+  });
 }
 
 // Which pieces of a job are made again. kInvalidArgument: none is missing.
@@ -198,15 +207,11 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   progress(0, "reading the picture");
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
-  auto today = stock_today(database_, (*reader)->repositories(), library_, request,
-                           earlier ? std::optional(earlier->plan) : std::nullopt, *log_);
+  auto today =
+      stock_today(database_, (*reader)->repositories(), library_, request,
+                  earlier ? std::optional(earlier->plan) : std::nullopt, earlier ? earlier->made : std::nullopt, *log_);
   if (!today) return today.error();
   PlanStock* const stock = &today->stock;
-  if (earlier && earlier->made) {
-    const auto job = (*reader)->repositories().jobs.find(*earlier->made);
-    if (!job) return job.error();
-    if (Status held = hold_as_planned((*reader)->repositories(), library_, *job, *stock); !held) return held.error();
-  }
   reader->reset();
   library_.keep_index_only(stock->in_stock);
 
@@ -296,7 +301,7 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
   progress(0, "reading the picture");
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
-  auto today = stock_today(database_, (*reader)->repositories(), library_, request, {}, *log_);
+  auto today = stock_today(database_, (*reader)->repositories(), library_, request, {}, {}, *log_);
   if (!today) return today.error();
   reader->reset();
   auto folder = WorkFolder::make(library_.data_dir());
@@ -332,7 +337,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
   constexpr std::chrono::seconds kSketchLimit{30};  // the first one decodes all panels
   const auto limit =
       std::min<std::chrono::seconds>(kSketchLimit, std::chrono::seconds(config_.workers.planning_limit_s));
-  auto today = stock_today(database_, repositories, library_, request, {}, *log_);
+  auto today = stock_today(database_, repositories, library_, request, {}, {}, *log_);
   if (!today) return today.error();
   library_.keep_index_only(today->stock.in_stock);
   auto folder = WorkFolder::make(library_.data_dir());
@@ -413,18 +418,19 @@ Result<JobOutcome> PlanService::make_plan(const JobRequest& request, const std::
 Result<PlanService::ToRedo> PlanService::what_to_redo(const Redo& wanted) {
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
-  Repositories& r = (*reader)->repositories();
-  auto job = r.jobs.find(wanted.job);
-  if (!job) return job.error();
-  if (job->state == db::JobState::kRunning)
-    return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", wanted.job.value)};
-  const auto pieces = r.jobs.pieces(wanted.job);
-  if (!pieces) return pieces.error();
-  auto marks = marks_to_redo(*pieces, wanted.job, wanted.pieces);
-  if (!marks) return marks.error();
-  auto plan_json = r.jobs.plan_json(wanted.job);
-  if (!plan_json) return plan_json.error();
-  return ToRedo{std::move(*job), std::move(*plan_json), std::move(*marks)};
+  return (*reader)->at_one_moment([&](Repositories& r) -> Result<ToRedo> {
+    auto job = r.jobs.find(wanted.job);
+    if (!job) return job.error();
+    if (job->state == db::JobState::kRunning)
+      return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", wanted.job.value)};
+    const auto pieces = r.jobs.pieces(wanted.job);
+    if (!pieces) return pieces.error();
+    auto marks = marks_to_redo(*pieces, wanted.job, wanted.pieces);
+    if (!marks) return marks.error();
+    auto plan_json = r.jobs.plan_json(wanted.job);
+    if (!plan_json) return plan_json.error();
+    return ToRedo{std::move(*job), std::move(*plan_json), std::move(*marks)};
+  });
 }
 
 Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who, const TaskProgress& progress,

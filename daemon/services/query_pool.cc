@@ -55,7 +55,7 @@ void QueryPool::ask(const ApiRequest& request, Reply reply, Work work) {
     auto& lane = lanes_[request.caller.role >= Role::kOperator ? kOperators : kViewers];
     if (lane.size() >= options_.max_waiting) forget_gone(lane);
     if (lane.size() < options_.max_waiting) {
-      lane.push_back({request.gone, request.if_none_match, std::move(reply), std::move(work)});
+      lane.push_back({request.gone, request.method == "GET", request.if_none_match, std::move(reply), std::move(work)});
       reply = nullptr;
     }
   }
@@ -102,9 +102,16 @@ void QueryPool::run(int number, db::Database database) {
   }
 }
 
+ApiReply QueryPool::worked(const Question& question, Repositories& repositories) {
+  if (!question.only_reads) return question.work(repositories);
+  auto reply =
+      db::at_one_moment(repositories.connection, [&]() -> Result<ApiReply> { return question.work(repositories); });
+  return reply ? *std::move(reply) : ApiReply::error(reply.error());
+}
+
 ApiReply QueryPool::made(const Question& question, Repositories& repositories) {
   try {
-    ApiReply reply = question.work(repositories);
+    ApiReply reply = worked(question, repositories);
     if (reply.status != 200) return reply;
     if (reply.etag.empty()) reply.etag = etag_of(reply.body);
     if (!etag_matches(question.if_none_match, reply.etag)) return reply;

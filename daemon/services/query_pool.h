@@ -1,6 +1,7 @@
 // Answers to questions: read-only work for a client that waits, off the reactor and beside the one thread that writes.
 //
-// Every thread has a read-only connection of its own and sees the last commit; nothing it does delays a write. What is
+// Every thread has a read-only connection of its own and sees the last commit; nothing it does delays a write. Whatever
+// a GET asks, it is told of one moment, so that its figures agree; other methods see what they had written. What is
 // built and serialised for a client is built here. The work is bounded: what waits for a client that has gone is
 // dropped, and a client that finds the queue full gets 503 with Retry-After. Operators have a queue of their own, which
 // goes first, and the last free thread of several is theirs, so that a crowd of viewers never shuts them out.
@@ -54,6 +55,7 @@ class QueryPool {
  private:
   struct Question {
     std::stop_token gone;
+    bool only_reads = false;
     std::string if_none_match;
     Reply reply;
     Work work;
@@ -63,6 +65,7 @@ class QueryPool {
   explicit QueryPool(Options options) : options_(std::move(options)) {}
   void run(int number, db::Database database);
   bool take(std::unique_lock<std::mutex>& lock, Question& next, Lane& lane);
+  static ApiReply worked(const Question& question, Repositories& repositories);
   static ApiReply made(const Question& question, Repositories& repositories);
   static void answer(Question question, Repositories& repositories);
   static void forget_gone(std::deque<Question>& lane);

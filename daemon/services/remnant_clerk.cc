@@ -1,5 +1,7 @@
 #include "daemon/services/remnant_clerk.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "base/clock.h"
@@ -32,7 +34,7 @@ void RemnantClerk::book_due() {
   if (!due) return log_->debug("no remnant is booked: {}", due.error().message);
   for (const auto& one : *due) {
     if (stopping_) return;
-    book(reading, one);
+    book(**reader, one);
   }
   count_for_searches(reading);
   memory_.save();
@@ -50,15 +52,14 @@ void RemnantClerk::count_for_searches(Repositories& reading) {
   }
 }
 
-// What cannot be read or written now is due again at the next look.
-void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) {
+Result<db::RemnantRecord> RemnantClerk::counted(Repositories& reading, const db::RemnantBook::Due& due) {
   const auto panel = reading.panels.find(due.panel);
-  if (!panel) return log_->debug("{}", panel.error().message);
+  if (!panel) return panel.error();
   const auto counted = remnants_.count(reading, *panel);
-  if (!counted) return log_->debug("{}", counted.error().message);
-  if (!*counted) return log_->debug("the mask of panel {} cannot be read", due.panel.value);
+  if (!counted) return counted.error();
+  if (!*counted) return Error{ErrorCode::kStorage, fmt::format("the mask of panel {} cannot be read", due.panel.value)};
   const auto live = reading.ledger.live_allocations(due.panel);
-  if (!live) return log_->debug("{}", live.error().message);
+  if (!live) return live.error();
   db::RemnantRecord record = to_record(due.panel, panel->mask_version, (*counted)->of, (*counted)->remnant);
   record.run = due.run;
   record.at = utc_timestamp();
@@ -68,12 +69,19 @@ void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) 
   if (stored) record.picture_file = stored->file;
   static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
   for (const WoodWanted& wanted : Remnants::usual_searches()) {
-    if (stopping_) return;
+    if (stopping_) return Error{ErrorCode::kCancelled, "the daemon ends"};
     const auto area = remnants_.fitting(reading, *panel, wanted);
-    if (!area) return log_->debug("{}", area.error().message);
+    if (!area) return area.error();
     record.fitting.push_back({name_of(wanted), *area});
   }
-  const Status booked = database_.call([&](Repositories& r) { return r.remnants.book(record); });
+  return record;
+}
+
+// What cannot be read or written now is due again at the next look.
+void RemnantClerk::book(DatabaseReader& reader, const db::RemnantBook::Due& due) {
+  const auto record = reader.at_one_moment([&](Repositories& r) { return counted(r, due); });
+  if (!record) return log_->debug("no remnant of panel {} is booked: {}", due.panel.value, record.error().message);
+  const Status booked = database_.call([&](Repositories& r) { return r.remnants.book(*record); });
   if (!booked) log_->debug("the remnant of panel {} is not booked: {}", due.panel.value, booked.error().message);
 }
 

@@ -30,7 +30,9 @@ class RemnantClerk {
   void book_due();
 
  private:
-  void book(Repositories& reading, const db::RemnantBook::Due& due);
+  // All of it of one moment: what is free, its picture, and what fits in there.
+  Result<db::RemnantRecord> counted(Repositories& reading, const db::RemnantBook::Due& due);
+  void book(DatabaseReader& reader, const db::RemnantBook::Due& due);
   void count_for_searches(Repositories& reading);
 
   DatabaseThread& database_;

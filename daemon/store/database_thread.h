@@ -49,7 +49,8 @@ inline bool has_settled(ErrorCode code) {
 // What a piece of work on the database thread may touch.
 struct Repositories {
   explicit Repositories(db::Database& database)
-      : panels(database),
+      : connection(database),
+        panels(database),
         ledger(database),
         jobs(database),
         certificates(database),
@@ -65,6 +66,7 @@ struct Repositories {
         accounts(database),
         remnants(database),
         later_scans(database) {}
+  db::Database& connection;  // of them all: db::at_one_moment(r.connection, ...)
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -92,6 +94,11 @@ class DatabaseReader {
   DatabaseReader(const DatabaseReader&) = delete;
   DatabaseReader& operator=(const DatabaseReader&) = delete;
   Repositories& repositories() { return repositories_; }
+  // What `question`, which gives a Result, asks of them, it is told of one moment.
+  template <class F>
+  std::invoke_result_t<F, Repositories&> at_one_moment(F&& question) {
+    return db::at_one_moment(database_, [&] { return question(repositories_); });
+  }
 
  private:
   db::Database database_;
@@ -133,16 +140,16 @@ class DatabaseThread {
       return work(*repositories_);
     });
   }
-  // What `question` tells of the last commit, asked on the caller's thread through `mine`, a connection of its own that
-  // is opened once: no write waits for it, and what was asked for before is seen. Waits for that: never from the
-  // reactor. What fails there is asked of call(), which doubts the file where it is damaged.
+  // What `question` tells of the last commit, all of it of one moment, asked on the caller's thread through `mine`, a
+  // connection of its own that is opened once: no write waits for it, and what was asked for before is seen. Waits for
+  // that: never from the reactor. What fails there is asked of call(), which doubts the file where it is damaged.
   template <class F>
   std::invoke_result_t<F, Repositories&> read(std::unique_ptr<DatabaseReader>& mine, F question) {
     worker_.call([] {});
     if (!mine)
       if (auto opened = open_reader()) mine = std::move(*opened);
     if (mine)
-      if (auto answer = caught([&] { return question(mine->repositories()); })) return answer;
+      if (auto answer = caught([&] { return mine->at_one_moment(question); })) return answer;
     return call(question);
   }
   template <class F, class Then>

@@ -218,6 +218,23 @@ TEST(Database, ReadersSeeTheLastCommitWhileTheWriterGoesOn) {
   EXPECT_THAT(seen, ::testing::Each(::testing::Ge(1)));
 }
 
+TEST(Database, WhatIsReadAtOneMomentAgreesWhileTheWriterGoesOn) {
+  CellDatabase cell;
+  Audit audit(cell.database());
+  Database reading = must(Database::open_for_reading(cell.file()));
+  const auto entries = [&] { return must(Audit(reading).latest(10)).size(); };
+  const auto before = at_one_moment(reading, [&]() -> Result<std::size_t> {
+    EXPECT_EQ(entries(), 0U);
+    VENEER_EXPECT_OK(audit.append({0, kNow, "test", "next", ""}));
+    // The inner one is a part of the outer one, and does not end it.
+    const auto inner = at_one_moment(reading, [&]() -> Result<std::size_t> { return entries(); });
+    EXPECT_EQ(must(inner), 0U);
+    return entries();
+  });
+  EXPECT_EQ(must(before), 0U);
+  EXPECT_EQ(entries(), 1U);
+}
+
 // A check on demand reads with a connection of its own while the cell goes on.
 TEST(Database, ACheckFindsASoundFileSoundWhileTheWriterGoesOn) {
   CellDatabase cell;

@@ -175,6 +175,20 @@ TEST_F(PlanFiles, ThatAreMissingOrChangedAreNamedInOneSentence) {
   VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
+TEST_F(PlanFiles, OfAPlanThatIsRemovedWhileOneMomentIsReadAreNotCalledMissing) {
+  const PlanId plan = must(plans.add(saying(text), kNow));
+  Database reading = must(Database::open_for_reading(cell.file()));
+  const Status checked = at_one_moment(reading, [&]() -> Status {
+    Plans seen(reading);
+    EXPECT_TRUE(seen.find(plan).ok());
+    VENEER_EXPECT_OK(plans.remove(plan));
+    EXPECT_TRUE(seen.find(plan).ok());
+    EXPECT_EQ(seen.plan_json(plan).error().code, ErrorCode::kNotFound);
+    return seen.check_files();
+  });
+  VENEER_EXPECT_OK(checked);
+}
+
 TEST_F(PlanFiles, OfAJobThatIsRefusedAreNotLeftBehind) {
   must(cell.jobs().create(saying(text), kNow));
   EXPECT_FALSE(cell.jobs().create(saying("{}"), kNow).ok());

@@ -85,6 +85,39 @@ TEST_F(QueryPoolTest, ABlockedReaderDelaysNoWriteAndSeesOnlyWhatIsCommitted) {
   EXPECT_EQ(nlohmann::json::parse(seen.body)["entries"], 1);
 }
 
+// How many entries the audit log has, and how many after one more was written.
+QueryPool::Work before_and_after(DatabaseThread& writing) {
+  return [&writing](Repositories& r) {
+    const auto before = r.audit.latest(10);
+    const Status written = writing.call([](Repositories& w) {
+      return w.audit.append({0, "2026-05-01T07:30:00.000Z", "uid 1000", "test", ""});
+    });
+    const auto after = r.audit.latest(10);
+    if (!before || !written || !after) return ApiReply::error({ErrorCode::kInternal, "not written"});
+    return ApiReply::json({{"before", before->size()}, {"after", after->size()}});
+  };
+}
+
+TEST_F(QueryPoolTest, AQuestionIsToldOfOneMoment) {
+  auto pool = open(1);
+  ApiRequest question = from(Role::kViewer);
+  question.method = "GET";
+  for (int entries : {0, 1}) {
+    const auto seen = nlohmann::json::parse(wait_for(*pool, question, before_and_after(*database)).body);
+    EXPECT_EQ(seen["before"], entries);
+    EXPECT_EQ(seen["after"], entries);
+  }
+}
+
+TEST_F(QueryPoolTest, AChangeSeesWhatItHadWritten) {
+  auto pool = open(1);
+  ApiRequest change = from(Role::kOperator);
+  change.method = "POST";
+  const auto seen = nlohmann::json::parse(wait_for(*pool, change, before_and_after(*database)).body);
+  EXPECT_EQ(seen["before"], 0);
+  EXPECT_EQ(seen["after"], 1);
+}
+
 TEST_F(QueryPoolTest, AReaderCannotWrite) {
   auto pool = open(1);
   const ApiReply refused = wait_for(*pool, from(Role::kAdmin), [](Repositories& r) {
