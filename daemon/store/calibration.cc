@@ -243,6 +243,18 @@ Result<Calibration> load_calibration_of_run(Repositories& r, const std::string& 
   return load(r, now, facts->certificates);
 }
 
+Result<bool> bed_frame_has_changed(Repositories& r, db::RunId run) {
+  const auto facts = r.jobs.facts(run);
+  if (!facts) return facts.error();
+  for (const auto kind : {db::CertificateKind::kCamera, db::CertificateKind::kAxes}) {
+    const auto last = r.certificates.last(kind);
+    if (!last) return last.error();
+    const auto& known = facts->certificates;
+    if (*last && !known.empty() && std::ranges::find(known, (*last)->id) == known.end()) return true;
+  }
+  return false;
+}
+
 std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json& payload) {
   constexpr double kMostOff = 0.03;  // mm rms
   constexpr double kLeastCovered = 0.7;

@@ -80,6 +80,9 @@ std::string device_name(db::CertificateKind kind, const CellDevices& devices);
 Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
 // The same for a run that is on, or still owes a look: a certificate that it began with does not expire under it.
 Result<Calibration> load_calibration_of_run(Repositories& repositories, const std::string& now);
+// Was the camera or were the axes calibrated since the run began? Then places on the bed are told in another frame than
+// its own. Never of a run that did not note its certificates.
+Result<bool> bed_frame_has_changed(Repositories& repositories, db::RunId run);
 // At most `limit` certificates, the one issued last first, from before `before` on; {0}: from the last one. Those that
 // expire until `soon` say so among their doubts.
 Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& repositories, const std::string& now,

@@ -59,11 +59,12 @@ void DatabaseThread::ask_may_write(std::function<void(const Status&)> then) {
   });
 }
 
-void DatabaseThread::owe(std::function<Status(Repositories&)> write, std::function<void()> tried) {
-  worker_.post([this, write = std::move(write), tried = std::move(tried)]() mutable {
+void DatabaseThread::owe(std::function<Status(Repositories&)> write, std::function<void()> tried,
+                         std::function<void(const Status&)> settled) {
+  worker_.post([this, owed = Owed{std::move(write), std::move(settled)}, tried = std::move(tried)]() mutable {
     {
       const Doubts doubts(*this);
-      owed_.push_back(std::move(write));
+      owed_.push_back(std::move(owed));
       pay();
     }
     if (tried) boost::asio::post(reactor_, std::move(tried));
@@ -72,8 +73,10 @@ void DatabaseThread::owe(std::function<Status(Repositories&)> write, std::functi
 
 void DatabaseThread::pay() {
   while (!owed_.empty()) {
-    const Status written = caught([this] { return owed_.front()(*repositories_); });
+    const Status written = caught([this] { return owed_.front().write(*repositories_); });
     if (!written && !has_settled(written.error().code)) return;
+    if (owed_.front().settled)
+      boost::asio::post(reactor_, [settled = std::move(owed_.front().settled), written] { settled(written); });
     owed_.pop_front();
   }
 }

@@ -167,8 +167,10 @@ class DatabaseThread {
 
   // A write that nobody waits for and that must not be lost: what the disk or another program refuses is tried again
   // before whatever is asked of the database later, until it is written, or said never to be (has_settled). The end of
-  // the process ends that too, and its next start recovers. `tried`: on the reactor, after the first attempt.
-  void owe(std::function<Status(Repositories&)> write, std::function<void()> tried = {});
+  // the process ends that too, and its next start recovers. `tried`: on the reactor, after the first attempt;
+  // `settled`: there as well, with the last word on it.
+  void owe(std::function<Status(Repositories&)> write, std::function<void()> tried = {},
+           std::function<void(const Status&)> settled = {});
 
   explicit DatabaseThread(boost::asio::io_context& reactor) : reactor_(reactor), worker_("database") {}
   ~DatabaseThread();
@@ -197,7 +199,11 @@ class DatabaseThread {
   // They live and die on the worker.
   std::optional<db::Database> database_;
   std::optional<Repositories> repositories_;
-  std::deque<std::function<Status(Repositories&)>> owed_;
+  struct Owed {
+    std::function<Status(Repositories&)> write;
+    std::function<void(const Status&)> settled;
+  };
+  std::deque<Owed> owed_;
   Worker worker_;
 };
 

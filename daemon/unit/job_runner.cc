@@ -406,6 +406,7 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
   if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
     return free;
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
+  owed_.disturb();
   Status taken = parts().laser.jog(dx, dy, speed);
   if (taken) jogging_ = true;
   return taken;

@@ -14,6 +14,7 @@ namespace veneer::daemon {
 
 void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun) {
   activity_ = std::move(activity);
+  owed_.disturb();
   bed_remark_.clear();
   if (is_aside()) {
     view_.framing = true;
@@ -149,9 +150,11 @@ bool JobRunner::may_look_for_owed() const {
 
 void JobRunner::doubted(JobId job, const std::string& why) {
   log_->warn("{}", why);
-  const bool tells_of_the_end =
-      view_.state == CellState::kAborted || view_.state == CellState::kStopped || view_.state == CellState::kComplete;
-  if (tells_of_the_end) view_.reason += view_.reason.empty() ? why : "; " + why;
+  // Where nothing else is going on it is the reason to look here; of a run that is on, the alarm tells.
+  const bool is_told = view_.state == CellState::kAborted || view_.state == CellState::kStopped ||
+                       view_.state == CellState::kComplete || view_.state == CellState::kIdle ||
+                       view_.state == CellState::kSuspended;
+  if (is_told) view_.reason += view_.reason.empty() ? why : "; " + why;
   forget_cuts();  // what lies elsewhere is not met again
   job_changed(job);
   on_change_();

@@ -3,7 +3,9 @@
 // suspect. A STOP owes this look as a kill does, and it waits for neither: it is taken beam off, where the head stands.
 //
 // What hands may have done since explains nothing. A camera that says nothing is asked again, less and less often: so
-// long the pieces are neither good nor lost, until a look tells, or a person says that there will be none.
+// long the pieces are neither good nor lost, until a look tells, or a person says that there will be none. Once camera
+// or axes are calibrated anew, places are told in another frame than the run's: no look can tell any more, and the
+// pieces are suspect. What was found is in view() until the disk has taken it.
 //
 // Bound to the reactor.
 #pragma once
@@ -29,7 +31,10 @@ class OwedProof {
             std::function<void(JobId, const std::string&)> on_doubt);
 
   void owe(db::UnprovenCuts cuts);
-  bool any() const { return !owed_.empty(); }
+  // One that is still to be taken.
+  bool any() const;
+  // The head moves from here on, or hands may be at the bed for it: a look that is under way tells nothing.
+  void disturb() { ++disturbed_; }
   // Beam off, and nothing moves.
   void look();
   // Comes regularly while look() might be called.
@@ -38,21 +43,31 @@ class OwedProof {
   void judge(const Result<ProvenPose>& look);
   // Nobody can look any more, says a person: all of them are suspect.
   void write_off(const std::string& who);
-  // What is owed, and what to do about it; nothing when nothing is.
+  // What is owed, or found and not written yet, and what to do about it; nothing when nothing is.
   std::optional<OwedLook> view() const;
 
  private:
-  void judge(db::UnprovenCuts cuts, const Result<ProvenPose>& look);
-  void doubt(db::UnprovenCuts cuts, const std::string& why);
-  std::vector<db::UnprovenCuts> settled();  // none is owed any more; told of when that is written
+  struct Owed {
+    db::UnprovenCuts cuts;
+    bool judged = false;  // a look or a person has told, and that is still to be written
+  };
+  using Cuts = std::shared_ptr<Owed>;
+  std::vector<Cuts> to_judge();  // which are judged from here on
+  void judge(const Cuts& owed, const Result<ProvenPose>& look);
+  void doubt(const Cuts& owed, const std::string& why);
+  // Why they are suspect; "" when they are proven. Of the thread that writes until it is written.
+  using Verdict = std::shared_ptr<std::string>;
+  // Writes it, whatever the disk says now; then it is told, and owed no more.
+  void settle(const Cuts& owed, std::function<Status(Repositories&)> write, const Verdict& verdict);
 
   const UnitParts parts_;
   Logger log_;
   std::function<void()> on_change_;
   std::function<void(JobId, const std::string&)> on_doubt_;
-  std::vector<db::UnprovenCuts> owed_;
+  std::vector<Cuts> owed_;
   std::string why_not_;  // the last look told nothing; "" before it
   bool looking_ = false;
+  int disturbed_ = 0;         // how often
   int pause_ = 1, left_ = 1;  // calls of look_now_and_then() between two looks, and until the next
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);
 };

@@ -52,6 +52,15 @@ class JobRunnerTest : public ::testing::Test {
     settle();
   }
 
+  void measure_axes_anew() {
+    const auto anew = database_->call([](Repositories& r) {
+      db::CertificateRecord axes = **r.certificates.last(db::CertificateKind::kAxes);
+      axes.id = {};
+      return r.certificates.issue(axes);
+    });
+    ASSERT_TRUE(anew.ok());
+  }
+
   // Two panels; a job with two pieces on the first and one on the second.
   void stock() {
     const Status stocked = tests::stock_two_panels(*database_, 2, 1);

@@ -119,16 +119,7 @@ TEST_F(JobRunnerTest, CutsOfAnotherLaserAreForgottenAlsoAfterARestart) {
 TEST_F(JobRunnerTest, NothingIsCutAgainOnceTheAxesWereMeasuredAnew) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
-  const Status measured = database_->call([](Repositories& r) -> Status {
-    const auto issued = r.certificates.list();
-    db::CertificateRecord axes;
-    for (const auto& known : *issued)
-      if (known.kind == db::CertificateKind::kAxes) axes = known;
-    axes.id = {};
-    auto anew = r.certificates.issue(axes);
-    return anew ? Ok() : Status(anew.error());
-  });
-  ASSERT_TRUE(measured.ok());
+  measure_axes_anew();
   laser_.jobs.clear();
   EXPECT_THAT(recut({"A1-1"}).error().message, HasSubstr("the axes certificate is another"));
   EXPECT_TRUE(laser_.jobs.empty());

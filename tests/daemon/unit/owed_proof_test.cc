@@ -10,6 +10,7 @@ using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const Error kNothingThere{ErrorCode::kNotFound, "no panel is on the bed"};
 const Error kDark{ErrorCode::kUnavailable, "the picture shows nothing: see that the light is on"};
@@ -192,6 +193,77 @@ TEST_F(OwedProofTest, WhatWasSeenIsNotForgottenWhileTheDiskIsFull) {
   bed_.lay("P-0001");  // where it lay before
   wait_long();
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+TEST_F(OwedProofTest, WhatWasSeenStaysInTheStatusUntilItIsWritten) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  for (bool there : {false, true}) {
+    const testing::LittleRoom full(0);
+    if (there)
+      bed_.lay("P-0001");
+    else
+      bed_.seen = kNothingThere;
+    wait_long();
+    ASSERT_TRUE(runner_->view().owed_look) << "what was seen first counts";
+    EXPECT_THAT(runner_->view().owed_look->sentence, HasSubstr("still to be written: wait, or make room on the disk"));
+    EXPECT_THAT(reason(), Not(HasSubstr("is suspect: say"))) << "it is not yet";
+  }
+  settle();
+  EXPECT_FALSE(runner_->view().owed_look);
+  EXPECT_THAT(reason(), HasSubstr("is suspect: say what became of it"));
+}
+
+// The head may be over the panel, or the beam in the picture.
+TEST_F(OwedProofTest, ALookThatTheHeadMovedUnderIsTakenAgain) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_EQ(state(), CellState::kIdle);
+  laser_.can_jog = true;
+  wait_long();
+  bed_.seen = kNothingThere;
+  const int looks = bed_.looks;
+  while (bed_.looks == looks) runner_->look_again();
+  ASSERT_TRUE(runner_->jog(Millimetres(5), Millimetres(0), MmPerSecond(50), "anna").ok());
+  settle();
+  laser_.end_jog();
+  settle();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.lay("P-0001");
+  wait_long();
+  EXPECT_FALSE(runner_->view().owed_look);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+// Its places are in another frame than those of the run: nobody can tell by it whether the panel lies as it did.
+TEST_F(OwedProofTest, ALookByNewCertificatesProvesNothing) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  measure_axes_anew();
+  bed_.lay("P-0001");
+  wait_long();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_THAT(reason(), HasSubstr("the camera or the laser was calibrated anew since panel P-0001 was cut"));
+  EXPECT_FALSE(runner_->view().owed_look);
+}
+
+TEST_F(OwedProofTest, WhatALookTellsAtRestIsInTheStatus) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_EQ(state(), CellState::kIdle);
+  bed_.seen = kNothingThere;
+  wait_long();
+  EXPECT_THAT(reason(), AllOf(HasSubstr("no panel is on the bed"), HasSubstr("veneerctl job settle 1")));
+  ASSERT_TRUE(start().ok());
+  EXPECT_EQ(reason(), "") << "it was in sight";
 }
 
 TEST_F(OwedProofTest, ASilentCameraIsAskedLessAndLessOften) {
