@@ -206,7 +206,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner,
                                           *c.proposals, c.config);
-  c.bed_pictures = std::make_unique<BedPictures>(*c.devices.camera);
+  c.bed_pictures = std::make_unique<BedPictures>(*c.devices.camera, config.store.data_dir / kBedPictureName);
   c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.bed_pictures, *c.database,
                                                         *c.work_runner, c.config, c.log);
   c.plans = std::make_unique<PlanService>(*c.database, c.panel_library, *c.work_runner, c.config, c.log);

@@ -4,18 +4,48 @@
 
 #include <cmath>
 #include <condition_variable>
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
+#include "base/files.h"
 #include "base/hash.h"
 
 namespace veneer::daemon {
 namespace {
 
+std::int64_t to_us(BedPictures::WallTime time) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count();
+}
+
 double seconds(BedPictures::WallTime::duration d) { return std::chrono::duration<double>(d).count(); }
 
 }  // namespace
 
-BedPictures::BedPictures(CameraDriver& camera, std::function<WallTime()> now) : camera_(camera), now_(std::move(now)) {}
+BedPictures::BedPictures(CameraDriver& camera, std::filesystem::path memory, std::function<WallTime()> now)
+    : camera_(camera), memory_(std::move(memory)), now_(std::move(now)) {
+  recall();
+}
+
+void BedPictures::recall() {
+  std::ifstream in(memory_, std::ios::binary);
+  const auto known = nlohmann::json::parse(in, nullptr, false);
+  if (!known.is_object()) return;
+  if (const auto sha256 = known.find("sha256"); sha256 != known.end() && sha256->is_string()) last_sha256_ = *sha256;
+  if (const auto taken = known.find("taken_us"); taken != known.end() && taken->is_number_integer())
+    last_taken_ = WallTime(std::chrono::microseconds(taken->get<std::int64_t>()));
+}
+
+// Before the picture counts: it holds through a kill as well.
+void BedPictures::remember() const {
+  if (memory_.empty()) return;
+  nlohmann::json known = {{"sha256", last_sha256_}};
+  if (last_taken_) known["taken_us"] = to_us(*last_taken_);
+  const std::string text = known.dump();
+  static_cast<void>(write_whole(memory_, std::as_bytes(std::span(text))));
+}
 
 void BedPictures::hands_were_in() {
   const std::lock_guard lock(mutex_);
@@ -48,15 +78,31 @@ Result<BedPictures::Picture> BedPictures::take(For what, WallTime hands_in) {
 bool BedPictures::is_repeated(const std::string& sha256) {
   if (sha256.empty()) return false;
   const auto taken = camera_.taken_at();
-  const bool same_file = taken && taken == last_taken_;
+  const bool same_file = taken && last_taken_ && to_us(*taken) == to_us(*last_taken_);
   if (sha256 == last_sha256_ && !same_file) return true;
   last_sha256_ = sha256;
   last_taken_ = taken;
+  remember();
   return false;
 }
 
 Result<BedPictures::Picture> BedPictures::take_newer(For what, WallTime hands_in, std::chrono::milliseconds patience,
                                                      const std::stop_token& stop) {
+  auto picture = newest(what, hands_in, patience, stop);
+  if (picture) {
+    const std::lock_guard lock(mutex_);
+    last_fresh_ = picture->fresh;
+  }
+  return picture;
+}
+
+Status BedPictures::last_fresh() const {
+  const std::lock_guard lock(mutex_);
+  return last_fresh_;
+}
+
+Result<BedPictures::Picture> BedPictures::newest(For what, WallTime hands_in, std::chrono::milliseconds patience,
+                                                 const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kPause{500};
   std::mutex mutex;
   std::condition_variable_any pause;

@@ -1,6 +1,8 @@
 // The one way to pictures of the bed that prove anything: each is asked how old it is. A camera that reads files shows
 // what somebody else put there, and goes on showing it when the program that takes the pictures hangs. A camera that
 // hangs itself gives one picture for ever, which is told by its content: no two pictures are alike to the last bit.
+// Which one was seen last outlasts a restart, in a small file: it is a fact of the camera and of no use to a backup,
+// and the database would keep a row of every look for good.
 //
 // Thread-safe but for take() and take_newer(), which belong to the camera's worker.
 #pragma once
@@ -37,8 +39,10 @@ class BedPictures {
     std::string sha256 = {};      // of the file; "" for people, and of one that cannot be read
   };
 
-  // `camera` outlives this. `now` is for tests.
-  explicit BedPictures(CameraDriver& camera, std::function<WallTime()> now = &std::chrono::system_clock::now);
+  // `camera` outlives this. `memory` is the file of the picture seen last; "": it is forgotten with this. A file that
+  // cannot be read or written does no harm but that. `now` is for tests.
+  explicit BedPictures(CameraDriver& camera, std::filesystem::path memory = {},
+                       std::function<WallTime()> now = &std::chrono::system_clock::now);
 
   // What was taken before proves nothing from here on (BedView::hands_were_in).
   void hands_were_in();
@@ -49,19 +53,27 @@ class BedPictures {
   // The same, waiting for so long for one that is fresh, where one may come. kCancelled soon after `stop`.
   Result<Picture> take_newer(For what, WallTime hands_in, std::chrono::milliseconds patience,
                              const std::stop_token& stop);
+  // Was the picture that take_newer() gave last fresh? Ok() before the first.
+  Status last_fresh() const;
   std::string device() const { return camera_.device(); }
   const CameraDriver& camera() const { return camera_; }
 
  private:
+  Result<Picture> newest(For what, WallTime hands_in, std::chrono::milliseconds patience, const std::stop_token& stop);
   Status check(For what, WallTime hands_in) const;
   // Of what was taken last; notes it.
   bool is_repeated(const std::string& sha256);
 
+  void recall();
+  void remember() const;
+
   CameraDriver& camera_;
+  const std::filesystem::path memory_;
   const std::function<WallTime()> now_;
   mutable std::mutex mutex_;
-  WallTime hands_in_{};      // guarded by mutex_
-  std::string last_sha256_;  // of the camera's worker, as is the next
+  WallTime hands_in_{};       // guarded by mutex_
+  Status last_fresh_ = Ok();  // guarded by mutex_
+  std::string last_sha256_;   // of the camera's worker, as is the next
   std::optional<WallTime> last_taken_;
 };
 

@@ -21,7 +21,8 @@ namespace veneer::daemon {
 
 inline constexpr const char* kDatabaseName = "veneerd.db";
 // What is told of this cell, beside its database: no backup holds it.
-inline constexpr const char *kAlarmsName = "alarms.json", *kTasksName = "tasks.json";
+inline constexpr const char *kAlarmsName = "alarms.json", *kTasksName = "tasks.json",
+                            *kBedPictureName = "bed_picture.json";
 inline constexpr const char* kManifestName = "manifest.json";
 
 struct BackupFile {

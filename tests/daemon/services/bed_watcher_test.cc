@@ -455,6 +455,26 @@ TEST_F(BedWatcherTest, TheSamePictureOnceMoreProvesNothing) {
   EXPECT_TRUE(stock_in_sight().ok());
 }
 
+TEST_F(BedWatcherTest, TheSamePictureOnceMoreProvesNothingAfterARestartEither) {
+  camera_.picture = board_with_tag(215);
+  camera_.hangs = true;
+  const auto memory = folder_ / "bed_picture.json";
+  const auto taken_at_first = [&] {
+    const auto picture = BedPictures(camera_, memory).take(BedPictures::For::kBurning);
+    EXPECT_TRUE(picture.ok());
+    return picture.ok() ? picture->fresh : Status(picture.error());
+  };
+  EXPECT_TRUE(taken_at_first().ok());
+  EXPECT_THAT(taken_at_first().error().message, HasSubstr("gives the same picture again"));
+  camera_.taken = std::chrono::system_clock::now() - std::chrono::seconds(10);
+  camera_.hangs = false;
+  EXPECT_TRUE(taken_at_first().ok());
+  camera_.hangs = true;
+  EXPECT_TRUE(taken_at_first().ok()) << "a file that stays as it was put there is one picture, of one time";
+  std::ofstream(memory) << "nonsense";
+  EXPECT_TRUE(taken_at_first().ok());
+}
+
 // The program that takes the pictures writes its last one again and again.
 TEST_F(BedWatcherTest, AFileThatIsWrittenAnewWithTheSamePictureProvesNothing) {
   using std::chrono::seconds, std::chrono::system_clock;
@@ -474,7 +494,7 @@ TEST_F(BedWatcherTest, APictureIsAsOldAsItIsSaidToBe) {
   camera_.picture = board_with_tag(215);
   const auto now = std::chrono::system_clock::now();
   camera_.taken = now - BedPictures::kOldest - std::chrono::milliseconds(120);
-  BedPictures pictures(camera_, [now] { return now; });
+  BedPictures pictures(camera_, {}, [now] { return now; });
   const auto picture = pictures.take(BedPictures::For::kBurning);
   ASSERT_TRUE(picture.ok());
   ASSERT_FALSE(picture->fresh.ok());
