@@ -175,6 +175,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.log->error("{}", why);
     c.integrity->is_due(c.tasks);
   });
+  c.backup_disk = std::make_unique<BackupDisk>(backup_dir_of(config.store), real_clock);
   c.backups = std::make_unique<BackupService>(
       reactor, BackupPlace{config.store.data_dir, backup_dir_of(config.store), config.store.keep_backups}, c.log,
       [&c] { c.integrity->is_due(c.tasks); });
@@ -183,7 +184,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.planner_worker = std::make_unique<Worker>("planner", 10);
   for (auto& [pool, options] : {std::pair(&c.queries, QueryPool::Options{"queries", 2, 3}),
                                 std::pair(&c.pictures, QueryPool::Options{"pictures", 1, 5}),
-                                std::pair(&c.sketches, QueryPool::Options{"sketches", 1, 5, kSketchesWaiting})}) {
+                                std::pair(&c.sketches, QueryPool::Options{"sketches", 1, 5, kSketchesWaiting}),
+                                std::pair(&c.backup_lists, QueryPool::Options{"backups", 1, 5})}) {
     QueryPool::Options on_these_devices = options;
     on_these_devices.devices = named;
     auto opened = QueryPool::open(config.store.data_dir / "veneerd.db", std::move(on_these_devices));
@@ -255,7 +257,6 @@ Cell::~Cell() {
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   notifier_.reset();
-  backups.reset();
   if (bed) bed->stop();
   scanner_worker.reset();
   planner_worker.reset();
@@ -427,6 +428,7 @@ CellNeeds Cell::needs() const {
   needs.job = counts.job;
   needs.plan = counts.plan;
   needs.suspects = counts.suspects;
+  needs.backups_silent = backup_disk->silence();
   needs.device_seconds_per_second = config.sim.time_scale;
   return needs;
 }

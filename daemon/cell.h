@@ -19,6 +19,7 @@
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
 #include "daemon/services/alarm_book.h"
+#include "daemon/services/backup_disk.h"
 #include "daemon/services/backup_service.h"
 #include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
@@ -100,10 +101,13 @@ class Cell {
   DeviceRoots device_roots;
   Devices devices;
   PanelLibrary panel_library;
-  std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at
+  std::unique_ptr<WorkRunner> work_runner;  // where foreign data is looked at
+  // Declared before the database, which is closed in order although these wait for the backups' disk.
+  std::unique_ptr<BackupDisk> backup_disk;
+  std::unique_ptr<BackupService> backups;
+  std::unique_ptr<QueryPool> backup_lists;   // nothing else is asked there
   std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
   std::unique_ptr<DatabaseCheck> integrity;
-  std::unique_ptr<BackupService> backups;
   StockMemory stock_memory;
   PanelFigures panel_figures{panel_library, stock_memory};
   Remnants remnants{panel_library, stock_memory};
@@ -165,7 +169,7 @@ class Cell {
 
   const NotedCamera* noted_camera_ = nullptr;  // of devices
   const NotedScanner* noted_scanner_ = nullptr;
-  std::optional<StoreHealth> store_health_;
+  std::optional<std::uintmax_t> free_bytes_;  // on the data's disk; nothing while it has not said
   bool looks_at_store_ = false;
   std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
 

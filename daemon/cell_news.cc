@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <boost/asio/post.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -96,7 +97,11 @@ nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) co
   if (guarded) facts.guardian = guarded();
   facts.camera = noted_camera_->last();
   facts.scanner = noted_scanner_->last();
-  facts.store = store_health_;
+  facts.picture_fresh = bed_pictures->last_fresh();
+  facts.stock_refusal = runner->options().stock_refusal;
+  facts.free_bytes = free_bytes_;
+  facts.backups = backup_disk->seen();
+  facts.backups_silent = backup_disk->silence();
   facts.now = std::chrono::system_clock::now();
   facts.tell_why = tell_why;
   CellNeeds needed = needs();
@@ -104,19 +109,21 @@ nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) co
   return to_json(veneer::daemon::interlocks(runner->view(), laser, needed, facts));
 }
 
-// One look at a time: a disk that hangs is not asked again and again. The keeper waits for the data's disk anyway;
-// while that of the backups hangs, alarms and tasks are not kept either.
+// One look at a time: a disk that hangs is not asked again and again. The keeper waits for the data's disk anyway.
 void Cell::look_at_store() {
-  if (std::exchange(looks_at_store_, true)) return;
   store_looked_at_ = std::chrono::steady_clock::now();
-  keeper_->post(
-      [this, alive = std::weak_ptr(alive_), data = config.store.data_dir, backups_in = backup_dir_of(config.store)] {
-        boost::asio::post(reactor, [this, alive, seen = store_health(data, backups_in)] {
-          if (alive.expired()) return;
-          looks_at_store_ = false;
-          store_health_ = seen;
-        });
-      });
+  backup_disk->look();
+  if (std::exchange(looks_at_store_, true)) return;
+  keeper_->post([this, alive = std::weak_ptr(alive_), data = config.store.data_dir] {
+    std::error_code failed;
+    const auto room = std::filesystem::space(data, failed);
+    const auto free = failed ? std::nullopt : std::optional(room.available);
+    boost::asio::post(reactor, [this, alive, free] {
+      if (alive.expired()) return;
+      looks_at_store_ = false;
+      free_bytes_ = free;
+    });
+  });
 }
 
 // Whoever asked for it may have gone.

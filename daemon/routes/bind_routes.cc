@@ -76,7 +76,7 @@ void bind_routes(Router& router, Cell& cell) {
                  return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};
                }});
   bind_alarm_routes(router, {c.alarms, c.config, [&c] { c.alarms_changed(); }, [&c] { return c.try_notices(); }});
-  bind_store_routes(router, {*c.backups, c.tasks, *c.queries});
+  bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
   bind_history_routes(router, *c.queries);
   bind_task_routes(router, c.tasks);
 }

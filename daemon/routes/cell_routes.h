@@ -13,6 +13,7 @@
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
 #include "daemon/services/alarm_book.h"
+#include "daemon/services/backup_disk.h"
 #include "daemon/services/backup_service.h"
 #include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
@@ -194,8 +195,9 @@ void bind_laser_routes(Router& router, const LaserServices& services);
 // Backups.
 struct StoreServices {
   BackupService& backups;
+  const BackupDisk& disk;
   TaskRegistry& tasks;
-  QueryPool& queries;
+  QueryPool& lists;  // which wait for that disk, and nothing else there
 };
 void bind_store_routes(Router& router, const StoreServices& services);
 

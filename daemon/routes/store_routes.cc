@@ -23,10 +23,16 @@ json backups_json(const std::filesystem::path& backup_dir, const NamedPage& page
   return {{"schema_version", 1}, {"folder", backup_dir.string()}, {"backups", std::move(list)}, {"next", next}};
 }
 
+Status answers(const BackupDisk& disk) {
+  std::string silence = disk.silence();
+  return silence.empty() ? Ok() : Status(Error{ErrorCode::kUnavailable, std::move(silence)});
+}
+
 }  // namespace
 
 void bind_store_routes(Router& router, const StoreServices& s) {
   router.bind("makeBackup", [s](const ApiRequest&, const Reply& reply) {
+    if (const Status may = answers(s.disk); !may) return reply(ApiReply::error(may.error()));
     const auto task = s.backups.make(s.tasks);
     reply(task ? ApiReply::task(*task) : ApiReply::error(task.error()));
   });
@@ -34,8 +40,9 @@ void bind_store_routes(Router& router, const StoreServices& s) {
     auto query = RequestReader::query_of(request);
     const NamedPage page = read_named_page(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    if (const Status may = answers(s.disk); !may) return reply(ApiReply::error(may.error()));
     reply_from_query(
-        s.queries, request,
+        s.lists, request,
         [folder = s.backups.place().backup_dir, page](Repositories&) -> Result<json> {
           return backups_json(folder, page);
         },

@@ -51,6 +51,7 @@ std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus&
   if (!laser.connected) add("laser", true, laser.why_not_connected);
   add("beam", true, laser.refusal);
   if (!needs.database_busy.empty()) add("database", needs.database_damaged, needs.database_busy);
+  add("backups", false, needs.backups_silent);
   if (needs.choice_lost)
     add("devices", true,
         "devices were chosen for this cell, and its data folder holds no chosen_devices.toml: what was chosen is "

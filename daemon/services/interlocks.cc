@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/services/bed_pictures.h"
 #include "daemon/services/cell_alarms.h"
 #include "daemon/services/device_places.h"
 
@@ -14,6 +15,7 @@ namespace veneer::daemon {
 namespace {
 
 constexpr std::uintmax_t kLittleRoom = 2'000'000'000;  // bytes: some scans of large panels, and a backup of them
+constexpr std::uintmax_t kNoRoom = 10'000'000;         // bytes: what the database takes at once for a run
 constexpr std::chrono::hours kOldBackup{7 * 24};
 
 using enum InterlockState;
@@ -91,10 +93,14 @@ Interlock consent_lock(const CellView& view, const std::vector<std::string>& con
 Interlock certificates_lock(const std::vector<CellNeeds::Certificate>& certificates) {
   if (certificates.empty()) return {"certificates", kUnknown, "they have not been read yet", ""};
   std::vector<std::string> wrong;
-  for (const CellNeeds::Certificate& one : certificates)
-    if (one.state != CertificateState::kValid) wrong.push_back(certificate_words(one));
+  bool blocks = false;
+  for (const CellNeeds::Certificate& one : certificates) {
+    if (one.state == CertificateState::kValid) continue;
+    wrong.push_back(certificate_words(one));
+    blocks |= one.kind != db::CertificateKind::kScanner;  // without it nothing is scanned, but what is may be cut
+  }
   if (wrong.empty()) return {"certificates", kGood, "all certificates are valid", ""};
-  return {"certificates", kBlocks, fmt::format("{}", fmt::join(wrong, "; ")),
+  return {"certificates", blocks ? kBlocks : kWarns, fmt::format("{}", fmt::join(wrong, "; ")),
           "Calibrate it, on the screen Calibration."};
 }
 
@@ -113,20 +119,41 @@ Interlock device_lock(const char* name, const DeviceNote& note, InterlockState f
   return out;
 }
 
-Interlock disk_lock(const std::optional<StoreHealth>& store) {
-  if (!store || !store->free_bytes) return {"disk", kUnknown, "the disk has not said how much room is left", ""};
-  const std::string room = fmt::format("{:.1f} GB are free", static_cast<double>(*store->free_bytes) / 1e9);
-  if (*store->free_bytes >= kLittleRoom) return {"disk", kGood, room, ""};
+// A camera whose program hangs still gives pictures, and a simulated one sees no real bed.
+Interlock camera_lock(const InterlockFacts& facts) {
+  Interlock out = device_lock("camera", facts.camera, kBlocks, facts, "picture of the bed",
+                              "See that the camera is plugged in and sees the bed, then look at the bed again.");
+  if (!facts.stock_refusal.empty()) return {"camera", kBlocks, facts.stock_refusal, "", out.age_s};
+  if (out.state != kGood) return out;
+  const double behind = std::chrono::duration<double>(facts.camera.behind).count();
+  if (facts.picture_fresh && facts.camera.behind <= BedPictures::kOldest) return out;
+  out.state = kBlocks;
+  if (facts.camera.behind > BedPictures::kOldest)
+    out.sentence = fmt::format("the last picture of the bed was {:.0f} s old already when it was asked for", behind);
+  else
+    out.sentence = facts.tell_why ? facts.picture_fresh.error().message
+                                  : "the last picture of the bed proves nothing; an operator is told why";
+  out.remedy = "See that the program that takes the camera's pictures runs, then look at the bed again.";
+  return out;
+}
+
+Interlock disk_lock(const std::optional<std::uintmax_t>& free_bytes) {
+  if (!free_bytes) return {"disk", kUnknown, "the disk has not said how much room is left", ""};
+  const std::string room = fmt::format("{:.1f} GB are free", static_cast<double>(*free_bytes) / 1e9);
+  if (*free_bytes >= kLittleRoom) return {"disk", kGood, room, ""};
+  if (*free_bytes < kNoRoom)
+    return {"disk", kBlocks, "the disk is full, and no cut can be booked", "Make room on the disk."};
   return {"disk", kWarns, room, "Make room on the disk before it is full: a cut cannot be booked on a full one."};
 }
 
 Interlock backup_lock(const InterlockFacts& facts) {
-  if (!facts.store) return {"backup", kUnknown, "nobody has looked for backups yet", ""};
+  if (!facts.backups_silent.empty()) return {"backup", kWarns, facts.backups_silent, ""};
+  if (!facts.backups) return {"backup", kUnknown, "nobody has looked for backups yet", ""};
   constexpr const char* kMake = "Make one: veneerctl db backup.";
-  if (!facts.store->backup_at) return {"backup", kWarns, "no backup was made yet", kMake};
+  if (!facts.backups->newest_at) return {"backup", kWarns, "no backup was made yet", kMake};
   Interlock out{"backup", kGood, "there is a backup", ""};
-  out.age_s = seconds_since(*facts.store->backup_at, facts.now);
-  if (facts.now - *facts.store->backup_at > kOldBackup)
+  out.age_s = seconds_since(*facts.backups->newest_at, facts.now);
+  if (facts.now - *facts.backups->newest_at > kOldBackup)
     out.state = kWarns, out.sentence = "the newest backup is old", out.remedy = kMake;
   return out;
 }
@@ -161,11 +188,10 @@ std::vector<Interlock> interlocks(const CellView& view, const LaserStatus& laser
           guardian_lock(facts.guardian),
           consent_lock(view, needs.confirm),
           certificates_lock(needs.certificates),
-          device_lock("camera", facts.camera, kBlocks, facts, "picture of the bed",
-                      "See that the camera is plugged in and sees the bed, then look at the bed again."),
+          camera_lock(facts),
           device_lock("scanner", facts.scanner, kWarns, facts, "scan",
                       "See that the scanner is switched on and its cable is in, then scan again."),
-          disk_lock(facts.store),
+          disk_lock(facts.free_bytes),
           backup_lock(facts),
           database_lock(needs)};
 }

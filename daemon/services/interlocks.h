@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/services/backup_disk.h"
 #include "daemon/services/next_step.h"
 #include "daemon/services/noted_devices.h"
-#include "daemon/services/store_health.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
@@ -39,7 +39,11 @@ struct Interlock {
 struct InterlockFacts {
   std::optional<Status> guardian;  // whether somebody would darken the machine; nothing where nobody is asked
   DeviceNote camera, scanner;
-  std::optional<StoreHealth> store;           // nothing before the first look
+  Status picture_fresh = Ok();                // BedPictures::last_fresh()
+  std::string stock_refusal;                  // RunnerOptions::stock_refusal
+  std::optional<std::uintmax_t> free_bytes;   // on the data's disk; nothing while it does not say
+  std::optional<BackupsSeen> backups;         // nothing before the first look
+  std::string backups_silent;                 // BackupDisk::silence()
   std::chrono::system_clock::time_point now;  // for ages
   bool tell_why = true;                       // false: to viewers, who are told no ports and no paths
 };

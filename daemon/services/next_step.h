@@ -56,8 +56,9 @@ struct CellNeeds {
     int pieces = 0;
   };
   bool database_damaged = false;
-  std::string database_busy;  // a sentence while it is checked, or damaged; "" when it is good
-  bool choice_lost = false;   // devices were chosen once, and the file that says which is gone
+  std::string database_busy;   // a sentence while it is checked, or damaged; "" when it is good
+  std::string backups_silent;  // a sentence while the disk of the backups does not answer; else ""
+  bool choice_lost = false;    // devices were chosen once, and the file that says which is gone
   std::vector<Certificate> certificates;
   int panels = 0;                          // in stock
   std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused

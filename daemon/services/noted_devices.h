@@ -18,6 +18,7 @@ namespace veneer::daemon {
 // How the last one ended; nothing when none was taken since the program began.
 struct DeviceNote {
   std::optional<std::chrono::system_clock::time_point> at;  // when the picture was taken, or was to be
+  std::chrono::system_clock::duration behind{0};            // so old it was already when it was asked for
   Status outcome = Ok();
 };
 
@@ -31,10 +32,12 @@ class NotedDevice {
  protected:
   // What somebody broke off says nothing of the device.
   template <class T>
-  void note(const Result<T>& outcome, std::chrono::system_clock::time_point at) {
+  void note(const Result<T>& outcome, std::optional<std::chrono::system_clock::time_point> taken_at = {}) {
+    const auto now = std::chrono::system_clock::now();
+    const auto at = taken_at.value_or(now);
     if (!outcome && outcome.error().code == ErrorCode::kCancelled) return;
     const std::lock_guard lock(mutex_);
-    note_ = {at, outcome ? Ok() : Status(outcome.error())};
+    note_ = {at, now - at, outcome ? Ok() : Status(outcome.error())};
   }
 
  private:
@@ -53,8 +56,7 @@ class NotedCamera final : public CameraDriver, public NotedDevice {
 
  private:
   Result<std::filesystem::path> noted(Result<std::filesystem::path> picture) {
-    const auto now = std::chrono::system_clock::now();
-    note(picture, picture ? camera_->taken_at().value_or(now) : now);
+    note(picture, picture ? camera_->taken_at() : std::nullopt);
     return picture;
   }
   std::unique_ptr<CameraDriver> camera_;
@@ -66,7 +68,7 @@ class NotedScanner final : public ScannerDriver, public NotedDevice {
 
   Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) override {
     auto file = scanner_->scan(resolution, progress, std::move(stop));
-    note(file, std::chrono::system_clock::now());
+    note(file);
     return file;
   }
   std::string device() const override { return scanner_->device(); }

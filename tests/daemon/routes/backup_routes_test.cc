@@ -2,10 +2,15 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <optional>
+#include <thread>
 
+#include "base/clock.h"
 #include "base/files.h"
+#include "daemon/services/backup_disk.h"
 #include "daemon/store/backup.h"
 #include "db/audit.h"
+#include "tests/support/hanging_file.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/routed_cell.h"
 #include "tests/support/stocked_database.h"
@@ -118,6 +123,57 @@ TEST_F(BackupRoutes, ADamagedDatabaseGetsNoBackupAndIsFoundOut) {
     ASSERT_GT(reactor.run_one_for(std::chrono::seconds(10)), 0U);
   }
   EXPECT_EQ(cell->integrity->state(), DatabaseCheck::State::kDamaged);
+}
+
+// The disk of the backups hangs when the cell looks for the newest one.
+struct Hanging {
+  std::optional<testing::HangingFile> hanging;
+};
+class HangingBackups : protected Hanging, public testing::RoutedCell {
+ protected:
+  HangingBackups()
+      : RoutedCell([this](const std::filesystem::path& data_dir) {
+          const auto backup = data_dir / "backups" / "2026-05-01T07-30-00.000Z";
+          std::filesystem::create_directories(backup);
+          hanging.emplace(backup / kManifestName);
+        }) {}
+};
+
+TEST_F(HangingBackups, HoldUpNothingElse) {
+  const auto first = begin_asking("GET", "/api/v1/backups"), second = begin_asking("GET", "/api/v1/backups");
+  EXPECT_EQ(ask("GET", "/api/v1/panels").status, 200);
+  EXPECT_EQ(ended(ask("POST", "/api/v1/integrity-check")).state, TaskState::kDone);
+  const auto kept = config.store.data_dir / kTasksName;
+  while (read_whole(kept).value_or("").find("integrity check") == std::string::npos) std::this_thread::yield();
+  EXPECT_FALSE(*first || *second);
+  hanging->let_go();
+  while (!*first || !*second) {
+    reactor.restart();
+    reactor.run_one_for(std::chrono::seconds(10));
+  }
+  EXPECT_EQ((*first)->status, 200);
+  EXPECT_THAT(body_of(**second)["backups"][0]["fault"].get<std::string>(), HasSubstr("is damaged"));
+}
+
+TEST_F(HangingBackups, TheEndOfTheDaemonDoesNotWaitForThem) {
+  cell.reset();
+  hanging->let_go();
+}
+
+TEST_F(HangingBackups, AreToldOfAfterAMinuteUntilTheyAnswer) {
+  ManualClock minutes;
+  BackupDisk disk(config.store.data_dir / "backups", minutes);
+  disk.look();
+  EXPECT_EQ(disk.silence(), "") << "it may have to wake up";
+  minutes.advance(BackupDisk::kSilent);
+  EXPECT_THAT(disk.silence(), HasSubstr("does not answer, and no backup is made before it does: see that"));
+  disk.look();
+  EXPECT_THAT(disk.silence(), HasSubstr("does not answer")) << "it was not asked once more";
+  EXPECT_FALSE(disk.seen());
+  hanging->let_go();
+  while (!disk.seen()) std::this_thread::yield();
+  EXPECT_EQ(disk.silence(), "");
+  EXPECT_FALSE(disk.seen()->newest_at) << "nobody can read that one";
 }
 
 }  // namespace

@@ -141,9 +141,10 @@ TEST(CellAlarms, NameWhatIsWrong) {
   CellNeeds needs;
   needs.certificates = {{db::CertificateKind::kCamera, CertificateState::kExpired}};
   needs.suspects = {{JobId{3}, 6}, {JobId{4}, 1}};
+  needs.backups_silent = "the disk of the backups does not answer";
   EXPECT_THAT(keys(view, laser, needs),
-              ElementsAre("aborted", "laser", "certificate camera", "suspect 3", "suspect 4"));
-  EXPECT_EQ(cell_alarms(view, laser, needs)[3].count, 6);
+              ElementsAre("aborted", "laser", "backups", "certificate camera", "suspect 3", "suspect 4"));
+  EXPECT_EQ(cell_alarms(view, laser, needs)[4].count, 6);
   EXPECT_TRUE(cell_alarms(view, laser, needs)[0].urgent);
   EXPECT_EQ(cell_alarms(view, laser, needs)[0].sentence, "the laser stopped answering");
 }

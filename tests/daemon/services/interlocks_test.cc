@@ -30,8 +30,9 @@ struct Chain {
                             db::CertificateKind::kKerf})
       needs.certificates.push_back({kind, CertificateState::kValid});
     facts.guardian = Ok();
-    facts.camera = facts.scanner = {kNow - std::chrono::seconds(12), Ok()};
-    facts.store = {50'000'000'000, kNow - std::chrono::hours(20)};
+    facts.camera.at = facts.scanner.at = kNow - std::chrono::seconds(12);
+    facts.free_bytes = 50'000'000'000;
+    facts.backups = BackupsSeen{kNow - std::chrono::hours(20)};
     facts.now = kNow;
   }
   Interlock link(const std::string& name) const {
@@ -123,13 +124,57 @@ TEST(Interlocks, WhileAPanelIsLoadedConsentIsWhatIsAskedFor) {
 TEST(Interlocks, WhatIsMissedOnlyLaterWarns) {
   Chain chain;
   chain.facts.scanner.outcome = Error{ErrorCode::kDisconnected, "no scanner answers"};
-  chain.facts.store = {1'300'000'000, std::nullopt};
+  chain.facts.free_bytes = 1'300'000'000;
+  chain.facts.backups = BackupsSeen{};
   EXPECT_EQ(chain.link("scanner").state, InterlockState::kWarns);
   EXPECT_EQ(chain.link("disk").state, InterlockState::kWarns);
   EXPECT_EQ(chain.link("disk").sentence, "1.3 GB are free");
   EXPECT_EQ(chain.link("backup").sentence, "no backup was made yet");
-  chain.facts.store->backup_at = kNow - std::chrono::hours(8 * 24);
+  chain.facts.backups->newest_at = kNow - std::chrono::hours(8 * 24);
   EXPECT_EQ(chain.link("backup").state, InterlockState::kWarns);
+  chain.facts.backups_silent = "the disk of the backups does not answer";
+  EXPECT_EQ(chain.link("backup").sentence, chain.facts.backups_silent);
+  EXPECT_EQ(chain.link("backup").age_s, std::nullopt) << "nobody can say how old it is";
+}
+
+// Pictures keep coming, and no look believes them.
+TEST(Interlocks, APictureThatProvesNothingIsInTheWay) {
+  Chain chain;
+  chain.facts.camera.behind = std::chrono::seconds(60);
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kGood);
+  chain.facts.camera.behind = std::chrono::seconds(300);
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_THAT(chain.link("camera").sentence, HasSubstr("300 s old already"));
+  EXPECT_THAT(chain.link("camera").remedy, HasSubstr("the program that takes the camera's pictures runs"));
+  chain.facts.camera.behind = {};
+  chain.facts.picture_fresh = Error{ErrorCode::kUnavailable, "/dev/video0 gives the same picture again"};
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("camera").sentence, "/dev/video0 gives the same picture again");
+  chain.facts.tell_why = false;
+  EXPECT_THAT(chain.link("camera").sentence, Not(HasSubstr("/dev")));
+}
+
+TEST(Interlocks, NoStockIsCutByASimulatedEye) {
+  Chain chain;
+  chain.facts.stock_refusal = "the laser is a real one, but the camera is simulated: configure a real one";
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("camera").sentence, chain.facts.stock_refusal);
+}
+
+TEST(Interlocks, OnAFullDiskNothingIsCut) {
+  Chain chain;
+  chain.facts.free_bytes = 1'000'000;
+  EXPECT_EQ(chain.link("disk").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("disk").sentence + " | " + chain.link("disk").remedy,
+            "the disk is full, and no cut can be booked | Make room on the disk.");
+}
+
+TEST(Interlocks, AScannersCertificateKeepsNobodyFromCutting) {
+  Chain chain;
+  chain.needs.certificates[0].state = CertificateState::kExpired;
+  EXPECT_EQ(chain.link("certificates").state, InterlockState::kWarns);
+  chain.needs.certificates[3].state = CertificateState::kExpired;
+  EXPECT_EQ(chain.link("certificates").state, InterlockState::kBlocks);
 }
 
 TEST(Interlocks, AViewerIsToldNeitherPortsNorPaths) {
@@ -144,12 +189,16 @@ TEST(Interlocks, AViewerIsToldNeitherPortsNorPaths) {
 // A device that was asked and did not answer is not the same as one that nobody has asked.
 class OneAnswer final : public CameraDriver {
  public:
-  explicit OneAnswer(Result<std::filesystem::path> answer) : answer_(std::move(answer)) {}
+  explicit OneAnswer(Result<std::filesystem::path> answer,
+                     std::optional<std::chrono::system_clock::time_point> taken_at = {})
+      : answer_(std::move(answer)), taken_at_(taken_at) {}
   Result<std::filesystem::path> capture() override { return answer_; }
+  std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken_at_; }
   std::string device() const override { return "test"; }
 
  private:
   Result<std::filesystem::path> answer_;
+  std::optional<std::chrono::system_clock::time_point> taken_at_;
 };
 
 TEST(NotedDevices, NoteHowTheLastPictureCameOut) {
@@ -158,6 +207,10 @@ TEST(NotedDevices, NoteHowTheLastPictureCameOut) {
   EXPECT_FALSE(dead.capture().ok());
   ASSERT_TRUE(dead.last().at.has_value());
   EXPECT_EQ(dead.last().outcome.error().message, "silent");
+  NotedCamera slow(std::make_unique<OneAnswer>(std::filesystem::path("picture.png"),
+                                               std::chrono::system_clock::now() - std::chrono::hours(1)));
+  EXPECT_TRUE(slow.capture().ok());
+  EXPECT_GE(slow.last().behind, std::chrono::hours(1));
   NotedCamera given_up(std::make_unique<OneAnswer>(Error{ErrorCode::kCancelled, "a look goes first"}));
   EXPECT_FALSE(given_up.glance({}).ok());
   EXPECT_FALSE(given_up.last().at.has_value()) << "somebody broke it off: that says nothing of the camera";
