@@ -24,24 +24,30 @@ std::string tile_etag(const db::PanelRecord& panel, const std::string& what) {
   return "\"" + sha256_hex(std::as_bytes(std::span(text))).substr(0, 32) + "\"";
 }
 
+// Making tiles takes seconds and room on the disk: of a panel that is out of stock only an operator has them made.
+PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {
+  return panel.retired && asking < Role::kOperator ? PanelLibrary::MissingTiles::kRefuse
+                                                   : PanelLibrary::MissingTiles::kMake;
+}
+
 // Answers with what `made` makes of the panel's map, unless the client has it.
 template <class Made>
 void reply_of_map(const StockServices& s, const ApiRequest& request, const Reply& reply, std::string what, Made made) {
   s.pictures.ask(request, reply,
                  [id = PanelId{request.path_param("id")}, known = request.if_none_match, what = std::move(what),
-                  made = std::move(made)](Repositories& r) {
+                  asking = request.caller.role, made = std::move(made)](Repositories& r) {
                    const auto panel = r.panels.find(id);
                    if (!panel) return ApiReply::error(panel.error());
                    std::string etag = tile_etag(*panel, what);
                    if (etag_matches(known, etag)) return ApiReply::not_modified(std::move(etag));
-                   ApiReply out = made(*panel);
+                   ApiReply out = made(*panel, missing_tiles(*panel, asking));
                    if (out.status == 200) out.etag = std::move(etag);
                    return out;
                  });
 }
 
-ApiReply levels_of(const PanelLibrary& library, const db::PanelRecord& panel) {
-  const auto levels = library.tile_levels(panel.map_file);
+ApiReply levels_of(const PanelLibrary& library, const db::PanelRecord& panel, PanelLibrary::MissingTiles missing) {
+  const auto levels = library.tile_levels(panel.map_file, missing);
   if (!levels) return ApiReply::error(levels.error());
   json out = {{"panel", panel.id.value},
               {"px_per_mm", kMapResolution.px_per_mm},
@@ -60,8 +66,9 @@ void reply_tile(const StockServices& s, const ApiRequest& request, const Reply& 
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   const int at_level = static_cast<int>(*level), at_column = static_cast<int>(*column), at_row = static_cast<int>(*row);
   reply_of_map(s, request, reply, fmt::format("{} {} {}", at_level, at_column, at_row),
-               [&library = s.panel_library, at_level, at_column, at_row](const db::PanelRecord& panel) {
-                 auto jpeg = library.load_tile(panel.map_file, at_level, at_column, at_row);
+               [&library = s.panel_library, at_level, at_column, at_row](const db::PanelRecord& panel,
+                                                                         PanelLibrary::MissingTiles missing) {
+                 auto jpeg = library.load_tile(panel.map_file, at_level, at_column, at_row, missing);
                  return jpeg ? ApiReply::bytes(*std::move(jpeg), "image/jpeg") : ApiReply::error(jpeg.error());
                });
 }
@@ -71,7 +78,9 @@ void reply_tile(const StockServices& s, const ApiRequest& request, const Reply& 
 void bind_tile_routes(Router& router, const StockServices& s) {
   router.bind("getPanelMapTiles", [s](const ApiRequest& request, const Reply& reply) {
     reply_of_map(s, request, reply, "levels",
-                 [&library = s.panel_library](const db::PanelRecord& panel) { return levels_of(library, panel); });
+                 [&library = s.panel_library](const db::PanelRecord& panel, PanelLibrary::MissingTiles missing) {
+                   return levels_of(library, panel, missing);
+                 });
   });
   router.bind("getPanelMapTile", [s](const ApiRequest& request, const Reply& reply) { reply_tile(s, request, reply); });
 }

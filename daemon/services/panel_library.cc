@@ -9,6 +9,8 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/files.h"
 #include "base/hash.h"
@@ -27,6 +29,32 @@ constexpr std::size_t kKeptPixels = 12'000'000;
 constexpr std::array kUsualWidths = {640, 1600};
 
 constexpr const char* kBits = "bits";  // of a mask
+constexpr const char* kTilesEnd = "-tiles.tif";
+
+// Removes files of `folder` whose names end so, the ones used longest ago first, until they have `most_bytes` all
+// together; never `newest`.
+void forget_oldest(const std::filesystem::path& folder, std::string_view ending, std::uintmax_t most_bytes,
+                   const std::filesystem::path& newest) {
+  struct Kept {
+    std::filesystem::file_time_type used;
+    std::filesystem::path file;
+    std::uintmax_t bytes = 0;
+  };
+  std::vector<Kept> all;
+  std::uintmax_t sum = 0;
+  std::error_code failed;
+  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    if (!at->path().filename().string().ends_with(ending)) continue;
+    std::error_code gone;
+    Kept one{at->last_write_time(gone), at->path(), 0};
+    if (const auto bytes = at->file_size(gone); !gone) one.bytes = bytes;
+    sum += one.bytes;
+    if (one.file != newest) all.push_back(std::move(one));
+  }
+  std::ranges::sort(all, {}, &Kept::used);
+  for (auto one = all.begin(); one != all.end() && sum > most_bytes; ++one)
+    if (std::filesystem::remove(one->file, failed)) sum -= one->bytes;
+}
 
 // The width of a PNG, told by its head alone.
 std::optional<int> width_of(const std::filesystem::path& file) {
@@ -192,7 +220,7 @@ void PanelLibrary::make_small(const std::string& map_file, const std::string& ma
   };
   make(map_file, tiles_file(map_file), [&](const cv::Mat& map) {
     const std::lock_guard lock(tiles_mutex_);
-    if (has_room_for_tiles()) static_cast<void>(planner::write_tile_pyramid(map, tiles_file(map_file)));
+    if (has_room_for_tiles()) static_cast<void>(make_tiles(map, tiles_file(map_file)));
   });
   make(mask_file, small_file(mask_file, kBits),
        [&](const cv::Mat& mask) { keep_small(planner::encode_png_mask(mask), small_file(mask_file, kBits)); });
@@ -207,14 +235,26 @@ bool PanelLibrary::has_room_for_tiles() const {
 }
 
 std::filesystem::path PanelLibrary::tiles_file(const std::string& map_file) const {
-  return small_file(map_file, "").string() + "-tiles.tif";
+  return small_file(map_file, "").string() + kTilesEnd;
+}
+
+Status PanelLibrary::make_tiles(const cv::Mat& map, const std::filesystem::path& tiles) const {
+  if (const Status written = planner::write_tile_pyramid(map, tiles); !written) return written;
+  forget_oldest(small_dir(), kTilesEnd, most_tile_bytes_, tiles);
+  return Ok();
 }
 
 // Of a map from before tiles were kept, or whose tiles were removed, they are made now.
-Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file) const {
+Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file, MissingTiles missing) const {
   auto tiles = tiles_file(map_file);
   std::error_code failed;
-  if (std::filesystem::exists(tiles, failed)) return tiles;
+  if (std::filesystem::exists(tiles, failed)) {
+    std::filesystem::last_write_time(tiles, std::filesystem::file_time_type::clock::now(), failed);  // looked at
+    return tiles;
+  }
+  if (missing == MissingTiles::kRefuse)
+    return Error{ErrorCode::kRefused,
+                 "this map is not kept in tiles any more: an operator who looks at it closely has them made again"};
   const std::lock_guard lock(tiles_mutex_);  // others' tiles do not wait for it
   if (std::filesystem::exists(tiles, failed)) return tiles;
   if (!has_room_for_tiles())
@@ -223,17 +263,18 @@ Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file
                                                   data_dir_.string())};
   const auto whole = load_picture(map_file);
   if (!whole) return whole.error();
-  if (const Status written = planner::write_tile_pyramid(*whole, tiles); !written) return written.error();
+  if (const Status written = make_tiles(*whole, tiles); !written) return written.error();
   return tiles;
 }
 
-Result<std::vector<cv::Size>> PanelLibrary::tile_levels(const std::string& map_file) const {
-  const auto tiles = tiles_of(map_file);
+Result<std::vector<cv::Size>> PanelLibrary::tile_levels(const std::string& map_file, MissingTiles missing) const {
+  const auto tiles = tiles_of(map_file, missing);
   return tiles ? planner::read_pyramid_levels(*tiles) : tiles.error();
 }
 
-Result<std::string> PanelLibrary::load_tile(const std::string& map_file, int level, int column, int row) const {
-  const auto tiles = tiles_of(map_file);
+Result<std::string> PanelLibrary::load_tile(const std::string& map_file, int level, int column, int row,
+                                            MissingTiles missing) const {
+  const auto tiles = tiles_of(map_file, missing);
   return tiles ? planner::read_pyramid_tile(*tiles, level, column, row) : tiles.error();
 }
 

@@ -35,7 +35,9 @@ inline constexpr std::int64_t kMostPixelsScanned = 300'000'000;
 
 class PanelLibrary {
  public:
-  explicit PanelLibrary(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
+  static constexpr std::uintmax_t kMostTileBytes = 4ULL << 30;  // of some hundred large maps
+  explicit PanelLibrary(std::filesystem::path data_dir, std::uintmax_t most_tile_bytes = kMostTileBytes)
+      : data_dir_(std::move(data_dir)), most_tile_bytes_(most_tile_bytes) {}
 
   struct Stored {
     std::string file;  // relative to the data folder
@@ -61,9 +63,14 @@ class PanelLibrary {
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
   // hundred million pixels only those are read that are looked at. The levels' sizes, and one tile, a JPEG file.
-  // kNotFound: the map has no such tile; kStorage: where they are not there yet, also while the disk has little room.
-  Result<std::vector<cv::Size>> tile_levels(const std::string& map_file) const;
-  Result<std::string> load_tile(const std::string& map_file, int level, int column, int row) const;
+  // Where they are not there yet they are made, one map's after the other, which takes seconds; those of maps that
+  // nobody has looked at for the longest time give way to them. kNotFound: the map has no such tile; kRefused: they are
+  // not there and are not to be made; kStorage: also while the disk has little room.
+  enum class MissingTiles { kMake, kRefuse };
+  Result<std::vector<cv::Size>> tile_levels(const std::string& map_file,
+                                            MissingTiles missing = MissingTiles::kMake) const;
+  Result<std::string> load_tile(const std::string& map_file, int level, int column, int row,
+                                MissingTiles missing = MissingTiles::kMake) const;
   const std::filesystem::path& data_dir() const { return data_dir_; }
   // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
   std::filesystem::path index_dir() const { return data_dir_ / "index"; }
@@ -107,9 +114,11 @@ class PanelLibrary {
   bool has_small(const std::string& file, const std::filesystem::path& own) const;
   bool has_room_for_tiles() const;
   std::filesystem::path tiles_file(const std::string& map_file) const;
-  Result<std::filesystem::path> tiles_of(const std::string& map_file) const;
+  Result<std::filesystem::path> tiles_of(const std::string& map_file, MissingTiles missing) const;
+  Status make_tiles(const cv::Mat& map, const std::filesystem::path& tiles) const;  // tiles_mutex_ is held
 
   std::filesystem::path data_dir_;
+  std::uintmax_t most_tile_bytes_;
   mutable std::mutex writing_mutex_;  // of small files: two that ask for one make it one after the other
   mutable std::mutex tiles_mutex_;    // of tiles, which take seconds to make: the same
   mutable std::mutex areas_mutex_;

@@ -73,7 +73,7 @@ class RoutedCell : public ::testing::Test {
     request.body = body;
     request.content_type = "application/json";
     request.idempotency_key = idempotency_key;
-    request.caller = {daemon::Role::kAdmin, "uid 1000", daemon::TransportKind::kUnix};
+    request.caller = {role, "uid 1000", daemon::TransportKind::kUnix};
     reactor.restart();
     while (waits_for_audit && !cell->may_be_noted(request.caller) &&
            reactor.run_one_for(std::chrono::seconds(10)) > 0) {
@@ -116,7 +116,8 @@ class RoutedCell : public ::testing::Test {
   SteadyClock clock;
   boost::asio::io_context reactor{1};
   daemon::Config config;
-  std::string idempotency_key;  // of the requests to come
+  std::string idempotency_key;               // of the requests to come
+  daemon::Role role = daemon::Role::kAdmin;  // of who asks
   // Asked one after another without a pause, more would wait for the audit log than the cell takes of one caller: each
   // request waits for room there. Not where the test is of that refusal.
   bool waits_for_audit = true;

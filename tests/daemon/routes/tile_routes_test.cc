@@ -45,6 +45,17 @@ TEST_F(TileRoutes, SendNothingToWhoHasTheTileAndANewTagForANewMap) {
   EXPECT_NE(tag_of_first_panel(), tag);
 }
 
+TEST_F(TileRoutes, OfARetiredPanelAreMadeForAnOperatorOnly) {
+  ASSERT_EQ(post("/panels/P-0002/retire", {{"reason", "worn"}}).status, 200);
+  role = Role::kViewer;
+  EXPECT_EQ(tile("level=0&column=0&row=0").status, 422);
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0002/map-tiles").status, 422);
+  role = Role::kOperator;
+  EXPECT_EQ(tile("level=0&column=0&row=0").status, 200);
+  role = Role::kViewer;
+  EXPECT_EQ(tile("level=0&column=0&row=0").status, 200) << "they are there by now";
+}
+
 TEST_F(TileRoutes, RefuseWhatIsNoTile) {
   EXPECT_EQ(tile("level=0&column=1&row=0").status, 404);
   EXPECT_EQ(tile("level=1&column=0&row=0").status, 404);

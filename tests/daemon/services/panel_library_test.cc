@@ -142,6 +142,33 @@ TEST_F(SmallPictures, AMapWithoutTilesGetsThemWhenSomebodyLooks) {
   EXPECT_EQ(library_.load_tile(map, 0, 0, 0).error().code, ErrorCode::kStorage);
 }
 
+// A crowd that looks at one map after the other fills no disk.
+TEST_F(SmallPictures, TilesThatNobodyLookedAtForTheLongestTimeGiveWay) {
+  const std::string first = store(600, 30, {10, 90, 200}), second = store(600, 30, {90, 10, 200}),
+                    third = store(600, 30, {200, 90, 10});
+  ASSERT_TRUE(library_.load_tile(first, 0, 0, 0));
+  const std::filesystem::directory_iterator kept(library_.small_dir());
+  const PanelLibrary two(dir_.path(), kept->file_size() * 5 / 2);
+  const auto is_kept = [&](const std::string& map) {
+    return two.load_tile(map, 0, 0, 0, PanelLibrary::MissingTiles::kRefuse).ok();
+  };
+  ASSERT_TRUE(two.load_tile(second, 0, 0, 0));
+  ASSERT_TRUE(is_kept(first) && is_kept(second));
+  ASSERT_TRUE(is_kept(first)) << "looked at once more";
+  ASSERT_TRUE(two.load_tile(third, 0, 0, 0));
+  EXPECT_TRUE(is_kept(first));
+  EXPECT_FALSE(is_kept(second));
+  EXPECT_TRUE(is_kept(third));
+}
+
+TEST_F(SmallPictures, TilesAreNotMadeForWhoMayNotHaveThemMade) {
+  const std::string map = store(600, 30, {10, 90, 200});
+  const auto refused = library_.tile_levels(map, PanelLibrary::MissingTiles::kRefuse);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_TRUE(library_.tile_levels(map));
+  EXPECT_TRUE(library_.tile_levels(map, PanelLibrary::MissingTiles::kRefuse)) << "they are there";
+}
+
 TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
   const std::string first = store(1500, 1000, {1, 1, 1}), often = store(1500, 1000, {2, 2, 2});
   ASSERT_TRUE(library_.load_small(first, 1500));
