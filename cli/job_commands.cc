@@ -72,13 +72,37 @@ void add_assembled(CLI::App& job, CommandContext& context) {
   });
 }
 
+// Without a piece it tells which are suspect, and how to say of each what became of it.
+void add_settle(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto piece = std::make_shared<std::string>();
+  const auto verdict = std::make_shared<std::string>();
+  CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
+  CLI::Option* named = settle->add_option("PIECE", *piece, "Its mark [shows those that are suspect]");
+  CLI::Option* said =
+      settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")
+          ->check(CLI::IsMember({"cut", "scrap", "released"}));
+  said->needs(named);
+  settle->callback([id, piece, verdict, &context] {
+    const std::string path = fmt::format("/jobs/{}", *id);
+    if (piece->empty()) return context.finish(context.client().get(path), render_suspects);
+    if (verdict->empty())
+      return context.finish(
+          Error{ErrorCode::kInvalidArgument,
+                fmt::format("say what became of piece {0}: `veneerctl job settle {1} {0} cut` when it is good, `scrap` "
+                            "when it is lost, `released` when its wood is whole",
+                            *piece, *id)},
+          render_job);
+    context.finish_step(
+        context.client().post(path + "/pieces/" + url_encode(*piece) + "/settle", {{"verdict", *verdict}}), render_job);
+  });
+}
+
 // recut, redo, settle, cancel: what a person does about single pieces, or about the rest of a job.
 void add_afterwards(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
   const auto pieces = std::make_shared<std::vector<std::string>>();
   const auto confirmed = std::make_shared<std::vector<std::string>>();
-  const auto piece = std::make_shared<std::string>();
-  const auto verdict = std::make_shared<std::string>();
   CLI::App* recut =
       add_with_number(job, "recut", "Cut pieces again that are not through, while the panel lies unmoved", "JOB", id);
   recut->add_option("PIECE", *pieces, "Their marks, as in A3-12")->required();
@@ -89,17 +113,7 @@ void add_afterwards(CLI::App& job, CommandContext& context) {
                         render_state);
   });
   add_redo(job, context);
-  CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
-  settle->add_option("PIECE", *piece, "Its mark")->required();
-  settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")
-      ->required()
-      ->check(CLI::IsMember({"cut", "scrap", "released"}));
-  settle->callback([id, piece, verdict, &context] {
-    context.finish_step(
-        context.client().post("/jobs/" + std::to_string(*id) + "/pieces/" + url_encode(*piece) + "/settle",
-                              {{"verdict", *verdict}}),
-        render_job);
-  });
+  add_settle(job, context);
   add_assembled(job, context);
   add_with_number(job, "cancel", "Give up what is left of a job: its wood is free again", "JOB", id)
       ->callback([id, &context] {

@@ -13,14 +13,22 @@ namespace veneer::cli {
 
 using nlohmann::json;
 
+namespace {
+
+// What the cell does with it is newer than what the ledger says, which follows with the first piece.
+std::string state_of(const json& job) {
+  return text_or(job, "now", text_or(job, "state", "")) + (flag_or(job, "archived", false) ? ", archived" : "");
+}
+
+}  // namespace
+
 std::string render_jobs(const json& reply) {
   const json& jobs = member(reply, "jobs");
   if (!jobs.is_array() || jobs.empty())
     return "No jobs here. `veneerctl job new PICTURE` plans one, `veneerctl job list --all` shows archived ones too.\n";
   TextTable table({">JOB", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
   for (const json& job : jobs) {
-    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""),
-               text_or(job, "now", text_or(job, "state", "")) + (flag_or(job, "archived", false) ? ", archived" : ""),
+    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""), state_of(job),
                std::to_string(whole_or(job, "pieces", 0)), std::to_string(whole_or(job, "cut", 0)),
                std::to_string(whole_or(job, "suspect", 0)), text_or(job, "created", "")});
   }
@@ -46,14 +54,20 @@ std::string refined_words(const json& refined) {
                                   : "");
 }
 
+// "A1 on P-0001: the last scan shows wood there"
+std::string suspect_words(const json& piece) {
+  return joined(
+      {fmt::format("{} on {}", text_or(piece, "mark", "?"), text_or(piece, "panel", "?")), sighting_words(piece)},
+      ": ");
+}
+
 }  // namespace
 
 std::string render_job(const json& job) {
   const auto pieces = whole_or(job, "pieces", 0);
   const auto cut = whole_or(job, "cut", 0);
   std::string text = fmt::format("Job {} \"{}\"\n", whole_or(job, "id", 0), text_or(job, "name", ""));
-  text += line("State", text_or(job, "state", "") + (flag_or(job, "archived", false) ? ", archived" : ""));
-  text += line("Now", text_or(job, "now", ""));
+  text += line("State", state_of(job));
   if (pieces > 0) {
     text += line("Cut", progress_line(static_cast<double>(cut) / static_cast<double>(pieces),
                                       fmt::format("{} of {} pieces", cut, pieces), 80));
@@ -61,10 +75,7 @@ std::string render_job(const json& job) {
   if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0) {
     text += line("Suspect", fmt::format("{}: look at these pieces before you use them", suspect));
     if (const json& list = member(job, "suspects"); list.is_array())
-      for (const json& piece : list)
-        text += line("", joined({fmt::format("{} on {}", text_or(piece, "mark", "?"), text_or(piece, "panel", "?")),
-                                 sighting_words(piece)},
-                                ": "));
+      for (const json& piece : list) text += line("", suspect_words(piece));
   }
   if (const auto laid = whole_or(job, "assembled", 0); laid > 0)
     text += line("Assembled", fmt::format("{} of {} pieces", laid, whole_or(job, "pieces", 0)));
@@ -89,6 +100,19 @@ std::string render_job(const json& job) {
     text += table.str();
   }
   return text;
+}
+
+std::string render_suspects(const json& job) {
+  const auto id = whole_or(job, "id", 0);
+  const json& list = member(job, "suspects");
+  if (!list.is_array() || list.empty()) return fmt::format("No piece of job {} is suspect.\n", id);
+  std::string text;
+  for (const json& piece : list) text += suspect_words(piece) + "\n";
+  const std::string first = text_or(list.front(), "mark", "?");
+  return text + fmt::format(
+                    "Look at {}, and say what became of it: `veneerctl job settle {} {} cut` when it is good, "
+                    "`scrap` when it is lost, `released` when its wood is whole.\n",
+                    list.size() == 1 ? "it" : "each", id, first);
 }
 
 namespace {

@@ -205,6 +205,18 @@ Result<std::vector<AllocationRecord>> Ledger::allocations_at(const PanelId& pane
   return near;
 }
 
+Result<std::optional<PieceId>> Ledger::piece_before(AllocationId carried) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<PieceId>> {
+    SQLite::Statement row(connection,
+                          "WITH RECURSIVE before(id) AS (SELECT origin FROM carried WHERE allocation = ? UNION SELECT "
+                          "c.origin FROM carried AS c JOIN before ON c.allocation = before.id) SELECT a.piece FROM "
+                          "allocations AS a JOIN before ON a.id = before.id WHERE a.piece IS NOT NULL");
+    row.bind(1, carried.value);
+    if (!row.executeStep()) return std::optional<PieceId>();
+    return std::optional(PieceId{row.getColumn(0).getInt64()});
+  });
+}
+
 Result<std::vector<AllocationRecord>> Ledger::allocations(const PanelId& panel, AllocationId after, int limit) {
   return read_allocations(*database_, panel, fmt::format("AND a.id > {}", after.value), limit);
 }

@@ -80,6 +80,8 @@ class Ledger {
   Result<std::vector<AllocationRecord>> live_allocations(const PanelId& panel);
   // The live ones at a place: one, or two that touch there.
   Result<std::vector<AllocationRecord>> allocations_at(const PanelId& panel, const Point<PanelFrame>& place);
+  // Whose wood it was before its panel was sawn off another, however often since; nothing of wood that was no piece's.
+  Result<std::optional<PieceId>> piece_before(AllocationId carried);
   // What states live allocations are in, without their shapes: what a figure needs again and again.
   Result<std::vector<std::pair<AllocationId, AllocationState>>> live_states(const PanelId& panel);
   // How much wood it takes; never changes.

@@ -66,6 +66,29 @@ Result<Raster<PanelFrame>> open_wood(const HeldPanel& panel, const Raster<PanelF
   return out;
 }
 
+// All remnants, and of the fresh panels the fullest until there is enough wood.
+std::vector<planner::StockPanel> remnants_before_fresh(std::vector<planner::StockPanel> stock, const JobWood& wood,
+                                                       SquareMillimetres picture) {
+  std::vector<std::pair<SquareMillimetres, std::size_t>> fresh;
+  SquareMillimetres offered(0);
+  std::vector<bool> taken(stock.size());
+  for (std::size_t i = 0; i < stock.size(); ++i) {
+    const SquareMillimetres free = wood_area(stock[i].free);
+    taken[i] = wood.panels[i].remnant || !wood.panels[i].own.empty();
+    if (taken[i])
+      offered += free;
+    else
+      fresh.emplace_back(free, i);
+  }
+  std::stable_sort(fresh.begin(), fresh.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (auto next = fresh.begin(); next != fresh.end() && offered < picture * kEnoughWood; ++next)
+    taken[next->second] = true, offered += next->first;
+  std::vector<planner::StockPanel> out;
+  for (std::size_t i = 0; i < stock.size(); ++i)
+    if (taken[i]) out.push_back(std::move(stock[i]));
+  return out;
+}
+
 // As many as are allowed. Places whose remnants leave too little wood to choose from go to the fullest panels.
 std::vector<planner::StockPanel> chosen_panels(std::vector<planner::StockPanel> stock, const JobWood& wood,
                                                SquareMillimetres picture) {
@@ -76,7 +99,7 @@ std::vector<planner::StockPanel> chosen_panels(std::vector<planner::StockPanel> 
   };
   std::vector<Offer> offers;
   for (std::size_t i = 0; i < stock.size(); ++i)
-    offers.push_back({i, wood_area(stock[i].free), wood.remnants_first && wood.panels[i].remnant});
+    offers.push_back({i, wood_area(stock[i].free), wood.remnants_first.value_or(true) && wood.panels[i].remnant});
   std::stable_sort(offers.begin(), offers.end(),
                    [](const Offer& a, const Offer& b) { return a.first != b.first ? a.first : a.free > b.free; });
   const auto rest = offers.begin() + static_cast<std::ptrdiff_t>(*wood.max_panels);
@@ -134,7 +157,10 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
     if (!open) return open.error();
     stock[i].open = std::move(*open);
   }
-  if (wood.max_panels && *wood.max_panels < stock.size()) stock = chosen_panels(std::move(stock), wood, picture);
+  if (wood.max_panels && *wood.max_panels < stock.size())
+    stock = chosen_panels(std::move(stock), wood, picture);
+  else if (wood.remnants_first.value_or(false))
+    stock = remnants_before_fresh(std::move(stock), wood, picture);
   for (planner::StockPanel& panel : stock) {
     const auto of =
         std::find_if(wood.panels.begin(), wood.panels.end(), [&](const HeldPanel& h) { return h.id == panel.id; });

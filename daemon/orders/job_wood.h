@@ -47,7 +47,9 @@ struct JobWood {
   // wanted. While the remnants among them offer less than kEnoughWood times the picture, panels with more wood take the
   // place of the smallest.
   std::optional<std::size_t> max_panels;
-  bool remnants_first = true;
+  // Not said: it orders the panels that max_panels allows. Asked for: without max_panels, too, no fresh panel is
+  // offered but those that the remnants' lack of wood makes up for, and those that hold the job's own wood.
+  std::optional<bool> remnants_first;
   std::string index_dir;  // where the planner keeps what it measured of panels
 };
 

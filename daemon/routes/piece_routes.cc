@@ -176,6 +176,9 @@ Result<json> place_json(Repositories& r, const PanelId& panel, const Point<Panel
     json entry = to_json(allocation, mark);
     // Wood that was written off has no outline.
     entry["kerf"] = !allocation.outline.empty() && !Region<PanelFrame>(allocation.outline).contains(place);
+    const auto before = r.ledger.piece_before(allocation.id);
+    if (!before) return before.error();
+    entry["piece_before"] = *before ? json((*before)->value) : json();
     entry["reason"] = allocation.reason;
     entry["since"] = allocation.changed_at;
     out["allocations"].push_back(std::move(entry));

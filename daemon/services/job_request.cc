@@ -95,7 +95,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
   for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
-  job.remnants_first = query.flag("remnants_first").value_or(true);
+  job.remnants_first = query.flag("remnants_first");
   job.woods = parts_of(query.text("wood").value_or(""));
   read_wood_weights(query, job);
   read_forbidden(query, job);
@@ -175,7 +175,7 @@ json options_json(const JobRequest& request) {
   out["panels"] = json::array();
   for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);
   out["max_panels"] = request.max_panels ? json(*request.max_panels) : json();
-  out["remnants_first"] = request.remnants_first;
+  out["remnants_first"] = request.remnants_first ? json(*request.remnants_first) : json();
   out["wood"] = request.woods;
   out["wood_weight"] = json::object();
   for (const auto& [wood, weight] : request.wood_weights) out["wood_weight"][wood] = weight;

@@ -34,7 +34,8 @@ struct JobRequest {
   std::optional<db::KeyedRequest> keyed;
   // No more panels than this: those with the most free wood of the kinds asked for, remnants before fresh ones.
   std::optional<std::size_t> max_panels;
-  bool remnants_first = true;
+  // Asked for: fresh panels only while remnants have too little wood (orders/job_wood.h).
+  std::optional<bool> remnants_first;
 };
 
 // kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, edges are named for a

@@ -442,7 +442,8 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
   auto request = job_request_again(what->job.name, std::move(*picture), what->job.options_json);
   if (!request) return request.error();
   request->options.threads = wanted.threads;
-  request->panels.clear(), request->max_panels.reset();  // whatever wood there is today
+  request->panels.clear(), request->max_panels.reset(),
+      request->remnants_first.reset();  // whatever wood there is today
   planner::PlanEdits edits;
   edits.replanned = what->marks;
   edits.held = true;

@@ -330,9 +330,21 @@ TEST(Render, AJobThatWaitsForItsPanelIsNotCalledAborted) {
   const std::string list = render_jobs({{"jobs", {job}}});
   EXPECT_NE(list.find("waits for panel P-0002"), std::string::npos) << list;
   EXPECT_EQ(list.find("aborted"), std::string::npos) << list;
-  EXPECT_NE(render_job(job).find("Now          waits for panel P-0002\n"), std::string::npos);
+  EXPECT_NE(render_job(job).find("State        waits for panel P-0002\n"), std::string::npos);
+  EXPECT_EQ(render_job(job).find("aborted"), std::string::npos) << render_job(job);
   EXPECT_NE(render_status({{"state", "Suspended"}, {"job", job}}).find("3 \"Grace\" (waits for panel P-0002)"),
             std::string::npos);
+}
+
+TEST(Render, SuspectsAreToldWithTheCommandThatSettlesOne) {
+  const json job = {{"id", 3},
+                    {"suspects", {{{"mark", "A1"}, {"panel", "P-0002"}}, {{"mark", "A4"}, {"panel", "P-0002"}}}}};
+  EXPECT_EQ(render_suspects(job),
+            "A1 on P-0002\n"
+            "A4 on P-0002\n"
+            "Look at each, and say what became of it: `veneerctl job settle 3 A1 cut` when it is good, `scrap` when it "
+            "is lost, `released` when its wood is whole.\n");
+  EXPECT_EQ(render_suspects({{"id", 3}, {"suspects", json::array()}}), "No piece of job 3 is suspect.\n");
 }
 
 TEST(Render, WhatIsLeftOfAJobIsSaidWithTheStatus) {

@@ -46,6 +46,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_NE(run({"job", "archive"}), 0) << "which?";
   EXPECT_NE(run({"job", "archive", "3", "--all-done"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
+  EXPECT_EQ(run({"job", "settle", "3", "A1-1"}), 1) << "what became of it?";
   EXPECT_EQ(run({"job", "recut", "3"}), 2);
   EXPECT_EQ(run({"frame", "--power", "200%"}), 2);
   EXPECT_EQ(run({"frame", "--power", "1"}), 2) << "of what?";

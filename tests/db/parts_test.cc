@@ -150,6 +150,8 @@ TEST_F(PartsTest, APartOfAPartTakesOverWhatItsParentTookOver) {
   ASSERT_THAT(gone, SizeIs(2)) << "the chip lay beyond";
   EXPECT_EQ(gone[0].state, AllocationState::kCut);
   EXPECT_EQ(gone[0].reason, "piece A1 of job 1, of panel P-0001");
+  EXPECT_EQ(must(cell.ledger().piece_before(gone[0].id)), PieceId{1}) << "two saws ago";
+  EXPECT_EQ(must(cell.ledger().piece_before(gone[1].id)), std::nullopt);
   // From 20 to 34 across and from 40 to 54 up: a quarter turn laid it far to the right.
   const auto box = bounds(gone[0].outline);
   EXPECT_EQ(box.min, point<PanelFrame>(280 - 54, 20));

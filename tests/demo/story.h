@@ -61,6 +61,7 @@ class Story {
   const std::vector<std::int64_t>& jobs() const { return jobs_; }
   const std::map<std::string, std::string>& panels() const { return sheet_of_panel_; }  // panel id -> sheet
   nlohmann::json& report() { return report_; }
+  const nlohmann::json& differences() const { return differences_; }  // that reconcile() was told so far
   // Called each time a panel lies on the bed, is found, and the cell waits for Unsuspend.
   std::function<Status()> before_unsuspend;
 

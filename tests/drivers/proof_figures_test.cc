@@ -139,6 +139,12 @@ TEST_F(ProofFigures, SeeADeletedLedgerRow) {
   expect_green_picture(proof);
 }
 
+TEST_F(ProofFigures, SeeWoodThatWasCutThoughItIsOnlyLeased) {
+  const Proof proof = judge({.lease_ledger_row = true});
+  EXPECT_FALSE(*proof.ledger_matches.at(0));
+  EXPECT_THAT(*proof.untrue_panels, ::testing::ElementsAre("P-0001"));
+}
+
 TEST_F(ProofFigures, SeeAPieceThatIsBookedButStillThere) {
   const Proof proof = judge({.skip_cut = true});
   EXPECT_FALSE(*proof.ledger_matches.at(0));

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "base/files.h"
 #include "base/polygon_ops.h"
 #include "tests/scenarios/operated_cell.h"
 
@@ -81,11 +82,18 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
   ASSERT_EQ(post("/commands/unsuspend"), "");
   ASSERT_EQ(cell_->wait_daemon(), 128 + SIGKILL);
   ASSERT_TRUE(cell_->start_daemon().ok());
-  EXPECT_EQ(get("/status")["state"], "Aborted");
+  const json found = get("/status");
+  EXPECT_EQ(found["state"], "Aborted");
+  EXPECT_THAT(found.value("reason", ""), HasSubstr("stopped in the middle of job 1, and one piece is suspect"));
   const auto cut = marks_in("cut"), suspect = marks_in("suspect"), rest = marks_in("reserved");
   EXPECT_GE(cut.size(), 3U);
   EXPECT_EQ(suspect.size(), 1U);
   EXPECT_EQ(cut.size() + suspect.size() + rest.size(), 16U);
+  const std::string log = read_whole(cell_->daemon_log()).value_or("no log");
+  EXPECT_THAT(log, HasSubstr(fmt::format("piece {} of job 1 on panel {} was being cut and is suspect: look at it, then "
+                                         "veneerctl job settle 1 {}",
+                                         *suspect.begin(), kPanel, *suspect.begin())));
+  EXPECT_THAT(log, HasSubstr("job 1 was running when this program ended last and is aborted; veneerctl job start 1"));
   expect_ledger_says_what_the_job_says();
   wait_proven();
   lift();
@@ -97,6 +105,15 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
   EXPECT_EQ(marks_in("cut").size(), 16 - suspect.size());
   expect_ledger_says_what_the_job_says();
   EXPECT_THAT(untrue(), IsEmpty()) << story_->report().dump(2);
+
+  // Who brought the cell so far is in the log that is kept, and what came of what he asked for.
+  std::set<std::string> noted;
+  for (json page = get("/audit?limit=100"); !page["entries"].empty();
+       page = get(fmt::format("/audit?limit=100&after={}", page["entries"].back()["id"].get<int>())))
+    for (const auto& row : page["entries"]) noted.insert(row["what"].get<std::string>());
+  for (const char* what : {"api.scan", "api.scan.done", "api.calibrate", "api.calibrate.done", "api.newJob",
+                           "api.newJob.done", "api.startJob", "api.command"})
+    EXPECT_THAT(noted, Contains(what));
 }
 
 // Slow enough that most of the job is still to come when the disk has become full.

@@ -100,6 +100,14 @@ class CellLife {
     return Ok();
   }
 
+  // What the twin burnt, against the ledger of every panel.
+  Status prove() {
+    if (const Status proven = jobs_.prove(fs::read_symlink("/proc/self/exe").parent_path()); !proven) return proven;
+    std::ifstream file(fs::path(plan_.dir) / "proof.json");
+    proof_ = json::parse(file, nullptr, false);
+    return proof_.is_object() ? Ok() : Status(Error{ErrorCode::kInternal, "proof.json is not JSON"});
+  }
+
   json figures() const {
     // The first quarter is when what is known of each panel for the first time is kept.
     std::vector<std::pair<double, double>> later;
@@ -116,12 +124,28 @@ class CellLife {
             {"cancelled", cancelled_},
             {"made_again", again_},
             {"scans", scans_},
+            {"differences", jobs_.differences()},
+            {"untrue_panels", proof_.value("untrue_panels", json())},
+            {"wood_used_twice", proof_.value("wood_used_twice", json())},
+            {"unclaimed_cuts", proof_.value("unclaimed_cuts", json())},
             {"samples_mb", samples_},
             {"own_mb_per_100_jobs", 100 * slope(later)}};
   }
-  // What was lived is enough to be judged, and the memory was level. 30 MB are what a life as long as the soak's may
-  // gain.
+  // What was lived is enough to be judged, the books were true to the wood, and the memory was level. 30 MB are what a
+  // life as long as the soak's may gain.
   Status judged() const {
+    if (!jobs_.differences().empty())
+      return Error{ErrorCode::kInternal,
+                   fmt::format("scans told {} differences between wood and ledger that nobody made",
+                               jobs_.differences().size())};
+    if (proof_.value("untrue_panels", json()) != json::array() || proof_.value("wood_used_twice", json()) != 0 ||
+        proof_.value("unclaimed_cuts", json()) != 0)
+      return Error{
+          ErrorCode::kInternal,
+          fmt::format("the ledger is not what was burnt: panels {}, {} pieces of wood used twice, {} cuts that "
+                      "nobody claims",
+                      proof_.value("untrue_panels", json()).dump(), proof_.value("wood_used_twice", json()).dump(),
+                      proof_.value("unclaimed_cuts", json()).dump())};
     if (samples_.size() < 5)
       return Error{ErrorCode::kRefused,
                    fmt::format("{} looks at the memory in {} jobs are too few: choose more jobs, or a smaller --every",
@@ -266,6 +290,7 @@ class CellLife {
   std::vector<std::string> panels_;
   std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB
   double free_ = 0, free_at_first_ = 0;             // mm2 of all panels
+  json proof_ = json::object();
   int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0;
 };
 
@@ -294,6 +319,7 @@ int main(int argc, char** argv) {
   CellLife life(**cell, plan);
   Status lived = life.stock_up();
   if (lived) lived = life.live();
+  if (lived) lived = life.prove();
   const json figures = life.figures();
   if (!plan.out.empty()) std::ofstream(plan.out) << figures.dump(2);
   if (lived && figures["jobs"] < figures["jobs_wanted"])

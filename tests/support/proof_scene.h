@@ -26,6 +26,7 @@ struct SceneFaults {
   bool mirror_picture = false;  // the first piece was cut from a mirrored face
   bool no_mark = false;         // on the first piece
   bool delete_ledger_row = false;
+  bool lease_ledger_row = false;
   bool book_twice = false;           // the last piece's wood, for a piece of another job
   bool forget_capture = false;       // the scan that the cell claims was never taken
   bool forget_piece = false;         // the last piece, by the job and the ledger
@@ -157,6 +158,7 @@ class ProofScene {
       claim(i, job);
     }
     if (faults_.delete_ledger_row || faults_.forget_piece) claims.ledger->pop_back();
+    if (faults_.lease_ledger_row) claims.ledger->back().state = "leased";
     if (faults_.forget_piece || faults_.lost_piece) job.pieces.pop_back();
     if (faults_.book_twice) {
       claims.ledger->push_back(claims.ledger->back());

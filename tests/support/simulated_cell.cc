@@ -81,7 +81,7 @@ Status SimulatedCell::start_twin() {
 
 Status SimulatedCell::start_daemon() {
   if (Status written = write_configs(); !written) return written;
-  const fs::path log = options_.dir / "veneerd.log";
+  const fs::path log = daemon_log();
   auto process =
       ChildProcess::start({(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);
   if (!process) return process.error();

@@ -60,6 +60,7 @@ class SimulatedCell {
   std::filesystem::path twin_dir() const { return options_.dir / "twin"; }
   std::filesystem::path database_file() const { return data_dir() / "veneerd.db"; }
   std::filesystem::path config_file() const { return options_.dir / "veneerd.toml"; }
+  std::filesystem::path daemon_log() const { return options_.dir / "veneerd.log"; }
   std::filesystem::path api_socket() const { return socket_dir_ / "d.sock"; }
   std::filesystem::path twin_socket() const { return socket_dir_ / "t.sock"; }
 

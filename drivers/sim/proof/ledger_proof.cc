@@ -78,7 +78,10 @@ cv::Mat gone_in(const Window& window, const BurnIndex& burns, const std::vector<
   return gone;
 }
 
-bool is_booked(const ClaimedAllocation& row) { return row.state != "reserved" && row.state != "released"; }
+// Gone, says the ledger, or in doubt. Wood that is reserved or leased is whole.
+bool is_booked(const ClaimedAllocation& row) {
+  return row.state != "reserved" && row.state != "leased" && row.state != "released";
+}
 
 double still_there(const ClaimedAllocation& row, const Tie& tie, const BurnIndex& burns,
                    const std::vector<CutOut>& cuts) {

@@ -113,9 +113,11 @@ void collect(const SheetWork& work, const Claims& claims, std::vector<std::vecto
 void judge_ledger(const Claims& claims, const std::vector<std::unique_ptr<SheetWork>>& work, int threads,
                   Proof& proof) {
   std::map<std::string, bool> panels;
+  proof.untrue_panels.emplace();
   for (const auto& sheet : work) {
     const LedgerProof ledger = prove_ledger(sheet->panel_tie, *sheet->burns, sheet->cuts, *claims.ledger, threads);
     panels[sheet->panel_tie.panel->id] = ledger.matches();
+    if (!ledger.matches()) proof.untrue_panels->push_back(sheet->panel_tie.panel->id);
     proof.notes.insert(proof.notes.end(), ledger.notes.begin(), ledger.notes.end());
   }
   for (std::size_t j = 0; j < claims.jobs->size(); ++j) {
@@ -189,6 +191,7 @@ json to_json(const Proof& proof) {
   json out = {{"schema_version", 1},   {"registration", json::array()},          {"pose", json::array()},
               {"jobs", json::array()}, {"unclaimed_cuts", proof.unclaimed_cuts}, {"notes", proof.notes}};
   out["unattributed_scans"] = proof.unattributed_scans;
+  out["untrue_panels"] = proof.untrue_panels ? json(*proof.untrue_panels) : json();
   out["wood_used_twice"] = proof.wood_used_twice ? json(*proof.wood_used_twice) : json();
   for (const PanelProof& p : proof.registration)
     out["registration"].push_back({{"panel", p.panel},

@@ -34,6 +34,8 @@ struct Proof {
   std::vector<long> job_numbers;
   std::vector<JobProof> jobs;
   std::vector<std::optional<bool>> ledger_matches;  // per job; nothing without a ledger
+  std::optional<std::vector<std::string>>
+      untrue_panels;  // whose ledger is not what was burnt; nothing without a ledger
   std::vector<SheetProof> sheets;
   std::size_t unclaimed_cuts = 0;  // cut out where neither a job nor the ledger claims a piece
   // Scans that the cell says it took of a panel, of which the twin knows nothing, or that it took of another sheet.

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/api/route_table.h"
 #include "daemon/api/url.h"
 
 namespace veneer::daemon {
@@ -42,6 +43,19 @@ TEST(Router, BindingTwiceOrTheUnknownIsABug) {
   router.bind("getStatus", kNothing);
   EXPECT_DEATH(router.bind("getStatus", kNothing), "");
   EXPECT_DEATH(router.bind("getCoffee", kNothing), "");
+}
+
+// Who did what is noted of every operation that changes something; that a new one changes nothing has to be said here.
+TEST(Router, NotesEveryOperationButThoseThatOnlyAsk) {
+  Router router;
+  std::vector<std::string_view> only_ask;
+  for (const ApiOperation& operation : api_operations()) {
+    router.bind(operation.id, kNothing);
+    const auto match = router.match(operation.method, operation.pattern);
+    ASSERT_NE(match.route, nullptr) << operation.id;
+    if (operation.method != "GET" && !match.route->changes) only_ask.push_back(operation.id);
+  }
+  EXPECT_EQ(only_ask, std::vector<std::string_view>{"sketchPlan"});
 }
 
 // Anybody may try to open a session as often as he likes: only what was done is worth a line that is kept for ever.

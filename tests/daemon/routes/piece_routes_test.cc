@@ -214,6 +214,18 @@ TEST_F(PieceRoutes, APlaceOfAPanelTellsWhatBecameOfIt) {
   EXPECT_THAT(cli::render_place(get("/panels/P-0001/place?x=46&y=6")), HasSubstr("Written off since"));
   EXPECT_EQ(cli::render_place(get("/panels/P-0001/place?x=2&y=2")), "Nothing is booked there.\n");
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0001/place?x=2").status, 400);
+
+  change([](Repositories& r) { return r.jobs.cancel({1}, kPlannedAt); });
+  change([](Repositories& r) -> Status {
+    auto part = r.panels.find({"P-0001"});
+    if (!part) return part.error();
+    if (Status split = r.panels.split(part->id, "test", "sawn apart", kPlannedAt); !split) return split;
+    part->id = {"P-0002"}, part->parent = PanelId{"P-0001"};
+    return r.panels.add_part(*part, {}, {}, {Isometry2<PanelFrame, PanelFrame>(), 4, 0.02_mm});
+  });
+  EXPECT_EQ(cli::render_place(get("/panels/P-0002/place?x=24&y=28")),
+            "Piece A2 of job 1, of panel P-0001, cut since 2026-05-01 08:00:09 UTC, before this panel was sawn off: "
+            "`veneerctl piece show 2`\n");
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/place?x=2&y=2").status, 404);
 }
 

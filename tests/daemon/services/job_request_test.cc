@@ -133,7 +133,7 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
   ASSERT_TRUE(job.ok()) << job.error().message;
   EXPECT_EQ(job->panels, (std::vector<PanelId>{{"P-0001"}, {"P-0003"}}));
   EXPECT_EQ(job->max_panels, std::optional<std::size_t>(1));
-  EXPECT_FALSE(job->remnants_first);
+  EXPECT_EQ(job->remnants_first, std::optional(false));
   EXPECT_EQ(job->woods, (std::vector<std::string>{"oak", "black walnut"}));
   EXPECT_EQ(job->wood_weights, (std::vector<std::pair<std::string, double>>{{"oak", 2}, {"black walnut", 0.5}}));
   EXPECT_EQ(job->size.count(), 190.5);

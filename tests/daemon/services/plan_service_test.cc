@@ -136,6 +136,46 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   for (const std::size_t i : {1U, 2U}) EXPECT_EQ(pieces()[i].panel, PanelId{"P-0002"});
 }
 
+// What redo of a whole job is asked for: one piece was spoilt, of another the wood is whole, and the third is good.
+TEST_F(PlanServiceTest, MakesAllThatIsMissingAgainAndNothingElse) {
+  add_panel("P-0001", 255);
+  const auto made = plan(small_job());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto pieces = [&] { return *database_->call([&](Repositories& r) { return r.jobs.pieces(made->job); }); };
+  const auto before = pieces();
+  ASSERT_EQ(before.size(), 4U);
+  const std::string now = "2026-01-02T00:00:00.000Z";
+  const Status settled = database_->call([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(made->job, PanelId{"P-0001"}, {}, 0.01_mm, now);
+    if (!run) return run.error();
+    for (const auto& piece : before) {
+      if (Status cutting = r.jobs.mark_cutting(piece.id, now); !cutting) return cutting;
+      if (Status cut = r.jobs.book_piece(piece.id, now); !cut) return cut;
+    }
+    if (Status over = r.jobs.finish_run(*run, false, now); !over) return over;
+    const std::vector<PieceId> doubted{before[0].id, before[1].id, before[2].id};
+    if (Status suspect = r.jobs.make_suspect(doubted, now); !suspect) return suspect;
+    if (Status lost = r.jobs.settle(before[0].id, db::AllocationState::kScrap, now); !lost) return lost;
+    if (Status whole = r.jobs.settle(before[1].id, db::AllocationState::kReleased, now); !whole) return whole;
+    return r.jobs.settle(before[2].id, db::AllocationState::kCut, now);
+  });
+  ASSERT_TRUE(settled.ok()) << settled.error().message;
+
+  const auto done = service().redo({made->job, {}, 1}, "uid 1000", [](double, const std::string&) {}, {});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  std::vector<std::string> marks;
+  for (const auto& piece : done->redone) marks.push_back(piece.mark);
+  EXPECT_THAT(marks, ::testing::UnorderedElementsAre(before[0].mark, before[1].mark));
+  const auto after = pieces();
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].id, before[i].id);
+    EXPECT_EQ(after[i].mark, before[i].mark);
+    EXPECT_EQ(after[i].state, i < 2 ? db::PieceState::kReserved : db::PieceState::kCut) << before[i].mark;
+    if (i >= 2) EXPECT_EQ(after[i].panel_outline, before[i].panel_outline) << before[i].mark;
+  }
+}
+
 TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
   add_panel("P-0001", 255);
   JobRequest request = small_job();

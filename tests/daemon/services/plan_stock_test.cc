@@ -193,6 +193,11 @@ TEST_F(PlanStockTest, RemnantsComeBeforeFreshPanelsUnlessTheyHaveTooLittleWood) 
   request.remnants_first = true;
   request.panels = {PanelId{"P-0001"}, PanelId{"P-0003"}};
   EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"})) << "the strip that is left is too little wood";
+
+  request.max_panels.reset(), request.panels.clear();
+  EXPECT_THAT(panels_of(), ::testing::Each(::testing::Ne(PanelId{"P-0001"}))) << "no number of panels is asked for";
+  request.panels = {PanelId{"P-0001"}, PanelId{"P-0003"}};
+  EXPECT_THAT(panels_of(), ::testing::Contains(PanelId{"P-0001"})) << "a fresh one, for want of remnants";
 }
 
 TEST_F(PlanStockTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
