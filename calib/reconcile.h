@@ -29,6 +29,8 @@ struct ReconcileOptions {
   Millimetres tolerance{0.3};       // borders may differ by this
   SquareMillimetres smallest{1.5};  // smaller differences are dust
   Millimetres narrowest{0.5};       // thinner ones are noise at borders
+  // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
+  std::vector<Region<PanelFrame>> uncertain = {};
 };
 
 struct Reconciliation {
@@ -39,11 +41,15 @@ struct Reconciliation {
 
 // `before` is the map the stock was made from and `now` the new one, both of the show face, of the same area at the
 // same resolution. `booked_gone` holds what was cut with its kerf, one region a piece: the tolerance is each piece's
-// own, so the fine web that may stay between two bookings that touch is no difference. Wood counts as gone where it has
-// lost its colour: where `now` shows the lid, lit or shaded. kInvalidArgument when the maps do not compare.
+// own, so the fine web that may stay between two bookings that touch is no difference. `wood` is what the ledger takes
+// for wood, CV_8UC1 as large as the maps: beside it nothing is told as gone. Null: the whole sheet.
+//
+// Nothing is judged by its colour. Wood is gone where `now` is unlike `before` by more than light, drifting colours,
+// the maps' noise and smoke make of it; noise is learnt from what was not booked. kInvalidArgument when the maps do not
+// compare.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
-                                 const ReconcileOptions& options = {});
+                                 const ReconcileOptions& options = {}, const Raster<PanelFrame>* wood = nullptr);
 
 // How much of the inside of `outline`, all that lies farther than `margin` from its border, is missing: 0 to 1. Nothing
 // of an outline that has no such inside, or lies beside the mask. `gone_mask`: that of a reconciliation.
