@@ -94,6 +94,27 @@ void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, c
   }
 }
 
+// Parts of a sheet that are judged each by itself, so that a large one takes no more memory than a small one: what lies
+// within `inner` is judged, with what is seen around it.
+struct Tile {
+  cv::Rect inner, whole;
+};
+std::vector<Tile> tiles_of(const cv::Size& size, double px_per_mm) {
+  constexpr int kMost = 2600;    // pixels of the work map a side, 440 mm
+  constexpr double kAround = 12;  // mm, farther than windows and smoke reach
+  const int columns = (size.width + kMost - 1) / kMost, rows = (size.height + kMost - 1) / kMost,
+            around = cvRound(kAround * px_per_mm);
+  std::vector<Tile> out;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const cv::Point from(size.width * c / columns, size.height * r / rows),
+          to(size.width * (c + 1) / columns, size.height * (r + 1) / rows);
+      const cv::Point more(around, around);
+      out.push_back({cv::Rect(from, to), cv::Rect(from - more, to + more) & cv::Rect({}, size)});
+    }
+  return out;
+}
+
 }  // namespace
 
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
@@ -114,15 +135,22 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   mark_rim(marked, kSheetRim.count() * work.px_per_mm);
   const auto booked = [&](Millimetres moved) { return draw(moved_borders(booked_gone, moved), now, work); };
   const cv::Mat touched = booked(kSooted) | draw(moved_borders(options.uncertain, kSooted), now, work);
-  const UnchangedLook look = look_unchanged(old_work.bgr, work.bgr, touched, work.px_per_mm);
-  const cv::Mat lost = find_changes(look, work.bgr, booked(Millimetres(0)), marked, work.px_per_mm);
+  const cv::Mat cut = booked(Millimetres(0)), well_inside = booked(-options.tolerance);
+  const cv::Mat believed =
+      wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(cut.size(), CV_8UC1, cv::Scalar(255));
+  cv::Mat lost(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
+  for (const Tile& tile : tiles_of(cut.size(), work.px_per_mm)) {
+    const cv::Rect& all = tile.whole;
+    const cv::Rect inner(tile.inner.tl() - all.tl(), tile.inner.size());
+    const cv::Mat here = find_changes(look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm),
+                                      work.bgr(all), cut(all), marked(all), work.px_per_mm);
+    here(inner).copyTo(lost(tile.inner));
+    find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here, believed(all) & ~here, work.px_per_mm)(inner)
+        .copyTo(was_open(tile.inner));
+  }
 
   cv::Mat not_booked = lost & ~booked(options.tolerance);
-  const cv::Mat believed =
-      wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(lost.size(), CV_8UC1, cv::Scalar(255));
-  const cv::Mat alike = booked(-options.tolerance) & ~lost,
-                was_open = find_earlier_openings(old_work.bgr, alike, believed & ~lost, work.px_per_mm);
-  cv::Mat still_there = alike & ~was_open;
+  cv::Mat still_there = well_inside & ~lost & ~was_open;
   not_booked &= believed;
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);

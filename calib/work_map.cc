@@ -23,8 +23,8 @@ WorkMap shrink(const Raster<PanelFrame>& map) {
   work.px_per_mm = map.resolution.px_per_mm / work.fold;
   const int right = (work.fold - map.pixels.cols % work.fold) % work.fold;
   const int below = (work.fold - map.pixels.rows % work.fold) % work.fold;
-  cv::Mat padded;
-  cv::copyMakeBorder(map.pixels, padded, 0, below, 0, right, cv::BORDER_REPLICATE);
+  cv::Mat padded = map.pixels;  // a large map is copied only where it must be
+  if (right > 0 || below > 0) cv::copyMakeBorder(map.pixels, padded, 0, below, 0, right, cv::BORDER_REPLICATE);
   cv::resize(padded, work.bgr, {padded.cols / work.fold, padded.rows / work.fold}, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(work.bgr, work.bgr, {}, 0.1 * work.px_per_mm);
   return work;
