@@ -100,7 +100,7 @@ struct Tile {
   cv::Rect inner, whole;
 };
 std::vector<Tile> tiles_of(const cv::Size& size, double px_per_mm) {
-  constexpr int kMost = 2600;    // pixels of the work map a side, 440 mm
+  constexpr int kMost = 2600;     // pixels of the work map a side, 440 mm
   constexpr double kAround = 12;  // mm, farther than windows and smoke reach
   const int columns = (size.width + kMost - 1) / kMost, rows = (size.height + kMost - 1) / kMost,
             around = cvRound(kAround * px_per_mm);
@@ -138,12 +138,14 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   const cv::Mat cut = booked(Millimetres(0)), well_inside = booked(-options.tolerance);
   const cv::Mat believed =
       wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(cut.size(), CV_8UC1, cv::Scalar(255));
+  Reconciliation out;
   cv::Mat lost(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
   for (const Tile& tile : tiles_of(cut.size(), work.px_per_mm)) {
     const cv::Rect& all = tile.whole;
     const cv::Rect inner(tile.inner.tl() - all.tl(), tile.inner.size());
-    const cv::Mat here = find_changes(look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm),
-                                      work.bgr(all), cut(all), marked(all), work.px_per_mm);
+    const UnchangedLook look = look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm);
+    out.light_known &= look.light_known;
+    const cv::Mat here = find_changes(look, work.bgr(all), cut(all), marked(all), work.px_per_mm);
     here(inner).copyTo(lost(tile.inner));
     find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here, believed(all) & ~here, work.px_per_mm)(inner)
         .copyTo(was_open(tile.inner));
@@ -155,7 +157,6 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);
 
-  Reconciliation out;
   collect(not_booked, DifferenceKind::kGoneNotBooked, now, work, options, out.differences);
   collect(still_there, DifferenceKind::kBookedNotGone, now, work, options, out.differences);
   std::stable_sort(out.differences.begin(), out.differences.end(),

@@ -37,6 +37,9 @@ struct Reconciliation {
   std::vector<Difference> differences;  // largest first
   SquareMillimetres gone{0};            // seen to be missing, within the sheet
   Raster<PanelFrame> gone_mask;         // CV_8UC1, 255 = missing; about 6 px/mm
+  // False: the two maps differ by more than any lamp makes of them, so that the change of light could not be learnt,
+  // and differences may be told that are none.
+  bool light_known = true;
 };
 
 // `before` is the map the stock was made from and `now` the new one, both of the show face, of the same area at the
@@ -45,8 +48,11 @@ struct Reconciliation {
 // for wood, CV_8UC1 as large as the maps: beside it nothing is told as gone. Null: the whole sheet.
 //
 // Nothing is judged by its colour. Wood is gone where `now` is unlike `before` by more than light, drifting colours,
-// the maps' noise and smoke make of it; noise is learnt from what was not booked. kInvalidArgument when the maps do not
-// compare.
+// the maps' noise and smoke make of it; light and noise are learnt from what was neither booked nor is uncertain.
+// kInvalidArgument when the maps do not compare.
+//
+// Memory, over the maps: some 100 bytes a square millimetre of the sheet, no less than 1.4 GB where it is larger than a
+// tile of 440 mm; 1.6 GB at 209 million pixels.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {}, const Raster<PanelFrame>* wood = nullptr);

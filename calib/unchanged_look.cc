@@ -82,11 +82,12 @@ bool is_of_a_lamp(const Terms& light) {
   return true;
 }
 
-cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched) {
+cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched, bool& known) {
   std::array<Terms, 3> light;
   for (int k = 0; k < 3; ++k) light[static_cast<std::size_t>(k)] = fit_light(before, now, touched, k);
   // The channels are of one lamp.
-  if (!std::ranges::all_of(light, is_of_a_lamp))
+  known = std::ranges::all_of(light, is_of_a_lamp);
+  if (!known)
     for (Terms& channel : light) channel = Terms::all(0), channel[0] = 1;
   cv::Mat out(before.size(), CV_32FC3);
   for (int r = 0; r < out.rows; ++r)
@@ -99,6 +100,44 @@ cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& to
       }
     }
   return out;
+}
+
+// What the surface leaves of the light's change: a lamp's stray light, or where two tiles of a stitched map meet.
+// Smooth over a centimetre, bounded, and learnt from what is not touched and differs by little.
+void add_local_light(const cv::Mat& now, const cv::Mat& touched, double px_per_mm, cv::Mat& expected) {
+  constexpr double kCell = 3, kSmooth = 2, kMost = 0.05;  // mm, cells, of a level
+  constexpr double kSharp = 5;                            // grey levels: what differs by more counts for little
+  constexpr double kHold = 0.02;                          // of a cell's places, held to no change
+  constexpr int kRounds = 5;
+  const cv::Size cells(std::max(1, static_cast<int>(now.cols / (kCell * px_per_mm))),
+                       std::max(1, static_cast<int>(now.rows / (kCell * px_per_mm))));
+  std::array<cv::Mat, 3> was, is;
+  cv::split(expected, was.data());
+  cv::split(now, is.data());
+  cv::Mat learnt;
+  cv::Mat(touched == 0).convertTo(learnt, CV_32F, 1.0 / 255);
+  const auto gathered = [&](const cv::Mat& product) {
+    cv::Mat out;
+    cv::resize(product, out, cells, 0, 0, cv::INTER_AREA);
+    cv::GaussianBlur(out, out, {}, kSmooth);
+    return out;
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    cv::Mat seen = was[k];
+    for (int round = 0; round < kRounds; ++round) {
+      cv::Mat off = is[k] - seen, weight, gain;
+      weight = off.mul(off) * (1 / (kSharp * kSharp)) + 1;
+      cv::divide(learnt, weight.mul(weight), weight);
+      off = is[k] - was[k];
+      const cv::Mat square = gathered(weight.mul(was[k]).mul(was[k]));
+      cv::divide(gathered(weight.mul(was[k]).mul(off)), square + kHold * 100 * 100, gain);
+      gain = cv::min(cv::max(gain, -kMost), kMost);
+      cv::resize(gain, gain, now.size(), 0, 0, cv::INTER_LINEAR);
+      seen = was[k] + was[k].mul(gain);
+    }
+    was[k] = seen;
+  }
+  cv::merge(was.data(), was.size(), expected);
 }
 
 cv::Mat grey_mean(const cv::Mat& bgr) {
@@ -335,12 +374,13 @@ UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv
   now.convertTo(is, CV_32F);
   UnchangedLook out;
   out.touched = touched;
-  out.expected = in_light_of(was, is, touched);
+  out.expected = in_light_of(was, is, touched, out.light_known);
   cv::Mat flow_x = cv::Mat::zeros(now.size(), CV_32FC1), flow_y = flow_x.clone();
   const cv::Mat grey = grey_mean(out.expected), grey_now = grey_mean(is);
   for (int round = 0; round < kRounds; ++round)
     add_flow(round == 0 ? grey : moved(grey, flow_x, flow_y), grey_now, px_per_mm, flow_x, flow_y);
-  out.expected = in_light_of(moved(was, flow_x, flow_y), is, touched);
+  out.expected = in_light_of(moved(was, flow_x, flow_y), is, touched, out.light_known);
+  add_local_light(is, touched, px_per_mm, out.expected);
   out.kinds = sort_alike(out.expected, px_per_mm);
   std::array<cv::Mat, 3> off;
   cv::split(is - out.expected, off.data());
