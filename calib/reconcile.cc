@@ -100,7 +100,7 @@ struct Tile {
   cv::Rect inner, whole;
 };
 std::vector<Tile> tiles_of(const cv::Size& size, double px_per_mm) {
-  constexpr int kMost = 2600;     // pixels of the work map a side, 440 mm
+  constexpr int kMost = 2000;     // pixels of the work map a side, 340 mm
   constexpr double kAround = 12;  // mm, farther than windows and smoke reach
   const int columns = (size.width + kMost - 1) / kMost, rows = (size.height + kMost - 1) / kMost,
             around = cvRound(kAround * px_per_mm);

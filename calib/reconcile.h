@@ -51,8 +51,8 @@ struct Reconciliation {
 // the maps' noise and smoke make of it; light and noise are learnt from what was neither booked nor is uncertain.
 // kInvalidArgument when the maps do not compare.
 //
-// Memory, over the maps: some 100 bytes a square millimetre of the sheet, no less than 1.4 GB where it is larger than a
-// tile of 440 mm; 1.6 GB at 209 million pixels.
+// Memory, over the two maps: up to 14 kB a square millimetre of a tile of 340 mm, and 16 bytes a pixel of 6 px/mm of the
+// sheet; below 3 GB at 209 million pixels.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {}, const Raster<PanelFrame>* wood = nullptr);

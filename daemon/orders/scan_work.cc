@@ -119,7 +119,8 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   return write_panel(*map, *mask, folder, out);
 }
 
-// What any of the masks calls wood, and what was told as gone since; nothing when no mask is left.
+// What any of the masks calls wood, and what was told as gone since; nothing when no mask is left. One of another size
+// is of another map, and says nothing.
 Result<std::optional<Raster<PanelFrame>>> believed_wood(const RegisterScans& order) {
   std::optional<Raster<PanelFrame>> wood;
   for (const std::string& file : order.wood_masks) {
@@ -152,6 +153,7 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   for (const auto& suspect : order.suspects) options.uncertain.push_back(suspect);
   auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, *wood ? &**wood : nullptr);
   if (!compared) return compared.error();
+  std::ranges::move(doubts_of_comparison(*compared), std::back_inserter(out.warnings));
   out.differences = std::move(compared->differences);
   for (const auto& suspect : order.suspects)
     out.suspects_gone.push_back(calib::share_gone(compared->gone_mask, suspect, kBesideTheKerf));

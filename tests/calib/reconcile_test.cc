@@ -364,6 +364,27 @@ TEST(Reconcile, WhatIsLeftOfPaleWoodThatIsMostlyCutAwayIsSoundInStrayLight) {
   EXPECT_TRUE(found->differences.empty()) << told(found->differences);
 }
 
+// Of which nobody knows whether they were cut out: were they learnt from, their loss would be the light's change.
+TEST(Reconcile, PlacesInDoubtAreNotLearntFrom) {
+  GreyShelf shelf;
+  shelf.noise = 0.7;
+  calib::ReconcileOptions options;
+  const auto before = shelf.map({});
+  auto now = shelf.map({}, 0.04, 9);
+  std::vector<Outline> pieces;
+  for (std::size_t i = 0; i < shelf.panel.strips.size(); ++i) {
+    const rendered::Strip& strip = shelf.panel.strips[i];
+    pieces.push_back(
+        {{strip.x0, strip.y0}, {strip.x1, strip.y0}, {strip.x1, strip.y1 - 14}, {strip.x0, strip.y1 - 14}});
+    open_up(now, pieces.back(), shelf.panel.strips[i].colour * 0.93F);
+  }
+  options.uncertain = regions_of(pieces);
+  const auto found = reconcile(before, now, {}, shelf.fiducials, options);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  for (const Outline& piece : pieces)
+    EXPECT_GT(calib::share_gone(found->gone_mask, region_of(piece), 0.5_mm), 0.85) << told(found->differences);
+}
+
 // Booked as wide as the strip is: beside it there is board, which looks otherwise, and no opening.
 TEST(Reconcile, APieceAsWideAsItsStripThatWasNotCutIsTold) {
   const Shelf shelf;
