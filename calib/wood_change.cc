@@ -33,6 +33,8 @@ class WindowScore {
   // Sigma of a pixel. Less: JPEG's coarse steps of colour are no noise that a median sees. More: what is learnt is the
   // loss of most of a wood.
   static constexpr float kLeast = 0.3F, kMost = 0.7F;
+  // Of a level, one sigma: what is left of the light's change.
+  static constexpr float kLight = 0.005F;
 
  public:
   WindowScore(const UnchangedLook& look, const cv::Mat& z, double sigma_px) : look_(look), sigma_px_(sigma_px) {
@@ -44,17 +46,23 @@ class WindowScore {
     }
   }
   cv::Mat of(const cv::Mat& z) const {
-    const auto planes = opponents(z);
-    cv::Mat sum = cv::Mat::zeros(z.size(), CV_32FC1);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const cv::Mat mean = blurred(planes[k], sigma_px_);
-      for (int r = 0; r < z.rows; ++r)
-        for (int c = 0; c < z.cols; ++c) {
-          const float u = mean.at<float>(r, c) / scale_[k][look_.kinds.at<std::uint8_t>(r, c)];
-          sum.at<float>(r, c) += u * u;
+    auto planes = opponents(z), lights = opponents(look_.expected / look_.noise);
+    for (std::size_t k = 0; k < 3; ++k)
+      planes[k] = blurred(planes[k], sigma_px_), lights[k] = blurred(lights[k], sigma_px_);
+    cv::Mat out(z.size(), CV_32FC1);
+    for (int r = 0; r < z.rows; ++r)
+      for (int c = 0; c < z.cols; ++c) {
+        cv::Vec3f u, light;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const float scale = scale_[k][look_.kinds.at<std::uint8_t>(r, c)];
+          u[static_cast<int>(k)] = planes[k].at<float>(r, c) / scale;
+          light[static_cast<int>(k)] = kLight * lights[k].at<float>(r, c) / scale;
         }
-    }
-    return sum;
+        // Mahalanobis' distance with the light's covariance added to the noise's (Sherman and Morrison).
+        const float along = u.dot(light);
+        out.at<float>(r, c) = u.dot(u) - along * along / (1 + light.dot(light));
+      }
+    return out;
   }
 
  private:
