@@ -5,7 +5,7 @@
 #include <array>
 #include <opencv2/core/mat.hpp>
 
-#include "calib/wood_colour.h"
+#include "calib/work_map.h"
 
 namespace veneer::calib {
 

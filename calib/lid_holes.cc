@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/wood_colour.h"
+#include "calib/work_map.h"
 
 namespace veneer::calib {
 namespace {

@@ -5,12 +5,19 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "calib/wood_colour.h"
+#include "calib/unchanged_look.h"
+#include "calib/wood_change.h"
+#include "calib/work_map.h"
 
 namespace veneer::calib {
 namespace {
 
-constexpr double kLitLid = 0.75;  // of the lid's brightness: what shows through the board is shaded by it
+constexpr Millimetres kSooted(1);      // beside a cut
+constexpr Millimetres kSheetRim(0.5);  // of the sheet, whose edge lies a little elsewhere in each map
+
+void mark_rim(cv::Mat& mask, double width_px) {
+  cv::rectangle(mask, {0, 0}, {mask.cols - 1, mask.rows - 1}, cv::Scalar(255), 2 * cvRound(width_px) + 1);
+}
 
 // The region on the work map's pixels.
 cv::Mat draw(const Region<PanelFrame>& region, const Raster<PanelFrame>& map, const WorkMap& work) {
@@ -39,16 +46,12 @@ Region<PanelFrame> moved_borders(const std::vector<Region<PanelFrame>>& regions,
   return unite(moved);
 }
 
-// Neutral and bright, if shaded: the lid behind an opening.
-cv::Mat lid_behind(const WorkMap& work, const WoodColour& colour) {
-  cv::Mat mask(work.bgr.size(), CV_8UC1);
-  for (int r = 0; r < mask.rows; ++r)
-    for (int c = 0; c < mask.cols; ++c) {
-      const auto& pixel = work.bgr.at<cv::Vec3b>(r, c);
-      const bool bright = std::min({pixel[0], pixel[1], pixel[2]}) > kLitLid * colour.white;
-      mask.at<std::uint8_t>(r, c) = bright && !colour.is_wood(pixel) ? 255 : 0;
-    }
-  return mask;
+cv::Mat on_work_map(const cv::Mat& mask, const WorkMap& work) {
+  cv::Mat out;
+  const int right = work.bgr.cols * work.fold - mask.cols, below = work.bgr.rows * work.fold - mask.rows;
+  cv::copyMakeBorder(mask, out, 0, below, 0, right, cv::BORDER_REPLICATE);
+  cv::resize(out, out, work.bgr.size(), 0, 0, cv::INTER_AREA);
+  return out >= 128;
 }
 
 // The pixels of one part: the outline of their centres, half a pixel wider.
@@ -91,11 +94,32 @@ void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, c
   }
 }
 
+// Parts of a sheet that are judged each by itself, so that a large one takes no more memory than a small one: what lies
+// within `inner` is judged, with what is seen around it.
+struct Tile {
+  cv::Rect inner, whole;
+};
+std::vector<Tile> tiles_of(const cv::Size& size, double px_per_mm) {
+  constexpr int kMost = 2000;     // pixels of the work map a side, 340 mm
+  constexpr double kAround = 12;  // mm, farther than windows and smoke reach
+  const int columns = (size.width + kMost - 1) / kMost, rows = (size.height + kMost - 1) / kMost,
+            around = cvRound(kAround * px_per_mm);
+  std::vector<Tile> out;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const cv::Point from(size.width * c / columns, size.height * r / rows),
+          to(size.width * (c + 1) / columns, size.height * (r + 1) / rows);
+      const cv::Point more(around, around);
+      out.push_back({cv::Rect(from, to), cv::Rect(from - more, to + more) & cv::Rect({}, size)});
+    }
+  return out;
+}
+
 }  // namespace
 
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
-                                 const ReconcileOptions& options) {
+                                 const ReconcileOptions& options, const Raster<PanelFrame>* wood) {
   for (const auto* map : {&before, &now})
     if (map->pixels.type() != CV_8UC3 || map->pixels.empty())
       return Error{ErrorCode::kInvalidArgument, "a veneer map to compare is empty or not an 8 bit colour picture"};
@@ -103,27 +127,42 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
       std::abs(before.resolution.px_per_mm - now.resolution.px_per_mm) > 1e-6)
     return Error{ErrorCode::kInvalidArgument, "the two veneer maps to compare do not cover the same area"};
 
-  const WorkMap old_work = shrink(before), work = shrink(now);
-  const cv::Mat marked = mark_fiducials(now, fiducials, work, Millimetres(1));
-  const WoodColour old_colour = WoodColour::learn(old_work, marked), colour = WoodColour::learn(work, marked);
-  const cv::Mat was_wood = old_colour.wood(old_work.bgr), is_wood = colour.wood(work.bgr);
-  const cv::Mat was_open = lid_behind(old_work, old_colour), is_open = lid_behind(work, colour);
-  const auto booked = [&](Millimetres moved) { return draw(moved_borders(booked_gone, moved), now, work); };
+  if (wood != nullptr && (wood->pixels.type() != CV_8UC1 || wood->pixels.size() != now.pixels.size()))
+    return Error{ErrorCode::kInvalidArgument, "the mask of the wood is not as large as the veneer maps to compare"};
 
-  // Wood that lost its colour is gone, lit or in the shadow of the rim; what was no wood is gone where the lid is seen.
-  cv::Mat lost = (was_wood & ~is_wood) | (is_open & ~was_open);
+  const WorkMap old_work = shrink(before), work = shrink(now);
+  cv::Mat marked = mark_fiducials(now, fiducials, work, Millimetres(1));
+  mark_rim(marked, kSheetRim.count() * work.px_per_mm);
+  const auto booked = [&](Millimetres moved) { return draw(moved_borders(booked_gone, moved), now, work); };
+  const cv::Mat touched = booked(kSooted) | draw(moved_borders(options.uncertain, kSooted), now, work);
+  const cv::Mat cut = booked(Millimetres(0)), well_inside = booked(-options.tolerance);
+  const cv::Mat believed =
+      wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(cut.size(), CV_8UC1, cv::Scalar(255));
+  Reconciliation out;
+  cv::Mat lost(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
+  for (const Tile& tile : tiles_of(cut.size(), work.px_per_mm)) {
+    const cv::Rect& all = tile.whole;
+    const cv::Rect inner(tile.inner.tl() - all.tl(), tile.inner.size());
+    const UnchangedLook look = look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm);
+    out.light_known &= look.light_known;
+    const cv::Mat here = find_changes(look, work.bgr(all), cut(all), marked(all), work.px_per_mm);
+    here(inner).copyTo(lost(tile.inner));
+    find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here, believed(all) & ~here, work.px_per_mm)(inner)
+        .copyTo(was_open(tile.inner));
+  }
+
   cv::Mat not_booked = lost & ~booked(options.tolerance);
-  cv::Mat still_there = is_wood & booked(-options.tolerance);
+  cv::Mat still_there = well_inside & ~lost & ~was_open;
+  not_booked &= believed;
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);
 
-  Reconciliation out;
   collect(not_booked, DifferenceKind::kGoneNotBooked, now, work, options, out.differences);
   collect(still_there, DifferenceKind::kBookedNotGone, now, work, options, out.differences);
   std::stable_sort(out.differences.begin(), out.differences.end(),
                    [](const Difference& a, const Difference& b) { return a.area > b.area; });
 
-  cv::Mat gone = lost | is_open | (booked(Millimetres(0)) & ~is_wood);
+  cv::Mat gone = lost | was_open;
   gone.setTo(0, marked);
   cv::morphologyEx(gone, gone, cv::MORPH_OPEN, round_kernel(options.narrowest.count() / 2 * work.px_per_mm));
   out.gone = SquareMillimetres(cv::countNonZero(gone) / (work.px_per_mm * work.px_per_mm));

@@ -11,8 +11,8 @@
 #include "calib/board_model.h"
 #include "calib/glass_dust.h"
 #include "calib/strip_finder.h"
-#include "calib/wood_colour.h"
 #include "calib/wood_faults.h"
+#include "calib/work_map.h"
 
 namespace veneer::calib {
 namespace {

@@ -55,6 +55,12 @@ Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<R
   return out;
 }
 
+void add_wood(Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& regions) {
+  for (const auto& region : regions)
+    if (const auto rings = to_pixels(region, mask, kShift); !rings.empty())
+      cv::fillPoly(mask.pixels, rings, cv::Scalar(255), cv::LINE_8, kShift);
+}
+
 Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
                                const std::vector<Ring<PanelFrame>>& others) {
   cv::Mat within(free.pixels.size(), CV_8UC1, cv::Scalar(0));

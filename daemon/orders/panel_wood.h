@@ -16,6 +16,9 @@ SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
 Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& live,
                              Millimetres margin);
 
+// Calls the regions wood too, 255 in the mask.
+void add_wood(Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& regions);
+
 // What of `free` lies in one of the wanted outlines and in none of the others; never too generous.
 Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
                                const std::vector<Ring<PanelFrame>>& others);

@@ -230,6 +230,13 @@ std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask) {
   return out;
 }
 
+std::vector<ScanWarning> doubts_of_comparison(const calib::Reconciliation& compared) {
+  if (compared.light_known) return {};
+  return {{"light",
+           "the scan is so much lighter or darker than the panel's first one that wood may be told as missing which is "
+           "there: let the lamp warm up, wipe the glass and scan again"}};
+}
+
 std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
                                               const calib::Registration& registration, const calib::VeneerMask& mask) {
   std::vector<ScanWarning> out = doubts_of_mask(mask);

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "base/units.h"
+#include "calib/reconcile.h"
 #include "calib/registration.h"
 #include "calib/veneer_mask.h"
 
@@ -39,6 +40,10 @@ std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration)
 std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>& views,
                                              const calib::Registration& registration);
 bool is_unproven(const ScanWarning& warning);
+
+// Of a later scan of a show face:
+//   light  it differs from the panel's first map by more than any lamp makes of it
+std::vector<ScanWarning> doubts_of_comparison(const calib::Reconciliation& compared);
 
 // Of a first scan, which defines the panel's frame:
 //   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)

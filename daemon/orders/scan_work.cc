@@ -119,6 +119,22 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   return write_panel(*map, *mask, folder, out);
 }
 
+// What any of the masks calls wood, and what was told as gone since; nothing when no mask is left. One of another size
+// is of another map, and says nothing.
+Result<std::optional<Raster<PanelFrame>>> believed_wood(const RegisterScans& order) {
+  std::optional<Raster<PanelFrame>> wood;
+  for (const std::string& file : order.wood_masks) {
+    auto mask = read_stored_raster(file);
+    if (!mask) return mask.error();
+    if (wood && wood->pixels.size() == mask->pixels.size())
+      wood->pixels |= mask->pixels;
+    else if (!wood)
+      wood = *std::move(mask);
+  }
+  if (wood) add_wood(*wood, order.told_gone);
+  return wood;
+}
+
 Status read_known_panel(const RegisterScans& order, const calib::Registration& registration,
                         const std::filesystem::path& folder, const TaskProgress& progress, PanelRead& out) {
   progress(0.55, "stitching");
@@ -131,8 +147,13 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   auto map = stitch(order, registration, area);
   if (!map) return map.error();
   progress(0.72, "comparing with the ledger");
-  auto compared = calib::reconcile(*before, *map, order.gone, *order.known);
+  const auto wood = believed_wood(order);
+  if (!wood) return wood.error();
+  calib::ReconcileOptions options;
+  for (const auto& suspect : order.suspects) options.uncertain.push_back(suspect);
+  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, *wood ? &**wood : nullptr);
   if (!compared) return compared.error();
+  std::ranges::move(doubts_of_comparison(*compared), std::back_inserter(out.warnings));
   out.differences = std::move(compared->differences);
   for (const auto& suspect : order.suspects)
     out.suspects_gone.push_back(calib::share_gone(compared->gone_mask, suspect, kBesideTheKerf));

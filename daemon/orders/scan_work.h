@@ -48,8 +48,12 @@ struct RegisterScans {
   Face face = Face::kShow;
   std::optional<calib::PanelFiducials> known;  // none: a panel's first scan
   std::set<int> foreign_tags;
-  // Of a show face that was known: the oldest map left, its map and mask until now, and what the ledger holds for cut.
-  std::string first_map, earlier_map, earlier_mask;
+  // Of a show face that was known: the oldest map left, masks of which any calls wood what the ledger takes for wood,
+  // its map and mask until now, and what the ledger holds for cut.
+  std::string first_map;
+  std::vector<std::string> wood_masks;        // none: all of the sheet may be wood
+  std::vector<Region<PanelFrame>> told_gone;  // wood that an earlier scan did not see, and that is not booked
+  std::string earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
   std::vector<Region<PanelFrame>> held;      // what else the ledger holds: wood that is not free, and not gone
   std::vector<Region<PanelFrame>> suspects;  // outlines of pieces of which nobody knows whether they were cut out

@@ -76,8 +76,10 @@ struct SeenSheet {
   std::string map_file, map_sha256, mask_file;  // in the data folder
   std::optional<PanelId> panel;                 // a known one
   int after = 0;                                // and the version of its mask
-  bool later_map = false;                       // its first map is lost
-  std::optional<PanelId> parent;                // of a new one: the sawn panel that it is a part of
+  // Its first map is lost: it was compared with a later one, which may have been made after a suspect's wood had gone.
+  // Wood that shows no change since is then a sighting that is unclear, never one that is still there.
+  bool later_map = false;
+  std::optional<PanelId> parent;  // of a new one: the sawn panel that it is a part of
   calib::PanelFiducials parent_fiducials;
   std::vector<SuspectWood> suspects;
 };

@@ -7,7 +7,7 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
-#include "calib/wood_colour.h"
+#include "calib/work_map.h"
 
 namespace veneer::drawn {
 

@@ -124,6 +124,16 @@ Raster<PanelFrame> map_of(const Panel& panel, cv::RNG& random) {
   return map;
 }
 
+// The wood as a mask gives it whose questions were answered: all but what lies beside edges and faults.
+Raster<PanelFrame> wood_of(const Panel& panel, const Raster<PanelFrame>& map) {
+  constexpr double kEdgeMargin = 0.5;  // mm
+  cv::Mat away;
+  cv::distanceTransform(panel.matter == static_cast<int>(Matter::kWood), away, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  Raster<PanelFrame> out = map;
+  cv::resize(away > kEdgeMargin * panel.truth_px_per_mm, out.pixels, map.pixels.size(), 0, 0, cv::INTER_NEAREST);
+  return out;
+}
+
 }  // namespace
 
 const char* name_of(Fate fate) {
@@ -159,8 +169,9 @@ FateVerdict judge_fates(std::uint64_t seed, int i, const std::filesystem::path& 
   std::vector<Region<PanelFrame>> booked;
   for (const Piece& piece : pieces)
     if (is_booked(piece.fate)) booked.push_back(region_of(piece.outline));
+  const auto wood = wood_of(first, before);
   const auto began = std::chrono::steady_clock::now();
-  const auto found = calib::reconcile(before, now, booked, first.fiducials);
+  const auto found = calib::reconcile(before, now, booked, first.fiducials, {}, &wood);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (!found) {
     out.refused = found.error().message;

@@ -80,6 +80,16 @@ TEST(ScanDoubts, ALongHairIsToldAndAShortOneIsNot) {
               ::testing::HasSubstr("at 79 mm from the left and 112 mm from the lower edge (20 mm long): "));
 }
 
+TEST(ScanDoubts, AScanInNoLampsLightIsLookedAt) {
+  calib::Reconciliation compared;
+  EXPECT_THAT(doubts_of_comparison(compared), IsEmpty());
+  compared.light_known = false;
+  const auto doubts = doubts_of_comparison(compared);
+  ASSERT_EQ(doubts.size(), 1U);
+  EXPECT_EQ(doubts[0].name, "light");
+  EXPECT_THAT(doubts[0].text, ::testing::HasSubstr("let the lamp warm up, wipe the glass and scan again"));
+}
+
 TEST(ScanDoubts, AnAxisThatIsOffIsToldFromPrintsThatAre) {
   EXPECT_THAT(Sheet(0.008, -0.006).names(), ElementsAre("scales"));
   EXPECT_THAT(Sheet(0, 0.005).names(), ElementsAre("scales"));

@@ -1,5 +1,4 @@
-// What tells wood from board and lid: its warmth, log(red / blue), against that of the map's own board and lid.
-// Shared by mask and reconciliation. Internal; thread-safe.
+// A veneer map as mask and reconciliation work on it, coarser than it was stitched. Internal; thread-safe.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -21,18 +20,6 @@ WorkMap shrink(const Raster<PanelFrame>& map);
 // 255 on the show face's tags, on through-holes, and within `margin` of them.
 cv::Mat mark_fiducials(const Raster<PanelFrame>& map, const PanelFiducials& fiducials, const WorkMap& work,
                        Millimetres margin);
-
-struct WoodColour {
-  double ratio = 1;  // red over blue, above which a pixel is wood
-  double white = 255;
-
-  // The board is learnt from the neutral part of the map's margin, the lid from what is brightest.
-  static WoodColour learn(const WorkMap& work, const cv::Mat& fiducials);
-  bool is_lid(const cv::Vec3b& bgr) const;   // fully lit
-  bool is_wood(const cv::Vec3b& bgr) const;  // warm, and not the lid
-  cv::Mat wood(const cv::Mat& bgr) const;    // 255 where is_wood
-  cv::Mat lid(const cv::Mat& bgr) const;     // 255 where is_lid
-};
 
 cv::Mat round_kernel(double radius_px);
 
