@@ -55,7 +55,7 @@ class ModelledPlans : public ModelledWood {
   }
   void lease() {
     if (plans_.empty()) return store_plan();
-    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    ModelPlan& plan = *mostly(plans_, [&](const ModelPlan& one) { return can_be_made(one, kNow); });
     const std::string at = *rc::gen::element(kNow, kLater), until = *rc::gen::element(kBetween, kMuchLater);
     const bool renewed = plan.lease && *plan.lease > at;
     const bool allowed = until > at && (renewed || can_be_made(plan, at));
@@ -71,7 +71,7 @@ class ModelledPlans : public ModelledWood {
   }
   void release() {
     if (plans_.empty()) return;
-    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    ModelPlan& plan = *mostly(plans_, [](const ModelPlan& one) { return one.lease.has_value(); });
     RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater).ok() == plan.lease.has_value());
     plan.lease.reset();
   }
@@ -116,7 +116,10 @@ class ModelledPlans : public ModelledWood {
   // They get other wood, all of them or none.
   void redo() {
     if (jobs_.empty()) return;
-    ModelJob& job = jobs_[*in_range<std::size_t>(0, jobs_.size())];
+    ModelJob& job = *mostly(jobs_, [](const ModelJob& one) {
+      return one.state != JobState::kRunning &&
+             (one.any(AllocationState::kScrap) || one.any(AllocationState::kReleased));
+    });
     const auto indices = to_make_again(job);
     ModelPlan plan;
     plan.masks = masks();
@@ -125,8 +128,13 @@ class ModelledPlans : public ModelledWood {
     for (const std::size_t index : indices) {
       const AllocationState state = job.pieces[index].state;
       ModelPiece& wanted = plan.pieces.emplace_back(job.pieces[index]);
-      wanted.panel = any_panel();
-      wanted.cells = random_cells();
+      for (int tries = 0; tries < 8; ++tries) {  // where there is wood, mostly
+        wanted.panel = any_panel();
+        wanted.cells = random_cells();
+        if (!known_[wanted.panel].retired && !is_to_scan(wanted.panel) &&
+            !taken(wanted.panel, wanted.cells, placed, kLater))
+          break;
+      }
       wanted.state = AllocationState::kReserved;
       wanted.assembled = false, wanted.owed = 0;
       const bool lost =

@@ -278,6 +278,24 @@ class ModelledWood : protected ModelledKnowledge {
       for (auto& piece : job.pieces) all.push_back(&piece);
     return all.empty() ? nullptr : *rc::gen::elementOf(all);
   }
+  // Three times of four one of those that are so, where there is one: most commands would be refused otherwise.
+  template <class T, class Condition>
+  static T* mostly(std::vector<T>& all, const Condition& is_so) {
+    if (all.empty()) return nullptr;
+    std::vector<T*> wanted;
+    for (T& one : all)
+      if (is_so(one)) wanted.push_back(&one);
+    if (wanted.empty() || *in_range(0, 4) == 0) wanted = pointers(all);
+    return *rc::gen::elementOf(wanted);
+  }
+  template <class Condition>
+  ModelPiece* mostly_a_piece(const Condition& is_so) {
+    std::vector<ModelPiece*> wanted;
+    for (ModelJob& job : jobs_)
+      for (ModelPiece& piece : job.pieces)
+        if (is_so(piece)) wanted.push_back(&piece);
+    return wanted.empty() || *in_range(0, 4) == 0 ? random_piece() : *rc::gen::elementOf(wanted);
+  }
   std::vector<ModelPiece*> random_pieces() {
     std::vector<ModelPiece*> out;
     for (int i = 0, n = *in_range(0, 4); i < n; ++i)

@@ -9,9 +9,11 @@ class ModelledWork : public ModelledPlans {
  protected:
   void start_run() {
     if (jobs_.empty()) return;
-    const std::size_t index = *in_range<std::size_t>(0, jobs_.size());
+    ModelPiece* first = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kReserved; });
+    std::size_t index = 0;
+    while (!has(jobs_[index], *first)) ++index;
     ModelJob& job = jobs_[index];
-    const int panel = any_panel();
+    const int panel = *in_range(0, 4) == 0 ? any_panel() : first->panel;
     const bool startable = job.state != JobState::kComplete && job.state != JobState::kCancelled;
     const bool wood = std::any_of(job.pieces.begin(), job.pieces.end(), [&](const auto& p) {
       return p.panel == panel && p.state == AllocationState::kReserved;
@@ -32,14 +34,15 @@ class ModelledWork : public ModelledPlans {
     job.state = JobState::kRunning;
   }
   void mark_cutting() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece =
+        mostly_a_piece([&](const ModelPiece& p) { return in_run(p) && p.state == AllocationState::kReserved; });
     if (piece == nullptr) return;
     const bool allowed = in_run(*piece) && piece->state == AllocationState::kReserved;
     RC_ASSERT(cell_.jobs().mark_cutting(piece->id, kNow).ok() == allowed);
     if (allowed) piece->state = AllocationState::kCutting;
   }
   void book() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kCutting; });
     if (piece == nullptr) return;
     const bool allowed = piece->state == AllocationState::kCutting;
     const bool keep = run_ && *rc::gen::arbitrary<bool>();
@@ -102,7 +105,7 @@ class ModelledWork : public ModelledPlans {
     if (!run_) return;
     ModelJob& job = jobs_[run_->job];
     if (*rc::gen::arbitrary<bool>()) {
-      const bool more = *rc::gen::arbitrary<bool>();
+      const bool more = *in_range(0, 4) != 0;
       const bool allowed = !job.any(AllocationState::kCutting);
       RC_ASSERT(cell_.jobs().finish_run(run_->id, more, kLater).ok() == allowed);
       if (!allowed) return;
@@ -124,7 +127,7 @@ class ModelledWork : public ModelledPlans {
     run_.reset();
   }
   void settle() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kSuspect; });
     if (piece == nullptr) return;
     const auto verdict =
         *rc::gen::elementOf(std::vector{AllocationState::kCut, AllocationState::kScrap, AllocationState::kReleased});
@@ -164,8 +167,10 @@ class ModelledWork : public ModelledPlans {
   }
   void end_between_panels() {
     if (jobs_.empty()) return;
-    const std::size_t index = *in_range<std::size_t>(0, jobs_.size());
-    ModelJob& job = jobs_[index];
+    ModelJob& job = *mostly(jobs_, [&](const ModelJob& one) {
+      return one.state == JobState::kRunning && !(run_ && &jobs_[run_->job] == &one);
+    });
+    const auto index = static_cast<std::size_t>(&job - jobs_.data());
     const bool waits = job.state == JobState::kRunning && !(run_ && run_->job == index);
     const bool stop = *rc::gen::arbitrary<bool>();
     const Status done = stop ? cell_.jobs().stop_job(job.id, kLater) : cell_.jobs().abort_job(job.id, kLater);
