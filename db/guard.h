@@ -5,6 +5,8 @@
 // have none, and a trigger can be dropped.
 #pragma once
 
+#include <functional>
+
 namespace SQLite {
 class Database;
 }  // namespace SQLite
@@ -14,6 +16,8 @@ namespace veneer::db {
 struct Guard {
   bool writing = false;
   bool at_one_moment = false;  // a transaction that only reads is on (Database::begin_moment)
+  // Told where in the source each transaction stands that is committed, so that a test finds those that it never tries.
+  std::function<void(const char* file, int line)> committed;
 };
 
 // `guard` outlives the connection. The schema must be as it is to stay.

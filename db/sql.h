@@ -50,7 +50,8 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
 // Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok. Inside of another one it is a
 // step of that: written when that one is, so whoever takes several steps ends with the first that fails.
 template <class Body>
-auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
+auto in_transaction(Database& database, const Body& body, const char* file = __builtin_FILE(),
+                    int line = __builtin_LINE()) -> std::invoke_result_t<Body, SQLite::Database&> {
   if (database.guard().writing) return body(database.connection());
   if (Status may = database.may_write(); !may.ok()) return may.error();
   return guarded(database, [&](SQLite::Database& connection) {
@@ -58,7 +59,9 @@ auto in_transaction(Database& database, const Body& body) -> std::invoke_result_
     SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
     database.look_for_others();
     auto result = body(connection);
-    if (result.ok()) transaction.commit();
+    if (!result.ok()) return result;
+    transaction.commit();
+    if (database.guard().committed) database.guard().committed(file, line);
     return result;
   });
 }

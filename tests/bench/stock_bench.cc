@@ -18,7 +18,6 @@
 #include <opencv2/core.hpp>
 #include <random>
 #include <span>
-#include <thread>
 
 #include "base/files.h"
 #include "db/job_store.h"
@@ -338,12 +337,7 @@ void BM_stock_raw_writers(benchmark::State& state) {
   sure(Panels(*std::make_unique<Database>(sure(Database::open(file)))).add(a_panel(1), {}, {}));
   std::vector<double> waited;
   for (auto _ : state) {
-    std::vector<Tally> tallies(kWriters);
-    {
-      std::vector<std::jthread> writers;
-      for (unsigned i = 0; i < kWriters; ++i)
-        writers.emplace_back([&, i] { tallies[i] = write_raw(file, panel_number(1), i, 300); });
-    }
+    const auto tallies = write_raw_at_once(file, panel_number(1), 0, kWriters, 300);
     for (const Tally& tally : tallies) waited.insert(waited.end(), tally.waited_ms.begin(), tally.waited_ms.end());
   }
   std::sort(waited.begin(), waited.end());

@@ -90,6 +90,10 @@ inline std::vector<Step> a_day() {
   });
   add("laser", [](Database& db) { return Certificates(db).laser_is("Grbl 1.1h, $100=80", kNow); });
 
+  const auto proven = [&](int number) {
+    jobs("panel seen where it has to lie", [number](JobStore store) { return store.note_proof({number}, kNow); });
+  };
+
   // Job 1 has pieces 1 to 4 and comes of plan 1, job 2 has piece 5.
   jobs("job", [=](JobStore store) {
     return store.create(job_of({square_piece("A1", oak, 10, 10, 14), square_piece("A2", oak, 30, 10, 14),
@@ -106,6 +110,7 @@ inline std::vector<Step> a_day() {
   run(1, oak);
   mark(3);
   book(3);
+  proven(2);
   finish(2);
   run(1, ash);
   mark(4);

@@ -1,5 +1,5 @@
-// A process that does whatever a cell does to its wood, drawn from a seed and from what the database says: the same
-// seed on the same database does the same.
+// A process that does whatever a cell does, drawn from a seed and from what the database says: the same seed on the
+// same database does the same. Each step is one transaction.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 #include "db/leases.h"
 #include "db/masks.h"
 #include "db/shapes.h"
+#include "tests/db/busy_office.h"
 #include "tests/db/cell_database.h"
 
 namespace veneer::db {
@@ -27,6 +28,7 @@ class BusyProcess {
   // be decided or a panel to be scanned, kNotFound where it asks for a version that is not there: answers like others.
   Status step() {
     if (!std::exchange(recovered_, true)) return jobs_.recover(kLater).ok() ? Ok() : failed("recovery");
+    if (below(6) == 0) return office_.step(some_panel());
     const auto run = row("SELECT id FROM runs WHERE ended_at IS NULL");
     return run ? cut({*run}) : prepare();
   }
@@ -47,6 +49,8 @@ class BusyProcess {
   Status cut(RunId run) {
     const auto cutting = row("SELECT piece FROM allocations WHERE state = 'cutting'");
     if (below(12) == 0) return jobs_.abort_run(run, {}, "stop", kLater);
+    if (below(8) == 0) return jobs_.note_proof(run, kNow);
+    if (cutting && below(2) == 0) return jobs_.book_and_keep({{*cutting}, "", run, "Grbl 1.1h", "[]"}, kNow);
     if (cutting) return jobs_.book_piece({*cutting}, kNow);
     const auto next =
         row("SELECT a.piece FROM allocations AS a JOIN runs AS r ON r.job = a.job AND r.panel = a.panel WHERE "
@@ -86,20 +90,19 @@ class BusyProcess {
   // A plan is kept, leases its wood, and gives it back, to a job of its own or to nobody.
   Status lease() {
     Leases leases(database_);
-    if (const auto leased = row("SELECT plan FROM leases WHERE ended IS NULL"); leased && below(2) == 0) {
-      if (below(3) == 0) return leases.release({*leased}, kLater);
-      if (below(2) == 0) return leases.expire(kLater).ok() ? Ok() : failed("expiry");
-      const auto made = jobs_.create(PlanId{*leased}, kNow);
-      return made.ok() ? Ok() : Status(made.error());
+    if (const auto leased = row("SELECT plan FROM leases WHERE ended IS NULL")) {
+      const unsigned what = below(5);
+      if (what < 2) return leases.release({*leased}, kLater);
+      if (what == 2) return leases.expire("2026-06-01T00:00:00.000Z").ok() ? Ok() : failed("expiry");
+      if (what == 3) return dropped(jobs_.create(PlanId{*leased}, kNow));
     }
     const auto kept = row(
         "SELECT id FROM plans WHERE id NOT IN (SELECT plan FROM jobs) AND id NOT IN (SELECT plan FROM redos) AND id "
-        "NOT IN (SELECT plan FROM leases WHERE ended IS NULL)");
-    if (!kept || below(3) == 0) {
-      const auto stored = Plans(database_).add(some_plan(), kNow);
-      return stored.ok() ? Ok() : Status(stored.error());
-    }
-    const auto taken = leases.take({*kept}, "local:1000", kNow, below(2) == 0 ? kLater : "2026-05-08T07:30:00.000Z");
+        "NOT IN (SELECT plan FROM leases WHERE ended IS NULL) ORDER BY id DESC LIMIT 1");  // few are outdated
+    if (kept && below(8) == 0) return Plans(database_).remove({*kept});
+    if (!kept || below(3) == 0)
+      return dropped(Plans(database_).add(below(2) == 0 ? some_plan() : plan_of({somewhere("A0")}), kNow));
+    const auto taken = leases.take({*kept}, "local:1000", kNow, below(4) == 0 ? kLater : "2026-05-08T07:30:00.000Z");
     return taken.ok() ? Ok() : Status(taken.error());
   }
   Status redo() {
@@ -119,7 +122,17 @@ class BusyProcess {
     if (stock.size() < kFewestPanels) return panels_.add(sheet(fresh), {}, {}, {}, {{1, square(10, 10, 100), ""}});
     const Isometry2<PanelFrame, PanelFrame> moved(Radians(0), point<PanelFrame>(-kCell * below(4), 0));
     const auto sawn = must(panels_.sawn());
-    const unsigned what = below(3);
+    if (below(30) == 0) return panels_.note_restoration(kNow, "local:1000", kLater);
+    const unsigned what = below(5);
+    if (what == 3) return panels_.retire(some_panel().id, "glued", kLater);
+    if (what == 4) {
+      const auto gone = row("SELECT rowid FROM panels WHERE id IN (SELECT panel FROM retirements)");
+      if (!gone) return panels_.retire(some_panel().id, "glued", kLater);
+      SQLite::Statement of(database_.connection(), "SELECT id FROM panels WHERE rowid = ?");
+      of.bind(1, *gone);
+      of.executeStep();
+      return panels_.restore(PanelId{of.getColumn(0).getString()}, "glued", kLater);
+    }
     if (what == 0 && !sawn.empty() && stock.size() < kMostPanels) {
       PanelRecord part = sheet(fresh);
       part.parent = sawn[below(static_cast<unsigned>(sawn.size()))];
@@ -151,9 +164,12 @@ class BusyProcess {
     for (const auto& [allocation, state] : must(Ledger(database_).live_states(panel.id)))
       if (state == AllocationState::kSuspect)
         scan.sightings.push_back({allocation, {Seen::kUnclear, 0.01 * below(100), 0, kLater}});
+    if (below(8) == 0) return Differences(database_).found(panel.id, *scan.differences, kLater);
+    if (below(8) == 0) return dropped(panels_.add_mask(panel.id, scan.mask, panel.mask_version));
     ScanRecord raw;
     raw.panel = panel.id, raw.device = "twin:1", raw.file = fmt::format("scans/{}.png", below(100'000));
     raw.sha256 = "ab12", raw.dpi = 600, raw.lattice = "[[1,0],[0,1]]", raw.taken_at = kLater;
+    if (below(8) == 0) return panels_.add_scans(panel.id, {raw}, {}, {});
     scan.scans = {raw};
     if (below(3) != 0) return dropped(LaterScans(database_).enter(panel.id, scan));
     if (const auto waits = row("SELECT id FROM proposals WHERE id NOT IN (SELECT proposal FROM proposal_verdicts)")) {
@@ -197,8 +213,31 @@ class BusyProcess {
     return dropped(Masks(database_).add(panel.id, edit, painted, panel.mask_version));
   }
 
+  // What is done to jobs and their pieces when nothing is cut.
+  Status see_to_jobs() {
+    const unsigned what = below(8);
+    if (what == 3) return jobs_.forget_cuts();
+    if (what == 4) return dropped(jobs_.archive_done(kLater));
+    if (what == 5)
+      if (const auto job = row("SELECT id FROM jobs")) return jobs_.archive({*job}, below(3) != 0, kLater);
+    if (what == 6)
+      if (const auto doubtful = row("SELECT id FROM allocations WHERE state = 'suspect'")) {
+        const std::pair seen(AllocationId{*doubtful}, Sighting{Seen::kStillThere, 0.01 * below(9), 1, kLater});
+        return jobs_.note_sightings({&seen, 1});
+      }
+    const auto piece = row("SELECT piece FROM allocations WHERE state = 'cut' AND piece IS NOT NULL");
+    if (!piece) return reserve();
+    if (below(4) == 0) return jobs_.make_suspect(std::vector{PieceId{*piece}}, kLater);
+    const PieceRecord cut = must(jobs_.find_piece({*piece}));
+    return jobs_.assemble(cut.job, std::vector{cut.mark}, below(3) != 0, "local:1000", kLater);
+  }
+
   Status prepare() {
-    const unsigned what = below(20);
+    const auto between = row("SELECT id FROM jobs WHERE state = 'running'");
+    if (between && below(4) == 0)
+      return below(2) == 0 ? jobs_.stop_job({*between}, kLater) : jobs_.abort_job({*between}, kLater);
+    const unsigned what = below(22);
+    if (what >= 20) return see_to_jobs();
     if (what >= 18) return change_stock();
     if (what == 17) return decide_difference();
     if (what == 16) return edit_mask();
@@ -229,7 +268,7 @@ class BusyProcess {
     of.bind(1, *wood);
     of.executeStep();
     const auto run = jobs_.start_run({of.getColumn(0).getInt64()}, PanelId{of.getColumn(1).getString()}, {}, 0.05_mm,
-                                     kNow, {"local:1000", {}, "[]"});
+                                     kNow, {"local:1000", {}, "[]", below(2) == 0});
     return run.ok() ? Ok() : Status(run.error());
   }
 
@@ -245,6 +284,7 @@ class BusyProcess {
   JobStore jobs_;
   Panels panels_;
   std::mt19937 random_;
+  BusyOffice office_{database_, random_};
   bool recovered_ = false;
 };
 

@@ -1,128 +1,97 @@
 // A model of the database: random jobs of random cell shapes, and random things done to both. It knows areas as sets of
 // unit cells and shares no code with the ledger. Its parts, each of one concept, stand on one another: modelled_wood.h,
-// _plans.h, _work.h, _panels.h, _scans.h, _facts.h.
+// _plans.h, _work.h, _panels.h, _scans.h, _facts.h, _people.h.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include "db/backup.h"
-#include "tests/db/modelled_facts.h"
+#include "tests/db/modelled_people.h"
 
 namespace veneer::db {
 
-class ModelledCell : public ModelledFacts {
+class ModelledCell : public ModelledPeople {
  public:
   // Numbers of what was done after a backup are given out again once it is put back: not for who remembers them.
   enum class Backups { kNone, kPutBack };
   explicit ModelledCell(Backups backups = Backups::kNone) : backups_(backups) {}
 
-  void step() {
-    switch (*rc::gen::inRange(0, backups_ == Backups::kPutBack ? 60 : 57)) {
-      case 0:
-        return create();
-      case 1:
-      case 10:
-        return create_from_plan();
-      case 11:
-        return store_plan();
-      case 12:
-        return remove_plan();
-      case 13:
-        return *rc::gen::inRange(0, 4) == 0 ? scan_again() : stray();
-      case 2:
-        return cancel();
-      case 3:
-        return start_run();
-      case 4:
-      case 5:
-        return mark_cutting();
-      case 6:
-        return book();
-      case 7:
-        return finish_or_abort();
-      case 8:
-        return settle();
-      case 15:
-      case 16:
-        return redo();
-      case 17:
-        return write_off();
-      case 18:
-        return retire_or_restore();
-      case 19:
-        return find_differences();
-      case 20:
-      case 21:
-        return decide_difference();
-      case 22:
-        return take_back_a_scan();
-      case 23:
-        return stray_beam();
-      case 24:
-        return end_between_panels();
-      case 26:
-      case 27:
-      case 28:
-        return lease();
-      case 29:
-        return release();
-      case 30:
-        return let_time_pass();
-      case 31:
-        return create_from_plan();
-      case 9:  // small numbers come more often
-      case 33:
-      case 34:
-        return saw_apart();
-      case 14:
-      case 35:
-      case 36:
-      case 37:
-        return enter_part();
-      case 38:
-        return look_at_a_piece();
-      case 39:
-      case 40:
-        return propose();
-      case 41:
-      case 42:
-        return decide_proposal();
-      case 43:
-        return edit_mask();
-      case 44:
-      case 45:
-        return merge();
-      case 46:
-        return forget_cuts();
-      case 47:
-        return archive();
-      case 48:
-        return *rc::gen::inRange(0, 4) == 0 ? archive_what_is_done() : archive();
-      case 49:
-        return write_off_free();
-      case 50:
-        return look_at_a_face();
-      case 51:
-        return describe_panel();
-      case 52:
-        return describe_wood();
-      case 53:
-        return say_what_a_zone_is_of();
-      case 54:
-        return change_recipe();
-      case 55:
-        return book_remnant();
-      case 56:
-        return *rc::gen::inRange(0, 6) == 0 ? note_restoration() : scan_again();
-      case 57:
-      case 58:
-        return back_up();
-      case 59:
-        return put_back();
-      default:
-        return die_and_recover();
-    }
+  struct Command {
+    const char* name;
+    int weight;  // how often it comes, beside the others
+    void (ModelledCell::*give)();
+  };
+  // The last two are of backups.
+  static const std::vector<Command>& commands() {
+    static const std::vector<Command> all = {
+        {"create", 4, &ModelledCell::create},
+        {"create_from_plan", 7, &ModelledCell::create_from_plan},
+        {"cancel", 1, &ModelledCell::cancel},
+        {"start_run", 5, &ModelledCell::start_run},
+        {"mark_cutting", 7, &ModelledCell::mark_cutting},
+        {"book", 5, &ModelledCell::book},
+        {"finish_or_abort", 4, &ModelledCell::finish_or_abort},
+        {"settle", 3, &ModelledCell::settle},
+        {"saw_apart", 3, &ModelledCell::saw_apart},
+        {"store_plan", 4, &ModelledCell::store_plan},
+        {"remove_plan", 1, &ModelledCell::remove_plan},
+        {"scan_or_stray", 3, &ModelledCell::scan_or_stray},
+        {"enter_part", 3, &ModelledCell::enter_part},
+        {"redo", 5, &ModelledCell::redo},
+        {"write_off", 1, &ModelledCell::write_off},
+        {"retire_or_restore", 4, &ModelledCell::retire_or_restore},
+        {"find_differences", 1, &ModelledCell::find_differences},
+        {"decide_difference", 3, &ModelledCell::decide_difference},
+        {"take_back_a_scan", 1, &ModelledCell::take_back_a_scan},
+        {"stray_beam", 1, &ModelledCell::stray_beam},
+        {"end_between_panels", 5, &ModelledCell::end_between_panels},
+        {"die_and_recover", 1, &ModelledCell::die_and_recover},
+        {"lease", 6, &ModelledCell::lease},
+        {"release", 3, &ModelledCell::release},
+        {"let_time_pass", 3, &ModelledCell::let_time_pass},
+        {"look_at_a_piece", 1, &ModelledCell::look_at_a_piece},
+        {"propose", 2, &ModelledCell::propose},
+        {"decide_proposal", 2, &ModelledCell::decide_proposal},
+        {"edit_mask", 1, &ModelledCell::edit_mask},
+        {"merge", 2, &ModelledCell::merge},
+        {"forget_cuts", 1, &ModelledCell::forget_cuts},
+        {"archive", 1, &ModelledCell::archive},
+        {"archive_some", 2, &ModelledCell::archive_some},
+        {"write_off_free", 1, &ModelledCell::write_off_free},
+        {"look_at_a_face", 1, &ModelledCell::look_at_a_face},
+        {"describe_panel", 1, &ModelledCell::describe_panel},
+        {"describe_wood", 1, &ModelledCell::describe_wood},
+        {"say_what_a_zone_is_of", 2, &ModelledCell::say_what_a_zone_is_of},
+        {"change_recipe", 2, &ModelledCell::change_recipe},
+        {"book_remnant", 1, &ModelledCell::book_remnant},
+        {"restoration_or_scan", 2, &ModelledCell::restoration_or_scan},
+        {"see_panel", 2, &ModelledCell::see_panel},
+        {"assemble", 2, &ModelledCell::assemble},
+        {"change_users", 3, &ModelledCell::change_users},
+        {"change_credentials", 4, &ModelledCell::change_credentials},
+        {"take_request", 4, &ModelledCell::take_request},
+        {"certify", 1, &ModelledCell::certify},
+        {"note", 1, &ModelledCell::note},
+        {"enter_mask", 1, &ModelledCell::enter_mask},
+        {"enter_zones", 1, &ModelledCell::enter_zones},
+        {"back_up", 1, &ModelledCell::back_up},
+        {"put_back", 1, &ModelledCell::put_back},
+    };
+    return all;
   }
+  void step() {
+    const auto end = commands().end() - (backups_ == Backups::kPutBack ? 0 : 2);
+    int all = 0;
+    for (auto one = commands().begin(); one != end; ++one) all += one->weight;
+    int drawn = *in_range(0, all);
+    auto command = commands().begin();
+    for (; drawn >= command->weight; ++command) drawn -= command->weight;
+    ++given_[command->name];
+    (this->*command->give)();
+  }
+  // How often each command was given; nothing of one that never was.
+  const std::map<std::string, int>& given() const { return given_; }
+  int made_again_at_once() const { return made_again_at_once_; }
 
   void compare() {
     for (ModelJob& job : jobs_) {
@@ -147,7 +116,16 @@ class ModelledCell : public ModelledFacts {
         RC_ASSERT(steps.back().allocation == piece.allocation);
       }
     }
+    for (const ModelJob& job : jobs_) {
+      const auto found = must(cell_.jobs().pieces(job.id));
+      for (std::size_t i = 0; i < found.size(); ++i)
+        RC_ASSERT(found[i].assembled.has_value() ==
+                  (job.pieces[i].state == AllocationState::kCut && job.pieces[i].assembled));
+    }
     RC_ASSERT(must(cell_.jobs().list()).size() == jobs_.size());
+    compare_runs();
+    compare_people();
+    look_at_a_point();
     std::vector<PieceId> kept;
     for (const KeptCut& cut : must(cell_.jobs().kept_cuts())) kept.push_back(cut.piece);
     RC_ASSERT(kept == kept_cuts_);
@@ -184,6 +162,11 @@ class ModelledCell : public ModelledFacts {
                               [&](const auto& d) { return d.panel == panel && d.open; }));
     }
   }
+  // Called with every connection that is opened, and with the one that is open.
+  void on_open(std::function<void(Database&)> told) {
+    opened_ = std::move(told);
+    opened_(cell_.database());
+  }
   bool sound() { return cell_.database().check_integrity().ok(); }
 
   CellDatabase& cell() { return cell_; }
@@ -216,6 +199,21 @@ class ModelledCell : public ModelledFacts {
   }
 
  private:
+  void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
+  void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
+  void restoration_or_scan() { *in_range(0, 6) == 0 ? note_restoration() : scan_again(); }
+  // What was cut at this point of this panel.
+  void look_at_a_point() {
+    const int panel = any_panel();
+    const Cell cell{*in_range(0, kGrid), *in_range(0, kGrid)};
+    std::vector<std::string> wanted, found;
+    for (const Wood& wood : wood_on(panel))
+      if (wood.cells.contains(cell)) wanted.emplace_back(to_string(wood.state));
+    const auto middle = point<PanelFrame>((cell.first + 0.5) * kCell, (cell.second + 0.5) * kCell);
+    for (const AllocationRecord& wood : must(cell_.ledger().allocations_at(panels_[panel], middle)))
+      found.emplace_back(to_string(wood.state));
+    RC_ASSERT(found == wanted);
+  }
   void compare_wood(int panel) {
     std::vector<Region<PanelFrame>> areas;
     double sum = 0;
@@ -254,7 +252,7 @@ class ModelledCell : public ModelledFacts {
     if (!backup_) return back_up();
     // As a power cut right after the decision leaves it: whoever opens the database finishes the rest.
     fs::copy_file(folder() / "backup" / "veneerd.db", cell_.file().string() + ".restored");
-    cell_.reopen();
+    reopen();
     const auto over = fs::copy_options::recursive | fs::copy_options::overwrite_existing;
     if (fs::exists(folder() / "backup" / "plans")) fs::copy(folder() / "backup" / "plans", folder() / "plans", over);
     static_cast<ModelledKnowledge&>(*this) = *backup_;
@@ -277,6 +275,7 @@ class ModelledCell : public ModelledFacts {
 
   const Backups backups_;
   std::optional<ModelledKnowledge> backup_;
+  std::map<std::string, int> given_;
 };
 
 }  // namespace veneer::db

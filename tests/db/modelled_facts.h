@@ -15,7 +15,10 @@ class ModelledFacts : public ModelledScans {
     ModelPanel& known = known_[panel];
     const std::string at = moment(++tick_), shelf = *rc::gen::element<std::string>("A1", "B2");
     std::vector<Treatment> treatments;
-    if (*rc::gen::inRange(0, 3) == 0) treatments.push_back({TreatmentKind::kSanding, "grit 240", "", "", ""});
+    if (*in_range(0, 3) == 0) {
+      const auto kind = *rc::gen::element(TreatmentKind::kSanding, TreatmentKind::kFinish);
+      treatments.push_back({kind, kind == TreatmentKind::kFinish ? "shellac" : "grit 240", "", "", ""});
+    }
     VENEER_EXPECT_OK(facts().set_panel(panels_[panel], {shelf, {}, {}, "local:1000", at}, treatments));
     known.shelf = shelf;
     if (!treatments.empty()) known.treated = at;
@@ -30,7 +33,7 @@ class ModelledFacts : public ModelledScans {
     VENEER_EXPECT_OK(facts().set_material(change));
   }
   void say_what_a_zone_is_of() {
-    const int panel = any_panel(), zone = *rc::gen::inRange(0, 4);  // 0: all
+    const int panel = any_panel(), zone = *in_range(0, 4);  // 0: all
     auto& zones = known_[panel].zones;
     const std::string wood = *rc::gen::element<std::string>("walnut", "maple");
     const Status said =
@@ -46,12 +49,12 @@ class ModelledFacts : public ModelledScans {
     recipe.operation = *rc::gen::element(Operation::kCut, Operation::kEngrave);
     const std::pair key(recipe.material, recipe.operation);
     Materials materials(cell_.database());
-    if (*rc::gen::inRange(0, 3) == 0) {
+    if (*in_range(0, 3) == 0) {
       RC_ASSERT(materials.remove_recipe(key.first, key.second).ok() == recipes_.contains(key));
       recipes_.erase(key);
       return;
     }
-    const int speed = *rc::gen::inRange(1, 100);
+    const int speed = *in_range(1, 100);
     recipe.speed = MmPerSecond(speed), recipe.power = PowerFraction(0.5), recipe.changed_at = kNow;
     VENEER_EXPECT_OK(materials.set_recipe(recipe));
     recipes_[key] = speed;
@@ -60,7 +63,7 @@ class ModelledFacts : public ModelledScans {
     const int panel = any_panel();
     ModelPanel& known = known_[panel];
     RemnantRecord rest;
-    rest.panel = panels_[panel], rest.mask_version = *rc::gen::inRange(1, known.mask() + 2);
+    rest.panel = panels_[panel], rest.mask_version = *in_range(1, known.mask() + 2);
     rest.counted_of = "hash", rest.at = moment(++tick_);
     const Status booked = RemnantBook(cell_.database()).book(rest);
     RC_ASSERT(booked.ok() == (rest.mask_version <= known.mask()));

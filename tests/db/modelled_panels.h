@@ -23,7 +23,7 @@ class ModelledPanels : public ModelledWork {
   void write_off_free() {
     ModelPiece box;
     box.panel = any_panel();
-    box.cells = {{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}};
+    box.cells = {{*in_range(0, kGrid), *in_range(0, kGrid)}};
     box.state = AllocationState::kScrap;
     const auto& [x, y] = *box.cells.begin();
     const auto place = square(x * kCell + kInset, y * kCell + kInset, kCell - 2 * kInset);
@@ -41,7 +41,7 @@ class ModelledPanels : public ModelledWork {
   void retire_or_restore() {
     const int panel = any_panel();
     ModelPanel& known = known_[panel];
-    if (*rc::gen::inRange(0, 3) != 0) {
+    if (*in_range(0, 3) != 0) {
       const bool allowed = known.retired && !known.has_part && !known.merged;
       RC_ASSERT(cell_.panels().restore(panels_[panel], "glued", kLater).ok() == allowed);
       if (allowed) known.retired = known.sawn = false;
@@ -60,7 +60,7 @@ class ModelledPanels : public ModelledWork {
     std::vector<int> whole;
     for (int panel = 0; panel < static_cast<int>(panels_.size()); ++panel)
       if (can_be(panel)) whole.push_back(panel);
-    const bool any = whole.empty() || *rc::gen::inRange(0, 4) == 0;
+    const bool any = whole.empty() || *in_range(0, 4) == 0;
     const int panel = any ? any_panel() : *rc::gen::elementOf(whole);
     ModelPanel& known = known_[panel];
     const bool allowed = can_be(panel);
@@ -77,7 +77,7 @@ class ModelledPanels : public ModelledWork {
     for (int panel = 0; panel < static_cast<int>(panels_.size()); ++panel)
       if (known_[panel].sawn) sawn.push_back(panel);
     const int parent = sawn.empty() ? any_panel() : *rc::gen::elementOf(sawn);
-    const int columns = *rc::gen::inRange(0, kGrid);
+    const int columns = *in_range(0, kGrid);
     PanelRecord part = sheet(must(cell_.panels().next_panel_id()));
     part.parent = panels_[parent];
     std::vector<ModelPiece> gone = ruined_, boxes = written_off_;
@@ -120,7 +120,7 @@ class ModelledPanels : public ModelledWork {
   // Two records of one sheet: the wood of `merged`, some columns to the right, is that of `kept`.
   void merge() {
     const int kept = any_panel(), merged = any_panel();
-    int columns = *rc::gen::inRange(0, 3);
+    int columns = *in_range(0, 3);
     // Of a part, pieces may lie in it half; where wood would leave the grid, nothing is moved.
     if (known_[merged].is_part) return;
     for (const auto& wood : wood_of(merged))

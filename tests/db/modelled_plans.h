@@ -10,7 +10,7 @@ class ModelledPlans : public ModelledWood {
   // What a plan wants; its pieces' wood may be taken, even by each other.
   ModelPlan compose() {
     ModelPlan plan;
-    for (int i = 0, n = *rc::gen::inRange(1, 5); i < n; ++i) {
+    for (int i = 0, n = *in_range(1, 5); i < n; ++i) {
       ModelPiece& piece = plan.pieces.emplace_back();
       piece.panel = any_panel();
       piece.cells = random_cells();
@@ -55,7 +55,7 @@ class ModelledPlans : public ModelledWood {
   }
   void lease() {
     if (plans_.empty()) return store_plan();
-    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    ModelPlan& plan = *mostly(plans_, [&](const ModelPlan& one) { return can_be_made(one, kNow); });
     const std::string at = *rc::gen::element(kNow, kLater), until = *rc::gen::element(kBetween, kMuchLater);
     const bool renewed = plan.lease && *plan.lease > at;
     const bool allowed = until > at && (renewed || can_be_made(plan, at));
@@ -71,7 +71,7 @@ class ModelledPlans : public ModelledWood {
   }
   void release() {
     if (plans_.empty()) return;
-    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    ModelPlan& plan = *mostly(plans_, [](const ModelPlan& one) { return one.lease.has_value(); });
     RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater).ok() == plan.lease.has_value());
     plan.lease.reset();
   }
@@ -95,46 +95,74 @@ class ModelledPlans : public ModelledWood {
   }
   void remove_plan() {
     if (plans_.empty()) return;
-    const std::size_t index = *rc::gen::inRange<std::size_t>(0, plans_.size());
+    const std::size_t index = *in_range<std::size_t>(0, plans_.size());
     const bool allowed = !plans_[index].has_job && !plans_[index].lease;
     RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == allowed);
     if (allowed) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
   }
-  // Pieces that are lost, or cut and lost since, get other wood.
+  // One piece of it, some, or all that are missing: lost, or cut and lost since.
+  std::vector<std::size_t> to_make_again(const ModelJob& job) const {
+    std::vector<std::size_t> out;
+    const int which = *in_range(0, 3);
+    for (std::size_t i = 0; i < job.pieces.size(); ++i) {
+      const AllocationState state = job.pieces[i].state;
+      const bool missing = state == AllocationState::kScrap || state == AllocationState::kReleased;
+      const bool can_be = missing || state == AllocationState::kCut;
+      if (which == 1 ? missing : which == 2 && can_be && *rc::gen::arbitrary<bool>()) out.push_back(i);
+    }
+    if (out.empty()) out = {*in_range<std::size_t>(0, job.pieces.size())};
+    return out;
+  }
+  // They get other wood, all of them or none.
   void redo() {
     if (jobs_.empty()) return;
-    ModelJob& job = jobs_[*rc::gen::inRange<std::size_t>(0, jobs_.size())];
-    const std::size_t index = *rc::gen::inRange<std::size_t>(0, job.pieces.size());
-    ModelPiece& piece = job.pieces[index];
+    ModelJob& job = *mostly(jobs_, [](const ModelJob& one) {
+      return one.state != JobState::kRunning &&
+             (one.any(AllocationState::kScrap) || one.any(AllocationState::kReleased));
+    });
+    const auto indices = to_make_again(job);
     ModelPlan plan;
-    plan.pieces.push_back(piece);
-    plan.pieces.front().panel = any_panel();
-    plan.pieces.front().cells = random_cells();
     plan.masks = masks();
+    ModelJob placed;
+    bool allowed = job.state != JobState::kRunning;
+    for (const std::size_t index : indices) {
+      const AllocationState state = job.pieces[index].state;
+      ModelPiece& wanted = plan.pieces.emplace_back(job.pieces[index]);
+      for (int tries = 0; tries < 8; ++tries) {  // where there is wood, mostly
+        wanted.panel = any_panel();
+        wanted.cells = random_cells();
+        if (!known_[wanted.panel].retired && !is_to_scan(wanted.panel) &&
+            !taken(wanted.panel, wanted.cells, placed, kLater))
+          break;
+      }
+      wanted.state = AllocationState::kReserved;
+      wanted.assembled = false, wanted.owed = 0;
+      const bool lost =
+          state == AllocationState::kCut || state == AllocationState::kScrap || state == AllocationState::kReleased;
+      allowed = allowed && lost && !known_[wanted.panel].retired && !is_to_scan(wanted.panel) &&
+                !taken(wanted.panel, wanted.cells, placed, kLater);
+      placed.pieces.push_back(wanted);
+    }
     NewPlan again = to_store(plan);
-    again.pieces.front().mark = fmt::format("A{}", index);
-    const bool lost = piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap ||
-                      piece.state == AllocationState::kReleased;
-    ModelJob nobody;
-    const ModelPiece& wanted = plan.pieces.front();
-    const bool allowed = job.state != JobState::kRunning && lost && !known_[wanted.panel].retired &&
-                         !is_to_scan(wanted.panel) && !taken(wanted.panel, wanted.cells, nobody, kLater);
+    for (std::size_t i = 0; i < indices.size(); ++i) again.pieces[i].mark = fmt::format("A{}", indices[i]);
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(says_why(redone.error(), plan.pieces));
+    if (indices.size() > 1) ++made_again_at_once_;
     expire(kLater);
-    if (piece.state != AllocationState::kReleased)
-      ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
-    piece.panel = plan.pieces.front().panel;
-    piece.cells = plan.pieces.front().cells;
-    piece.state = AllocationState::kReserved;
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      ModelPiece& piece = job.pieces[indices[i]];
+      if (piece.state != AllocationState::kReleased)
+        ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
+      piece = plan.pieces[i];
+    }
     if (job.state != JobState::kComplete && job.state != JobState::kCancelled) return;
     job.state = JobState::kStopped;
     job.archived = false;
   }
   void cancel() {
     if (jobs_.empty()) return;
-    ModelJob& job = jobs_[*rc::gen::inRange<std::size_t>(0, jobs_.size())];
+    ModelJob& job = jobs_[*in_range<std::size_t>(0, jobs_.size())];
     const bool allowed =
         job.state == JobState::kPlanned || job.state == JobState::kStopped || job.state == JobState::kAborted;
     RC_ASSERT(cell_.jobs().cancel(job.id, kLater).ok() == allowed);
@@ -143,6 +171,8 @@ class ModelledPlans : public ModelledWood {
     for (auto& piece : job.pieces)
       if (piece.state == AllocationState::kReserved) piece.state = AllocationState::kReleased;
   }
+
+  int made_again_at_once_ = 0;  // how often several pieces were
 };
 
 }  // namespace veneer::db

@@ -23,7 +23,7 @@ class ModelledScans : public ModelledPanels {
     for (const ModelPanel& panel : known_)
       if (!panel.retired) known.insert(known.end(), panel.tags.begin(), panel.tags.end());
     FiducialRecord tag;
-    tag.tag_id = !known.empty() && *rc::gen::inRange(0, 4) == 0 ? *rc::gen::elementOf(known) : next_tag_;
+    tag.tag_id = !known.empty() && *in_range(0, 4) == 0 ? *rc::gen::elementOf(known) : next_tag_;
     tag.corners = square(5, 5, 8);
     return tag;
   }
@@ -53,7 +53,22 @@ class ModelledScans : public ModelledPanels {
   void scan_again() {
     const int panel = any_panel();
     // Somebody else may have been faster.
-    enter_later_scan(panel, known_[panel].mask() - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0), {}, true);
+    enter_later_scan(panel, known_[panel].mask() - (*in_range(0, 6) == 0 ? 1 : 0), {}, true);
+  }
+  // Without a scan of its own, as an older program's maps are entered.
+  void enter_mask() {
+    const int panel = any_panel();
+    ModelPanel& known = known_[panel];
+    const ModelScan scan = next_scan();
+    const int after = known.mask() - (*in_range(0, 6) == 0 ? 1 : 0);
+    const auto version = cell_.panels().add_mask(panels_[panel], record_of(scan), after);
+    RC_ASSERT(version.ok() == (!known.retired && after == known.mask()));
+    if (version.ok()) known.count(scan);
+  }
+  void enter_zones() {
+    const int panel = any_panel();
+    VENEER_EXPECT_OK(Materials(cell_.database()).add_zones(panels_[panel], {{1, square(0, 0, 40), "elm"}}));
+    if (known_[panel].zones.empty()) known_[panel].zones = {"elm"};
   }
   void look_at_a_face() {
     const int panel = any_panel();
@@ -67,7 +82,7 @@ class ModelledScans : public ModelledPanels {
     if (face == Face::kShow) known_[panel].last_scan = scans_;
   }
   void take_back_a_scan() {
-    const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask() + 2);
+    const int panel = any_panel(), version = *in_range(1, known_[panel].mask() + 2);
     const auto back = cell_.panels().revert_mask(panels_[panel], version, moment(++tick_), "local:1000");
     RC_ASSERT(back.ok() == (version < known_[panel].mask()));
     if (!back.ok()) return;
@@ -115,8 +130,8 @@ class ModelledScans : public ModelledPanels {
   void find_differences() {
     const int panel = any_panel();
     std::set<std::pair<Cell, bool>> seen;
-    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
-      seen.insert({{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}, *rc::gen::inRange(0, 3) != 0});
+    for (int i = 0, n = *in_range(0, 4); i < n; ++i)
+      seen.insert({{*in_range(0, kGrid), *in_range(0, kGrid)}, *in_range(0, 3) != 0});
     std::vector<DifferenceRecord> found;
     for (const auto& [cell, gone] : seen) {
       DifferenceRecord& one = found.emplace_back();
@@ -138,7 +153,7 @@ class ModelledScans : public ModelledPanels {
   void decide_difference() {
     if (differences_.empty()) return find_differences();
     ModelDifference& known = **rc::gen::elementOf(pointers(differences_));
-    const bool off = *rc::gen::inRange(0, 3) != 0;
+    const bool off = *in_range(0, 3) != 0;
     ModelPiece box;
     box.panel = known.panel;
     box.cells = {known.cell};
@@ -174,7 +189,7 @@ class ModelledScans : public ModelledPanels {
     const ModelScan scan = known.seen.back();
     const MaskRecord made{0, scan.map, scan.mask + "-painted", "hash", moment(++tick_), {}, scan.mask};
     // Somebody else may have been faster.
-    const int after = known.mask() - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0);
+    const int after = known.mask() - (*in_range(0, 6) == 0 ? 1 : 0);
     const bool allowed = !known.retired && after == known.mask();
     Masks masks(cell_.database());
     if (known.edits.empty() || *rc::gen::arbitrary<bool>()) {
@@ -185,7 +200,7 @@ class ModelledScans : public ModelledPanels {
       if (!allowed) return;
       known.edits.push_back(true);
     } else {
-      const auto index = *rc::gen::inRange<std::size_t>(0, known.edits.size());
+      const auto index = *in_range<std::size_t>(0, known.edits.size());
       const auto all = must(masks.list(panels_[panel], {}, -1)).edits;
       const Status removed = masks.remove(panels_[panel], all[index].id, "local:1000", kLater, made, after);
       RC_ASSERT(removed.ok() == (allowed && known.edits[index]));
@@ -222,10 +237,10 @@ class ModelledScans : public ModelledPanels {
   }
   void decide_proposal() {
     if (proposals_.empty()) return propose();
-    const auto index = *rc::gen::inRange<std::size_t>(0, proposals_.size());
+    const auto index = *in_range<std::size_t>(0, proposals_.size());
     ModelProposal& proposal = proposals_[index];
     const ProposalId number{static_cast<std::int64_t>(index) + 1};
-    if (*rc::gen::inRange(0, 3) == 0) {
+    if (*in_range(0, 3) == 0) {
       const Status refused = Proposals(cell_.database()).refuse(number, "local:1000", "dust", kLater);
       RC_ASSERT(refused.ok() == !proposal.verdict);
       if (refused.ok()) proposal.verdict = ProposalVerdict::kRefused;

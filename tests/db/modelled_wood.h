@@ -6,6 +6,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -31,17 +32,26 @@ inline const std::string kBetween = "2026-05-01T08:00:00.000Z", kMuchLater = "20
 // As a time: every lease that nobody has ended counts, and none does.
 inline const std::string kEver, kNever = "~";
 
+// Any of these, as often as the others: rapidcheck's own draws small numbers alone in a property's first cases, so that
+// in a short sample some commands were never given.
+template <class T>
+rc::Gen<T> in_range(T from, T to) {
+  return rc::gen::resize(rc::kNominalSize, rc::gen::inRange<T>(from, to));
+}
+
 struct ModelPiece {
   PieceId id;
   int panel = 0;
   std::set<Cell> cells;
   AllocationState state = AllocationState::kReserved;
-  bool seen = false;  // by a scan, since it became suspect
+  bool seen = false;       // by a scan, since it became suspect
+  bool assembled = false;  // somebody laid it at its place, as long as it is cut
+  int owed = 0;            // the how manieth booking it is of those that are owed a look; 0: of none
   // The cell that its outline lies in, of wood that was carried over: perhaps one that was sawn off.
   std::optional<Cell> carried_outline = std::nullopt;
 
   Cell outline_cell() const { return carried_outline ? *carried_outline : *cells.begin(); }
-  void doubt() { state = AllocationState::kSuspect, seen = false; }
+  void doubt() { state = AllocationState::kSuspect, seen = false, owed = 0; }
 };
 // A moment of the model: scans, and what they found, are told apart by it.
 inline std::string moment(int tick) { return fmt::format("2026-05-01T07:40:00.{:03}Z", tick); }
@@ -117,6 +127,12 @@ struct ModelRun {
   RunId id;
   std::size_t job = 0;
   int panel = 0;
+  RunFacts facts = {};
+  bool looks = false;  // its panel was seen where it has to lie, once at least
+};
+struct ModelCredential {
+  std::string secret, user;
+  bool session = false;
 };
 
 inline Region<PanelFrame> area_of(const std::set<Cell>& cells) {
@@ -128,8 +144,8 @@ inline Region<PanelFrame> area_of(const std::set<Cell>& cells) {
 
 // A connected blob of cells, grown from a random one.
 inline std::set<Cell> random_cells() {
-  std::set<Cell> cells = {{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}};
-  const int size = *rc::gen::inRange(1, 6);
+  std::set<Cell> cells = {{*in_range(0, kGrid), *in_range(0, kGrid)}};
+  const int size = *in_range(1, 6);
   for (int i = 1; i < size; ++i) {
     auto [x, y] = *rc::gen::elementOf(cells);
     (*rc::gen::arbitrary<bool>() ? x : y) += *rc::gen::arbitrary<bool>() ? 1 : -1;
@@ -149,6 +165,8 @@ struct ModelledKnowledge {
   std::vector<ModelDifference> differences_;
   std::vector<ModelProposal> proposals_;  // the n-th has the number n + 1
   std::optional<ModelRun> run_;
+  std::vector<ModelRun> runs_;  // all of them; run_ is the last one, as long as it is on
+  int bookings_ = 0;
   std::vector<PieceId> kept_cuts_;  // of the last run
   int tick_ = 0;                    // the last moment
   int scans_ = 0;                   // rows of raw scans, of all panels
@@ -156,6 +174,11 @@ struct ModelledKnowledge {
   std::optional<int> scans_when_restored_;
   std::map<std::string, std::pair<std::optional<std::string>, std::optional<std::string>>> woods_;  // names, origins
   std::map<std::pair<std::string, Operation>, double> recipes_;                                     // speeds
+  std::vector<CertificateId> certificates_;
+  std::map<std::string, std::string> users_;  // and their roles
+  std::vector<ModelCredential> credentials_;  // the oldest first
+  int secrets_ = 0;
+  std::map<std::string, std::string> requests_;  // by key, what was asked for
 };
 
 class ModelledWood : protected ModelledKnowledge {
@@ -170,7 +193,7 @@ class ModelledWood : protected ModelledKnowledge {
   }
   // Its map tells it from others. Of one of two masks, for who looks at them.
   ModelScan next_scan() {
-    const bool less = *rc::gen::inRange(0, 3) == 0;
+    const bool less = *in_range(0, 3) == 0;
     return {++tick_, fmt::format("map-{}", tick_), less ? "mask-less" : "mask"};
   }
 
@@ -220,7 +243,7 @@ class ModelledWood : protected ModelledKnowledge {
     return error.code == ErrorCode::kConflict || (any_is_to_scan && error.code == ErrorCode::kRefused);
   }
 
-  int any_panel() const { return *rc::gen::inRange(0, static_cast<int>(panels_.size())); }
+  int any_panel() const { return *in_range(0, static_cast<int>(panels_.size())); }
   std::size_t index_of(const PanelId& panel) const {
     return static_cast<std::size_t>(std::find(panels_.begin(), panels_.end(), panel) - panels_.begin());
   }
@@ -255,9 +278,27 @@ class ModelledWood : protected ModelledKnowledge {
       for (auto& piece : job.pieces) all.push_back(&piece);
     return all.empty() ? nullptr : *rc::gen::elementOf(all);
   }
+  // Three times of four one of those that are so, where there is one: most commands would be refused otherwise.
+  template <class T, class Condition>
+  static T* mostly(std::vector<T>& all, const Condition& is_so) {
+    if (all.empty()) return nullptr;
+    std::vector<T*> wanted;
+    for (T& one : all)
+      if (is_so(one)) wanted.push_back(&one);
+    if (wanted.empty() || *in_range(0, 4) == 0) wanted = pointers(all);
+    return *rc::gen::elementOf(wanted);
+  }
+  template <class Condition>
+  ModelPiece* mostly_a_piece(const Condition& is_so) {
+    std::vector<ModelPiece*> wanted;
+    for (ModelJob& job : jobs_)
+      for (ModelPiece& piece : job.pieces)
+        if (is_so(piece)) wanted.push_back(&piece);
+    return wanted.empty() || *in_range(0, 4) == 0 ? random_piece() : *rc::gen::elementOf(wanted);
+  }
   std::vector<ModelPiece*> random_pieces() {
     std::vector<ModelPiece*> out;
-    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
+    for (int i = 0, n = *in_range(0, 4); i < n; ++i)
       if (ModelPiece* piece = random_piece()) out.push_back(piece);
     return out;
   }
@@ -285,7 +326,13 @@ class ModelledWood : protected ModelledKnowledge {
       if (piece.state == AllocationState::kCutting) piece.doubt();
   }
 
+  void reopen() {
+    cell_.reopen();
+    if (opened_) opened_(cell_.database());
+  }
+
   CellDatabase cell_;
+  std::function<void(Database&)> opened_;
 };
 
 }  // namespace veneer::db

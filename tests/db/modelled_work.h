@@ -9,29 +9,40 @@ class ModelledWork : public ModelledPlans {
  protected:
   void start_run() {
     if (jobs_.empty()) return;
-    const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
+    ModelPiece* first = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kReserved; });
+    std::size_t index = 0;
+    while (!has(jobs_[index], *first)) ++index;
     ModelJob& job = jobs_[index];
-    const int panel = any_panel();
+    const int panel = *in_range(0, 4) == 0 ? any_panel() : first->panel;
     const bool startable = job.state != JobState::kComplete && job.state != JobState::kCancelled;
     const bool wood = std::any_of(job.pieces.begin(), job.pieces.end(), [&](const auto& p) {
       return p.panel == panel && p.state == AllocationState::kReserved;
     });
-    const auto run = cell_.jobs().start_run(job.id, panels_[panel], {}, 0.05_mm, kNow);
+    RunFacts facts;
+    facts.who = *rc::gen::element<std::string>("local:1000", "anna");
+    for (const CertificateId certificate : certificates_)
+      if (*rc::gen::arbitrary<bool>()) facts.certificates.push_back(certificate);
+    facts.recipes_json = fmt::format(R"([{{"speed":{}}}])", *in_range(1, 100));
+    facts.looks_again = *rc::gen::arbitrary<bool>();
+    const auto run = cell_.jobs().start_run(job.id, panels_[panel], {}, 0.05_mm, kNow, facts);
     RC_ASSERT(run.ok() == (!run_ && startable && wood));
     if (!run.ok()) return;
-    run_ = ModelRun{*run, index, panel};
+    run_ = ModelRun{*run, index, panel, facts, facts.looks_again};
+    runs_.push_back(*run_);
+    owe_no_look();
     kept_cuts_.clear();
     job.state = JobState::kRunning;
   }
   void mark_cutting() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece =
+        mostly_a_piece([&](const ModelPiece& p) { return in_run(p) && p.state == AllocationState::kReserved; });
     if (piece == nullptr) return;
     const bool allowed = in_run(*piece) && piece->state == AllocationState::kReserved;
     RC_ASSERT(cell_.jobs().mark_cutting(piece->id, kNow).ok() == allowed);
     if (allowed) piece->state = AllocationState::kCutting;
   }
   void book() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kCutting; });
     if (piece == nullptr) return;
     const bool allowed = piece->state == AllocationState::kCutting;
     const bool keep = run_ && *rc::gen::arbitrary<bool>();
@@ -39,13 +50,62 @@ class ModelledWork : public ModelledPlans {
                                : cell_.jobs().book_piece(piece->id, kNow);
     RC_ASSERT(booked.ok() == allowed);
     if (allowed && keep) kept_cuts_.push_back(piece->id);
-    if (allowed) piece->state = AllocationState::kCut;
+    if (!allowed) return;
+    piece->state = AllocationState::kCut;
+    piece->assembled = false;
+    piece->owed = ++bookings_;
+  }
+  // The panel of a run, mostly of the last, was seen where it has to lie.
+  void see_panel() {
+    if (runs_.empty()) return RC_ASSERT(!cell_.jobs().note_proof({1}, kLater).ok());
+    const bool last = *in_range(0, 4) != 0;
+    ModelRun& run = last ? runs_.back() : **rc::gen::elementOf(pointers(runs_));
+    VENEER_EXPECT_OK(cell_.jobs().note_proof(run.id, kLater));
+    run.looks = true;
+    if (&run == &runs_.back()) owe_no_look();
+  }
+  void owe_no_look() {
+    for (ModelJob& job : jobs_)
+      for (ModelPiece& piece : job.pieces) piece.owed = 0;
+  }
+  // Laid in the picture, or taken out of it: all of them, or none.
+  void assemble() {
+    if (jobs_.empty()) return;
+    ModelJob& job = **rc::gen::elementOf(pointers(jobs_));
+    std::vector<std::string> marks;
+    std::vector<ModelPiece*> pieces;
+    for (std::size_t i = 0; i < job.pieces.size(); ++i)
+      if (*in_range(0, 3) == 0) marks.push_back(fmt::format("A{}", i)), pieces.push_back(&job.pieces[i]);
+    const bool in = *in_range(0, 3) != 0;
+    const bool allowed = std::all_of(pieces.begin(), pieces.end(),
+                                     [](const ModelPiece* piece) { return piece->state == AllocationState::kCut; });
+    RC_ASSERT(cell_.jobs().assemble(job.id, marks, in, "local:1000", kLater).ok() == allowed);
+    if (!allowed) return;
+    for (ModelPiece* piece : pieces) piece->assembled = in;
+  }
+  void compare_runs() {
+    std::vector<std::pair<int, PieceId>> owed;
+    if (!runs_.empty() && runs_.back().looks)
+      for (const ModelJob& job : jobs_)
+        for (const ModelPiece& piece : job.pieces)
+          if (piece.owed > 0) owed.emplace_back(piece.owed, piece.id);
+    std::sort(owed.begin(), owed.end());
+    std::vector<PieceId> wanted;
+    for (const auto& [order, piece] : owed) wanted.push_back(piece);
+    const auto found = must(cell_.jobs().unproven());
+    RC_ASSERT((found ? found->pieces : std::vector<PieceId>()) == wanted);
+    if (runs_.empty()) return;
+    const ModelRun& run = **rc::gen::elementOf(pointers(runs_));
+    const RunFacts facts = must(cell_.jobs().facts(run.id));
+    RC_ASSERT(facts.who == run.facts.who);
+    RC_ASSERT(facts.certificates == run.facts.certificates);
+    RC_ASSERT(facts.recipes_json == run.facts.recipes_json);
   }
   void finish_or_abort() {
     if (!run_) return;
     ModelJob& job = jobs_[run_->job];
     if (*rc::gen::arbitrary<bool>()) {
-      const bool more = *rc::gen::arbitrary<bool>();
+      const bool more = *in_range(0, 4) != 0;
       const bool allowed = !job.any(AllocationState::kCutting);
       RC_ASSERT(cell_.jobs().finish_run(run_->id, more, kLater).ok() == allowed);
       if (!allowed) return;
@@ -55,8 +115,8 @@ class ModelledWork : public ModelledPlans {
       // The next pieces of this run, which the beam may have begun, and others that it may have hit.
       std::vector<ModelPiece*> suspects;
       for (ModelPiece& piece : job.pieces)
-        if (in_run(piece) && *rc::gen::inRange(0, 4) == 0) suspects.push_back(&piece);
-      const auto neighbours = *rc::gen::inRange(0, 3) == 0 ? random_pieces() : std::vector<ModelPiece*>();
+        if (in_run(piece) && *in_range(0, 4) == 0) suspects.push_back(&piece);
+      const auto neighbours = *in_range(0, 3) == 0 ? random_pieces() : std::vector<ModelPiece*>();
       VENEER_EXPECT_OK(cell_.jobs().abort_run(run_->id, ids_of(suspects), "stop", kLater, ids_of(neighbours)));
       for (ModelPiece* piece : suspects)
         if (piece->state == AllocationState::kReserved) piece->doubt();
@@ -67,7 +127,7 @@ class ModelledWork : public ModelledPlans {
     run_.reset();
   }
   void settle() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kSuspect; });
     if (piece == nullptr) return;
     const auto verdict =
         *rc::gen::elementOf(std::vector{AllocationState::kCut, AllocationState::kScrap, AllocationState::kReleased});
@@ -82,7 +142,7 @@ class ModelledWork : public ModelledPlans {
   void archive() {
     if (jobs_.empty()) return;
     ModelJob& job = **rc::gen::elementOf(pointers(jobs_));
-    const bool away = *rc::gen::inRange(0, 3) != 0;
+    const bool away = *in_range(0, 3) != 0;
     const bool over = job.state == JobState::kComplete || job.state == JobState::kCancelled;
     const bool allowed = !away || (over && !job.any_open());
     RC_ASSERT(cell_.jobs().archive(job.id, away, kLater).ok() == allowed);
@@ -107,8 +167,10 @@ class ModelledWork : public ModelledPlans {
   }
   void end_between_panels() {
     if (jobs_.empty()) return;
-    const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
-    ModelJob& job = jobs_[index];
+    ModelJob& job = *mostly(jobs_, [&](const ModelJob& one) {
+      return one.state == JobState::kRunning && !(run_ && &jobs_[run_->job] == &one);
+    });
+    const auto index = static_cast<std::size_t>(&job - jobs_.data());
     const bool waits = job.state == JobState::kRunning && !(run_ && run_->job == index);
     const bool stop = *rc::gen::arbitrary<bool>();
     const Status done = stop ? cell_.jobs().stop_job(job.id, kLater) : cell_.jobs().abort_job(job.id, kLater);
@@ -116,7 +178,7 @@ class ModelledWork : public ModelledPlans {
     if (waits) job.state = job.after(stop ? JobState::kStopped : JobState::kAborted);
   }
   void die_and_recover() {
-    cell_.reopen();
+    reopen();
     must(cell_.jobs().recover(kLater));
     run_.reset();
     for (auto& job : jobs_) {

@@ -3,10 +3,15 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <random>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -63,6 +68,76 @@ inline Tally write_raw(const std::filesystem::path& file, const PanelId& panel, 
   return tally;
 } catch (const SQLite::Exception& thrown) {
   return {0, 0, {thrown.what()}, {}};
+}
+
+// What a program says of itself to the one that began it: its figures in the first line, how long it waited in the
+// second, and a line for each surprise.
+inline std::string told(const Tally& tally) {
+  std::string out = fmt::format("{} {}\n", tally.booked, tally.refused);
+  for (const double ms : tally.waited_ms) out += fmt::format("{} ", ms);
+  for (const std::string& surprise : tally.surprises) out += "\n" + surprise;
+  return out;
+}
+inline Tally understood(const std::string& text) {
+  Tally tally;
+  std::istringstream lines(text);
+  std::string figures, waits;
+  std::getline(lines, figures);
+  std::getline(lines, waits);
+  std::istringstream(figures) >> tally.booked >> tally.refused;
+  std::istringstream each(waits);
+  for (double ms = 0; each >> ms;) tally.waited_ms.push_back(ms);
+  for (std::string surprise; std::getline(lines, surprise);) tally.surprises.push_back(surprise);
+  return tally;
+}
+
+// So many programs, each with a process and SQLite's locks of its own, that begin together. In the process that calls
+// it the file must not be open: SQLite would hand its locks on to all of them.
+inline std::vector<Tally> write_raw_at_once(const std::filesystem::path& file, const PanelId& panel, std::uint32_t seed,
+                                            int writers, int attempts) {
+  std::array<int, 2> gate{};
+  if (::pipe(gate.data()) != 0) std::abort();
+  struct Writer {
+    pid_t process = 0;
+    int says = 0;
+  };
+  std::vector<Writer> all;
+  for (int i = 0; i < writers; ++i) {
+    std::array<int, 2> way{};
+    if (::pipe(way.data()) != 0) std::abort();
+    const pid_t process = ::fork();
+    if (process < 0) std::abort();
+    if (process == 0) {
+      ::close(gate[1]);
+      char opened = 0;
+      static_cast<void>(::read(gate[0], &opened, 1));  // ends when the gate is closed
+      const std::string text = told(write_raw(file, panel, seed + static_cast<std::uint32_t>(i), attempts));
+      for (std::size_t at = 0; at < text.size();) {
+        const ssize_t written = ::write(way[1], text.data() + at, text.size() - at);
+        if (written <= 0) ::_exit(1);
+        at += static_cast<std::size_t>(written);
+      }
+      ::_exit(0);
+    }
+    ::close(way[1]);
+    all.push_back({process, way[0]});
+  }
+  ::close(gate[0]);
+  ::close(gate[1]);
+  std::vector<Tally> tallies;
+  for (const Writer& writer : all) {
+    std::string text;
+    std::array<char, 4096> part{};
+    for (ssize_t got = 0; (got = ::read(writer.says, part.data(), part.size())) > 0;)
+      text.append(part.data(), static_cast<std::size_t>(got));
+    ::close(writer.says);
+    int status = 0;
+    ::waitpid(writer.process, &status, 0);
+    tallies.push_back(understood(text));
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+      tallies.back().surprises.push_back(fmt::format("the program ended with status {}", status));
+  }
+  return tallies;
 }
 
 }  // namespace veneer::db

@@ -1,9 +1,8 @@
-// Many programs that write the same file at once, past the daemon's lock and its stores: the schema alone must see to
-// it that no wood is booked twice.
+// Many programs that write the same file at once, each a process, past the daemon's lock and its stores: the schema
+// alone must see to it that no wood is booked twice.
 #include <gmock/gmock.h>
 
 #include <cstdio>
-#include <thread>
 #include <vector>
 
 #include "tests/db/cell_database.h"
@@ -16,17 +15,16 @@ namespace {
 constexpr int kWriters = 16;
 
 TEST(RawWriters, SixteenAtOnceBookNoWoodTwice) {
-  CellDatabase cell;
-  const PanelId panel = cell.new_panel();
+  const testing::TempDirectory directory;
+  const auto file = directory / "veneerd.db";
+  const PanelId panel{"P-0001"};
+  {
+    Database fresh = must(Database::open(file));
+    VENEER_ASSERT_OK(Panels(fresh).add(sheet(panel), {}, {}));
+  }
   const auto seed = static_cast<std::uint32_t>(testing::number_from("VENEER_SEED", 1));
   const auto attempts = static_cast<int>(testing::number_from("VENEER_WRITES", 20'000)) / kWriters;
-  std::vector<Tally> tallies(kWriters);
-  {
-    std::vector<std::jthread> writers;
-    for (int i = 0; i < kWriters; ++i)
-      writers.emplace_back(
-          [&, i] { tallies[i] = write_raw(cell.file(), panel, seed * 100 + static_cast<std::uint32_t>(i), attempts); });
-  }
+  const auto tallies = write_raw_at_once(file, panel, seed * 100, kWriters, attempts);
   int booked = 0, refused = 0;
   for (const Tally& tally : tallies) {
     booked += tally.booked, refused += tally.refused;
@@ -35,7 +33,8 @@ TEST(RawWriters, SixteenAtOnceBookNoWoodTwice) {
   EXPECT_EQ(booked + refused, kWriters * attempts);
   EXPECT_GT(refused, booked / 2) << "they hardly met";
 
-  const auto live = must(cell.ledger().live_allocations(panel));
+  Database database = must(Database::open(file));
+  const auto live = must(Ledger(database).live_allocations(panel));
   ASSERT_EQ(live.size(), static_cast<std::size_t>(booked));
   // Squares, so that their boxes say all; no polygon is asked.
   std::vector<Box<PanelFrame>> boxes;
@@ -49,10 +48,10 @@ TEST(RawWriters, SixteenAtOnceBookNoWoodTwice) {
           (std::min(boxes[i].max.y, boxes[j].max.y) - std::max(boxes[i].min.y, boxes[j].min.y)).count();
       if (width > 0 && height > 0) most = std::max(most, width * height);
     }
-  std::printf("%d writers, %d attempts: %d booked, %d refused, at most %.6f mm2 held twice\n", kWriters,
+  std::printf("%d programs, %d attempts: %d booked, %d refused, at most %.6f mm2 held twice\n", kWriters,
               booked + refused, booked, refused, most);
   EXPECT_LE(most, 1e-4) << "mm2: less is rounding, says base/polygon_ops.h";
-  VENEER_EXPECT_OK(cell.database().check_integrity());
+  VENEER_EXPECT_OK(database.check_integrity());
 }
 
 }  // namespace
