@@ -212,8 +212,8 @@ void run_plan(const PlanCommandArguments& arguments) {
   PlanOptions options = or_end(plan_options(arguments.plan));
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
-  if (!arguments.edits.keep.empty() && !arguments.plan.guides.empty())
-    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out");
+  if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_grid())
+    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out, and what names edges");
   // The wood's pictures are the large ones: they are read beside the targets.
   auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
   Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);

@@ -16,6 +16,7 @@
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
+#include "planner/layout/pinned_vertices.h"
 #include "planner/problem/shortage.h"
 
 namespace veneer::daemon {
@@ -105,6 +106,9 @@ Status guide(const MakePlan& order, planner::Artwork& artwork) {
   if (!fine) return fine.error();
   artwork.guides.large = *large;
   artwork.guides.fine = *fine;
+  auto vertices = planner::pinned_vertices_of("pinned_vertices", order.pinned_vertices);
+  if (!vertices) return vertices.error();
+  artwork.guides.vertices = std::move(*vertices);
   return Ok();
 }
 
@@ -146,7 +150,7 @@ double cutting_seconds(const planner::Plan& plan) {
 }  // namespace
 
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
-  auto read = read_artwork(order.picture, order.name, order.crop, order.size);
+  auto read = read_artwork({order.picture, order.segmentation}, order.name, order.crop, order.size);
   if (!read) return read.error();
   planner::Artwork artwork = std::move(*read);
   if (const Status guided = guide(order, artwork); !guided) return guided.error();

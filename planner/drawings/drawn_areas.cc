@@ -1,4 +1,4 @@
-#include "cli/drawn_areas.h"
+#include "planner/drawings/drawn_areas.h"
 
 #include <fmt/format.h>
 
@@ -7,14 +7,23 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "cli/drawing.h"
+#include "planner/drawings/drawing.h"
+#include "planner/pictures/pictures.h"
 
-namespace veneer::cli {
+namespace veneer::planner {
 namespace {
 
 constexpr double kSide = 2000;   // pixels of the longer side
 constexpr double kClosed = 0.1;  // mm between the ends of a line that is closed
 constexpr int kShift = 4;        // bits behind the point of drawn coordinates
+
+// XML, after the mark of its encoding and blanks: no picture begins so.
+bool is_drawing(std::string_view bytes) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (bytes.starts_with(kByteOrderMark)) bytes.remove_prefix(kByteOrderMark.size());
+  const std::size_t at = bytes.find_first_not_of(" \t\r\n");
+  return at != std::string_view::npos && bytes[at] == '<';
+}
 
 bool is_closed(const DrawnLine& line) {
   if (line.points.size() < 4) return false;
@@ -23,6 +32,13 @@ bool is_closed(const DrawnLine& line) {
 }
 
 }  // namespace
+
+Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name) {
+  if (!is_drawing(bytes)) return decode_picture(bytes, name);
+  Result<cv::Mat> areas = areas_of_svg(std::string(bytes));
+  if (!areas.ok()) return Error{areas.error().code, fmt::format("{}: {}", name, areas.error().message)};
+  return areas;
+}
 
 Result<cv::Mat> areas_of_svg(const std::string& text) {
   Result<Drawing> drawing = read_svg(text);
@@ -33,6 +49,8 @@ Result<cv::Mat> areas_of_svg(const std::string& text) {
                  "the drawing has no closed region: close the paths whose insides are pieces"};
   const DrawingExtent extent = extent_of(*drawing);
   const double width = extent.max_x - extent.min_x, height = extent.max_y - extent.min_y;
+  if (!is_finite(*drawing) || !std::isfinite(width + height))
+    return Error{ErrorCode::kInvalidArgument, "the drawing is larger than can be measured: draw it again, smaller"};
   const double scale = kSide / std::max(width, height);
   if (!(std::min(width, height) * scale >= 2))
     return Error{ErrorCode::kInvalidArgument,
@@ -52,4 +70,4 @@ Result<cv::Mat> areas_of_svg(const std::string& text) {
   return out;
 }
 
-}  // namespace veneer::cli
+}  // namespace veneer::planner
