@@ -219,15 +219,29 @@ TEST_F(PlanServiceTest, AdviceIsGivenFromTheFreeWoodAndKeepsNothing) {
 
 TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
   add_panel("P-0001", 255);
-  const auto detailed = plan(small_job());
+  JobRequest request = small_job();
+  request.options.patch = request.size;  // room for its mark
+  const auto detailed = plan(request);
   ASSERT_TRUE(detailed.ok()) << detailed.error().message;
   EXPECT_THAT(to_json(*detailed)["warnings"], ::testing::IsEmpty());
-  JobRequest request = small_job();
   request.files = png(cv::Mat(20, 20, CV_8UC3, cv::Scalar::all(120)));
   const auto plain = plan(request);
   ASSERT_TRUE(plain.ok()) << plain.error().message;
   EXPECT_THAT(to_json(*plain)["warnings"], ::testing::ElementsAre("\"test\" is one plain tone, so there is nothing in "
                                                                   "it to rebuild: is it the right picture?"));
+}
+
+TEST_F(PlanServiceTest, PiecesWithoutRoomForTheirMarksAreToldWhenTheyArePlanned) {
+  add_panel("P-0001", 255);
+  JobRequest request = refined_job();
+  const auto roomy = stored_plan(request);
+  ASSERT_TRUE(roomy.ok()) << roomy.error().message;
+  EXPECT_THAT(to_json(*roomy)["warnings"], ::testing::IsEmpty());
+  request.size = Millimetres(6);
+  request.options.patch = Millimetres(2), request.options.min_width = Millimetres(0.5);
+  const auto small = stored_plan(request);
+  ASSERT_TRUE(small.ok()) << small.error().message;
+  EXPECT_THAT(to_json(*small)["warnings"].dump(), ::testing::HasSubstr("marks do not fit on their pieces at 1.4 mm"));
 }
 
 // Says when the work is asked for.
