@@ -28,16 +28,16 @@ struct LayoutOption {
 };
 
 constexpr LayoutOption kImportance{"--importance", &LayoutFiles::importance, "", "",
-                                   "A picture over {}: white where it matters most, black where any wood will do"};
+                                   "A mask over {}: white where it matters most, black where any wood will do"};
 constexpr LayoutOption kLayoutOptions[] = {
     {"--segmentation", &LayoutFiles::segmentation, "segmentation", "says where pieces end",
      "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
      "the pieces, stretched over the whole picture. Without it: areas of about one tone"},
     {"--guides", &LayoutFiles::guides, "morph", "say where a morphed grid's lines go",
-     "With --layout morph: a picture over {}, white where its edges count, or a JSON file with such pictures and with "
+     "With --layout morph: a mask over {}, white where its edges count, or a JSON file with such pictures and with "
      "vertices of the grid that are pinned"},
     {"--large-edges", &LayoutFiles::large_edges, "morph", "says which edges a morphed grid follows",
-     "With --layout morph: a picture over {}, white where the grid follows large edges [everywhere]"},
+     "With --layout morph: a mask over {}, white where the grid follows large edges [everywhere]"},
     {"--fine-edges", &LayoutFiles::fine_edges, "morph", "says which edges a morphed grid follows",
      "The same for fine edges [everywhere]"},
 };
