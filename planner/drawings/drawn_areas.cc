@@ -13,9 +13,9 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kSide = 2000;   // pixels of the longer side
-constexpr double kClosed = 0.1;  // mm between the ends of a line that is closed
-constexpr int kShift = 4;        // bits behind the point of drawn coordinates
+constexpr double kDrawnSide = 2000;    // pixels of the longer side
+constexpr double kClosedWithin = 0.1;  // mm between the ends of a line that is closed
+constexpr int kPointBits = 4;          // bits behind the point of drawn coordinates
 
 // XML, after the mark of its encoding and blanks: no picture begins so.
 bool is_drawing(std::string_view bytes) {
@@ -28,7 +28,7 @@ bool is_drawing(std::string_view bytes) {
 bool is_closed(const DrawnLine& line) {
   if (line.points.size() < 4) return false;
   const DrawingPoint &a = line.points.front(), &b = line.points.back();
-  return std::hypot(a[0] - b[0], a[1] - b[1]) <= kClosed;
+  return std::hypot(a[0] - b[0], a[1] - b[1]) <= kClosedWithin;
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ Result<cv::Mat> areas_of_svg(const std::string& text) {
   const double width = extent.max_x - extent.min_x, height = extent.max_y - extent.min_y;
   if (!is_finite(*drawing) || !std::isfinite(width + height))
     return Error{ErrorCode::kInvalidArgument, "the drawing is larger than can be measured: draw it again, smaller"};
-  const double scale = kSide / std::max(width, height);
+  const double scale = kDrawnSide / std::max(width, height);
   if (!(std::min(width, height) * scale >= 2))
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the drawing is only {:.2f} x {:.2f} mm large: draw regions, not lines", width, height)};
@@ -60,12 +60,12 @@ Result<cv::Mat> areas_of_svg(const std::string& text) {
     std::vector<cv::Point> ring;
     for (const DrawingPoint& p : drawing->lines[i].points)
       // Pixel centres lie at whole numbers to OpenCV.
-      ring.emplace_back(cvRound(((p[0] - extent.min_x) * scale - 0.5) * (1 << kShift)),
-                        cvRound(((extent.max_y - p[1]) * scale - 0.5) * (1 << kShift)));
+      ring.emplace_back(cvRound(((p[0] - extent.min_x) * scale - 0.5) * (1 << kPointBits)),
+                        cvRound(((extent.max_y - p[1]) * scale - 0.5) * (1 << kPointBits)));
     const std::size_t number = i + 1;
     const cv::Scalar colour(static_cast<double>(number & 255U), static_cast<double>(number >> 8U & 255U),
                             static_cast<double>(number >> 16U & 255U));
-    cv::fillPoly(out, std::vector<std::vector<cv::Point>>{ring}, colour, cv::LINE_8, kShift);
+    cv::fillPoly(out, std::vector<std::vector<cv::Point>>{ring}, colour, cv::LINE_8, kPointBits);
   }
   return out;
 }

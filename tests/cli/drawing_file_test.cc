@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/json_schema.h"
@@ -11,6 +12,7 @@ namespace veneer::cli {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 TEST(Strokes, AreReadStrictly) {
   const std::string text = R"({"schema_version":1,"strokes":[
