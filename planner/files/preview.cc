@@ -101,7 +101,8 @@ Result<ScanResolution> full_resolution(const Plan& plan, std::size_t artwork) {
 
 Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame>& preview) {
   if (artwork >= plan.artworks.size()) return no_artwork(artwork);
-  const int width = std::max(2, cvRound(plan.kerf.count() * preview.resolution.px_per_mm));
+  // A smoothed line is a pixel wider.
+  const int width = std::max(1, cvRound(plan.kerf.count() * preview.resolution.px_per_mm) - 1);
   for (const Piece& piece : plan.pieces) {
     if (piece.artwork != artwork) continue;
     std::vector<cv::Point> ring;

@@ -19,8 +19,8 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
 // plan's own where no piece has wood. kInvalidArgument: no such artwork.
 Result<ScanResolution> full_resolution(const Plan& plan, std::size_t artwork);
 
-// Draws where the laser cuts into a preview of any resolution: every piece's outline, as wide as the kerf and at least
-// two pixels. kInvalidArgument: no such artwork.
+// Draws where the laser cuts into a preview of any resolution: every piece's outline, about as wide as the kerf and at
+// least two pixels. kInvalidArgument: no such artwork.
 Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame>& preview);
 
 // What the assembled preview itself costs against what its artwork looks for: as cost_per_pixel(), but with all
