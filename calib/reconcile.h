@@ -27,7 +27,7 @@ struct Difference {
 
 struct ReconcileOptions {
   Millimetres tolerance{0.3};       // borders may differ by this
-  SquareMillimetres smallest{1.5};  // smaller differences are dust
+  SquareMillimetres smallest{2.5};  // smaller ones may be dust, hairs and stray light; a screw's hole has 7
   Millimetres narrowest{0.5};       // thinner ones are noise at borders
   // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
   std::vector<Region<PanelFrame>> uncertain = {};

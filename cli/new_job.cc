@@ -13,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "cli/layout_files.h"
 #include "cli/named_option.h"
 #include "cli/painted_mask.h"
 #include "cli/render.h"
@@ -39,8 +40,8 @@ struct NewJob {
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
   std::optional<bool> remnants_first;
-  std::map<std::string, std::string> options;                      // of the planner, those that are given
-  std::optional<std::string> importance, large_edges, fine_edges;  // files of masks
+  std::map<std::string, std::string> options;  // of the planner, those that are given
+  LayoutFiles files;
 
   std::string title() const { return name.empty() ? std::filesystem::path(picture).stem().string() : name; }
 
@@ -61,20 +62,43 @@ struct NewJob {
     return text;
   }
 
-  // The query's part for the masks, which are read for it.
-  Result<std::string> masks() const {
-    std::string text;
-    for (const auto& [key, file, read] : {std::tuple("importance", &importance, &importance_from_picture),
-                                          std::tuple("large_edges", &large_edges, &edges_from_picture),
-                                          std::tuple("fine_edges", &fine_edges, &edges_from_picture)}) {
-      if (!*file) continue;
-      const Result<std::string> mask = read(**file);
-      if (!mask) return mask.error();
-      text += fmt::format("&{}={}", key, url_encode(*mask));
-    }
-    return text;
+  std::string layout() const {
+    const auto found = options.find("layout");
+    return found == options.end() ? "grid" : found->second;
   }
 };
+
+// What the files that say how a picture is cut up are to the API.
+struct SentFiles {
+  std::string query;    // its part for them, each parameter with "&" before it
+  std::string drawing;  // goes behind the picture
+};
+
+Result<SentFiles> sent_files(const NewJob& wanted) {
+  if (const Status good = check_layout_files(wanted.files, 1, wanted.layout()); !good) return good.error();
+  const auto files = layout_files_of(wanted.files, 0);
+  if (!files) return files.error();
+  SentFiles out;
+  for (const auto& [key, file, read] : {std::tuple("importance", &files->importance, &importance_from_picture),
+                                        std::tuple("large_edges", &files->large_edges, &edges_from_picture),
+                                        std::tuple("fine_edges", &files->fine_edges, &edges_from_picture)}) {
+    if (file->empty()) continue;
+    const Result<std::string> mask = read(*file);
+    if (!mask) return mask.error();
+    out.query += fmt::format("&{}={}", key, url_encode(*mask));
+  }
+  std::string vertices;
+  for (const planner::PinnedVertex& pin : files->vertices)
+    vertices += fmt::format("{}{},{},{},{}", vertices.empty() ? "" : ";", pin.row, pin.column, pin.at.x.count(),
+                            pin.at.y.count());
+  if (!vertices.empty()) out.query += "&pinned_vertices=" + url_encode(vertices);
+  if (files->segmentation.empty()) return out;
+  auto drawing = read_file(files->segmentation);
+  if (!drawing) return drawing.error();
+  out.query += fmt::format("&segmentation_bytes={}", drawing->size());
+  out.drawing = std::move(*drawing);
+  return out;
+}
 
 void add_planner_option(CLI::App& command, const planner::NamedOption& option, NewJob& job) {
   CLI::Option* added = add_named_option(
@@ -104,19 +128,12 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option(
       "--forbid", wanted.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
-  command.add_option("--importance", wanted.importance,
-                     "A PNG picture: white where the picture, or its crop, matters most, black where any wood will do");
   for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(command, option, wanted);
   return picture;
 }
 
-// Where a morphed grid is to follow edges; `wanted` outlives the command.
-void add_edge_masks(CLI::App& command, NewJob& wanted) {
-  command.add_option(
-      "--large-edges", wanted.large_edges,
-      "With --layout morph: a PNG picture that is white where the grid follows large edges [everywhere]");
-  command.add_option("--fine-edges", wanted.fine_edges, "The same for fine edges [everywhere]");
-}
+// Masks are sent as a few cells, and a veneerctl that starts at once reads PNG alone.
+constexpr const char* kLaidOver = "the picture or its crop (PNG)";
 
 // The daemon knows a picture by its name in the lists; who sent it knows the file.
 Error of_the_file(Error error, const NewJob& wanted) {
@@ -131,10 +148,10 @@ void plan_picture(const CommandContext& context, const char* path, const NewJob&
                   const CommandContext::Render& render) {
   const auto picture = read_file(wanted.picture);
   if (!picture) return context.finish(picture.error(), render, kUnusableArguments);
-  const auto masks = wanted.masks();
-  if (!masks) return context.finish(masks.error(), render, kUnusableArguments);
-  const auto started =
-      context.client().request("POST", path + wanted.query() + *masks, *picture, content_type_of(wanted.picture));
+  const auto files = sent_files(wanted);
+  if (!files) return context.finish(files.error(), render, kUnusableArguments);
+  const auto started = context.client().request("POST", path + wanted.query() + files->query, *picture + files->drawing,
+                                                content_type_of(wanted.picture));
   const auto made = context.run_task(started);
   context.finish(made ? made : Result<json>(of_the_file(made.error(), wanted)), render);
 }
@@ -217,7 +234,7 @@ void add_new_job(CLI::App& job, CommandContext& context) {
   CLI::App* command =
       job.add_subcommand("new", "Plan a picture from free stock and reserve its wood; or reserve that of a plan");
   add_planning_options(*command, *wanted);
-  add_edge_masks(*command, *wanted);
+  add_layout_options(*command, kLaidOver, wanted->files);
   command->add_option("--plan", wanted->plan, "Make it of this plan (see `job plans`); no picture and no option then")
       ->check(positive_number());
   command->callback([wanted, command, &context] {
@@ -236,12 +253,13 @@ void add_plans(CLI::App& job, CommandContext& context) {
   const auto wanted = std::make_shared<NewJob>();
   CLI::App* plan = job.add_subcommand("plan", "Plan a picture from free stock and keep the plan; no wood is reserved");
   add_planning_options(*plan, *wanted)->required();
-  add_edge_masks(*plan, *wanted);
+  add_layout_options(*plan, kLaidOver, wanted->files);
   plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
   const auto asked = std::make_shared<NewJob>();
   CLI::App* advise = job.add_subcommand(
       "advise", "At which crop, size, patches and layout a picture reads in the free wood; nothing is kept");
   add_planning_options(*advise, *asked)->required();
+  add_importance_option(*advise, kLaidOver, asked->files);
   advise->callback([asked, &context] { plan_picture(context, "/plans/advice", *asked, render_advice); });
   add_plans_list(job, context);
   add_change(job, context);

@@ -11,9 +11,8 @@
 #include <set>
 
 #include "cli/command_context.h"
-#include "cli/drawn_areas.h"
-#include "cli/guides_file.h"
 #include "cli/named_option.h"
+#include "planner/drawings/drawn_areas.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan_options.h"
@@ -87,20 +86,30 @@ Result<PanelArgument> panel_argument(const std::string& text) {
   return panel;
 }
 
-// The n-th picture of a list, or nothing.
-Result<cv::Mat> picture_beside(const std::vector<std::string>& files, std::size_t index) {
-  if (index >= files.size()) return cv::Mat();
-  return planner::load_picture(files[index]);
+// CV_8UC1; "": nothing.
+Status read_grey(const std::string& file, cv::Mat& out) {
+  if (file.empty()) return Ok();
+  const Result<cv::Mat> picture = planner::load_picture(file);
+  if (!picture.ok()) return picture.error();
+  cv::cvtColor(*picture, out, cv::COLOR_BGR2GRAY);
+  return Ok();
 }
 
-// A picture, or a drawing's regions as one.
-Result<cv::Mat> areas_beside(const std::vector<std::string>& files, std::size_t index) {
-  if (index >= files.size() || fs::path(files[index]).extension() != ".svg") return picture_beside(files, index);
-  const Result<std::string> text = read_file(files[index]);
-  if (!text.ok()) return text.error();
-  Result<cv::Mat> areas = areas_of_svg(*text);
-  if (!areas.ok()) return Error{areas.error().code, files[index] + ": " + areas.error().message};
-  return areas;
+Status add_layout_files(const LayoutFiles& files, std::size_t index, Artwork& artwork) {
+  Result<LayoutFilesOf> own = layout_files_of(files, index);
+  if (!own.ok()) return own.error();
+  for (const auto& [file, mask] :
+       {std::pair(&own->importance, &artwork.importance), std::pair(&own->large_edges, &artwork.guides.large),
+        std::pair(&own->fine_edges, &artwork.guides.fine)})
+    if (Status status = read_grey(*file, *mask); !status.ok()) return status;
+  artwork.guides.vertices = std::move(own->vertices);
+  if (own->segmentation.empty()) return Ok();
+  const Result<std::string> bytes = read_file(own->segmentation);
+  if (!bytes.ok()) return bytes.error();
+  Result<cv::Mat> areas = planner::areas_of_file(*bytes, own->segmentation);
+  if (!areas.ok()) return areas.error();
+  artwork.segmentation = std::move(*areas);
+  return Ok();
 }
 
 // Ids become parts of file names.
@@ -177,18 +186,7 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
       ->capture_default_str();
   for (const planner::NamedOption& option : planner::kNamedOptions)
     if (!is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
-  command.add_option("--importance", arguments.importances,
-                     "A picture that is white where the target matters most; the n-th belongs to the n-th target");
-  command.add_option(
-      "--segmentation", arguments.segmentations,
-      "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
-      "the pieces, stretched over the target; the n-th belongs to the n-th target. Without it: areas of about one "
-      "tone");
-  command.add_option(
-      "--guides", arguments.guides,
-      "With --layout morph: a picture, stretched over the target, that is white where its edges count, or "
-      "a JSON file with such pictures and with vertices of the grid that are pinned; the n-th belongs to "
-      "the n-th target");
+  add_layout_options(command, "the target", arguments.files);
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
   command
@@ -245,35 +243,20 @@ Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
 }
 
 Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
-  if (arguments.importances.size() > arguments.targets.size())
-    return unusable("there are more --importance pictures than --target pictures");
-  if (arguments.segmentations.size() > arguments.targets.size())
-    return unusable("there are more --segmentation pictures than --target pictures");
-  if (arguments.guides.size() > arguments.targets.size())
-    return unusable("there are more --guides than --target pictures");
-  if (!arguments.guides.empty() && arguments.options.layout != planner::LayoutKind::kMorph)
-    return unusable("--guides say where a morphed grid's lines go: add --layout morph");
+  if (Status status = check_layout_files(arguments.files, arguments.targets.size(),
+                                         planner::option_text(arguments.options, "layout"));
+      !status.ok())
+    return status.error();
   if (arguments.crops.size() > arguments.targets.size())
     return unusable("there are more --crop than --target pictures");
-  if (!arguments.segmentations.empty() && arguments.options.layout != planner::LayoutKind::kSegmentation)
-    return unusable("--segmentation says where pieces end: add --layout segmentation");
   std::vector<Artwork> once;
   for (std::size_t i = 0; i < arguments.targets.size(); ++i) {
     if (arguments.targets[i].empty()) return unusable("--target \"\" names no picture");
     const Result<cv::Mat> picture = planner::load_picture(arguments.targets[i]);
     if (!picture.ok()) return picture.error();
-    const Result<cv::Mat> importance = picture_beside(arguments.importances, i);
-    if (!importance.ok()) return importance.error();
-    const Result<cv::Mat> segmentation = areas_beside(arguments.segmentations, i);
-    if (!segmentation.ok()) return segmentation.error();
     Artwork& artwork = once.emplace_back();
-    artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;
-    if (!importance->empty()) cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
-    if (i < arguments.guides.size()) {
-      Result<planner::LayoutGuides> guides = load_guides(arguments.guides[i]);
-      if (!guides.ok()) return guides.error();
-      artwork.guides = std::move(*guides);
-    }
+    artwork.name = arguments.targets[i], artwork.picture = *picture;
+    if (Status status = add_layout_files(arguments.files, i, artwork); !status.ok()) return status.error();
     if (i < arguments.crops.size()) {
       const Result<cv::Rect> crop = planner::crop_of(arguments.crops[i], picture->size(), artwork.name);
       if (!crop.ok()) return crop.error();

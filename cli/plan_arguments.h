@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "cli/layout_files.h"
 #include "planner/plan.h"
 
 namespace veneer::cli {
 
 struct PlanArguments {
-  std::vector<std::string> targets, crops, importances, segmentations, guides, panels, woods, wood_weights;
+  std::vector<std::string> targets, crops, panels, woods, wood_weights;
+  LayoutFiles files;
   double size_mm = 360, kerf_mm = 0.15, web_mm = 0;
   int copies = 1;
   planner::PlanOptions options;  // kerf and web are filled in by plan_options()

@@ -44,7 +44,7 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
-  bool suggest = false, as_built = false;
+  bool suggest = false, as_built = false, full_preview = false, cut_lines = false;
   double distance_m = 0;
   std::string putty;
 };
@@ -70,13 +70,20 @@ std::set<std::string> wanted_formats(const std::string& list) {
   return formats;
 }
 
-// How the picture is to be shown as built, if it is.
-std::optional<planner::AsBuilt> wanted_look(const PlanCommandArguments& arguments) {
-  if (!arguments.as_built) return {};
-  planner::AsBuilt look;
-  look.distance = Millimetres(arguments.distance_m * 1000);
-  if (!arguments.putty.empty()) look.putty = or_end(planner::colour_of(arguments.putty));
-  return look;
+// How pictures are to be shown beside preview.png.
+struct Looks {
+  std::optional<planner::AsBuilt> as_built{};
+  bool full = false, cut_lines = false;
+};
+
+Looks wanted_looks(const PlanCommandArguments& arguments) {
+  Looks looks;
+  looks.full = arguments.full_preview, looks.cut_lines = arguments.cut_lines;
+  if (!arguments.as_built) return looks;
+  looks.as_built.emplace();
+  looks.as_built->distance = Millimetres(arguments.distance_m * 1000);
+  if (!arguments.putty.empty()) looks.as_built->putty = or_end(planner::colour_of(arguments.putty));
+  return looks;
 }
 
 std::int64_t peak_rss_bytes() {
@@ -90,9 +97,26 @@ struct Previews {
   planner::GrainCoherence grain;
 };
 
+// Several pictures: preview.png is of the first, the others' carry their letters.
+fs::path picture_file(const fs::path& out, const Plan& plan, std::size_t artwork, std::string_view name) {
+  return out /
+         (artwork == 0 ? fmt::format("{}.png", name) : fmt::format("{}-{}.png", name, plan.artworks[artwork].letter));
+}
+
+Status write_full_preview(const Plan& plan, std::size_t artwork, const std::vector<StockPanel>& stock, bool cut_lines,
+                          const fs::path& path) {
+  const auto resolution = planner::full_resolution(plan, artwork);
+  if (!resolution.ok()) return resolution.error();
+  auto preview = planner::assemble_preview(plan, artwork, stock, *resolution);
+  if (!preview.ok()) return preview.error();
+  if (cut_lines)
+    if (Status status = planner::draw_cut_lines(plan, artwork, *preview); !status.ok()) return status;
+  return write_picture(preview->pixels, path);
+}
+
 // Adds what the previews say to `figures`.
 Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                      const std::optional<planner::AsBuilt>& look, const fs::path& out, Previews& figures) {
+                      const Looks& looks, const fs::path& out, Previews& figures) {
   for (std::size_t i = 0; i < plan.artworks.size(); ++i) {
     const auto preview = planner::assemble_preview(plan, i, stock, ScanResolution::from_dpi(plan.dpi));
     if (!preview.ok()) return preview.error();
@@ -100,14 +124,16 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
     if (!own_cost.ok()) return own_cost.error();
     figures.cost += *own_cost;
     figures.grain += planner::grain_coherence(plan, i, *preview);
-    // Several pictures: preview.png is the first, the others carry their letter.
-    const fs::path path = out / (i == 0 ? "preview.png" : fmt::format("preview-{}.png", plan.artworks[i].letter));
-    if (Status status = write_picture(preview->pixels, path); !status.ok()) return status;
-    if (!look) continue;
-    const auto built = planner::as_built(plan, i, preview->pixels, *look);
+    if (Status status = write_picture(preview->pixels, picture_file(out, plan, i, "preview")); !status.ok())
+      return status;
+    if (looks.full)
+      if (Status status = write_full_preview(plan, i, stock, looks.cut_lines, picture_file(out, plan, i, "full"));
+          !status.ok())
+        return status;
+    if (!looks.as_built) continue;
+    const auto built = planner::as_built(plan, i, preview->pixels, *looks.as_built);
     if (!built.ok()) return built.error();
-    const fs::path to = out / (i == 0 ? "as-built.png" : fmt::format("as-built-{}.png", plan.artworks[i].letter));
-    if (Status status = write_picture(*built, to); !status.ok()) return status;
+    if (Status status = write_picture(*built, picture_file(out, plan, i, "as-built")); !status.ok()) return status;
   }
   return Ok();
 }
@@ -129,16 +155,15 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
 }
 
 // Adds to the plan's warnings what the cut files had to leave out, and to `figures` what the previews say.
-Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                   const std::optional<planner::AsBuilt>& look, const std::set<std::string>& formats,
-                   const fs::path& out, Previews& figures) {
+Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options, const Looks& looks,
+                   const std::set<std::string>& formats, const fs::path& out, Previews& figures) {
   // plan.json is always there: everything else can be made from it again.
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
-  Status shown = write_previews(plan, stock, options, look, out, figures);
+  Status shown = write_previews(plan, stock, options, looks, out, figures);
   if (Status status = drawn.get(); !status.ok()) return status;
   plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
   return shown;
@@ -208,12 +233,12 @@ void run_plan(const PlanCommandArguments& arguments) {
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   if (arguments.out.empty()) end(kUnusableArguments, "--out \"\" names no directory");
   const auto formats = wanted_formats(arguments.formats);
-  const auto look = wanted_look(arguments);
+  const Looks looks = wanted_looks(arguments);
   PlanOptions options = or_end(plan_options(arguments.plan));
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
-  if (!arguments.edits.keep.empty() && !arguments.plan.guides.empty())
-    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out");
+  if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_grid())
+    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out, and what names edges");
   // The wood's pictures are the large ones: they are read beside the targets.
   auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
   Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);
@@ -227,7 +252,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
   Plan plan = plan_with_journal(artworks, stock, options, journal);
   Previews preview;
-  or_fail(write_files(plan, stock, options, look, formats, arguments.out, preview));
+  or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
   spent.total = seconds();
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
                                                      {preview.cost.per_pixel(), preview.grain.mean()});
@@ -297,6 +322,10 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--putty", arguments->putty,
                    "With --as-built: colour of what fills the joints, as RRGGBB [they stay open]")
       ->needs(as_built);
+  CLI::Option* full = plan->add_flag(
+      "--full-preview", arguments->full_preview,
+      "Draw full.png too: the picture with every pixel that the panels' pictures have, whatever --dpi is");
+  plan->add_flag("--cut-lines", arguments->cut_lines, "With --full-preview: draw where the laser cuts")->needs(full);
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->add_flag("--suggest", arguments->suggest,
                  "Plan nothing, but say at which crop, size, patches and layout the picture reads in this wood: a "

@@ -56,8 +56,8 @@ void run_suggest(const PlanArguments& arguments, const EditArguments& edits, con
   if (!edits.keep.empty()) end(kUnusableArguments, "--suggest begins anew: leave --keep out");
   if (arguments.options.layout == planner::LayoutKind::kSegmentation)
     end(kUnusableArguments, "--suggest chooses the layout itself: leave --layout segmentation out");
-  if (!arguments.guides.empty())
-    end(kUnusableArguments, "--suggest tries layouts that heed no guides: leave --guides out");
+  if (arguments.files.guide_a_grid())
+    end(kUnusableArguments, "--suggest tries layouts that heed no guides: leave --guides out, and what names edges");
   planner::PlanOptions options = or_end(plan_options(arguments));
   const planner::Artwork artwork = or_end(load_artworks(arguments)).front();
   auto stock = or_end(load_panels(arguments));

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cli/command_context.h"
-#include "cli/drawing.h"
+#include "cli/drawing_file.h"
 #include "cli/json_read.h"
 #include "cli/power.h"
 #include "cli/run_command.h"
@@ -22,6 +22,10 @@ namespace veneer::cli {
 namespace {
 
 using nlohmann::json;
+using planner::Drawing;
+using planner::DrawingExtent;
+using planner::DrawingPoint;
+using planner::DrawnLine;
 
 // How lines are burnt: what is not said is nothing.
 struct Setting {

@@ -10,7 +10,7 @@ import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "..
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
-  file: null, url: "", name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
+  file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   closer: 0, across: .5, down: .5,  // which part of the picture
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false,
@@ -57,6 +57,7 @@ function takeFile(event) {
   const [file] = event.target.files;
   if (wanted.url) URL.revokeObjectURL(wanted.url);
   wanted.file = file || null;
+  wanted.drawing = null;
   wanted.url = file ? URL.createObjectURL(file) : "";
   takeWhole();
   advice = 0;
@@ -106,7 +107,7 @@ function formCard() {
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
-      edgeControls(wanted.layout === "morph"), matterControls(),
+      drawingControl(), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("details", {}, h("summary", {}, t("picture.weights")),
@@ -119,6 +120,14 @@ function formCard() {
       h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayChange() || !wanted.file, wide: true, id: "do-advise"}),
         h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
+}
+
+// It goes with its picture: another one has none.
+function drawingControl() {
+  if (wanted.layout !== "segmentation") return null;
+  return h("label.file", {"data-key": `drawing of ${wanted.url}`}, t("picture.drawing"),
+    h("input", {type: "file", id: "picture-drawing", accept: ".svg,image/*", onchange: (event) => take("drawing", event.target.files[0] || null)}),
+    wanted.drawing && h("span.dim", {id: "drawing-name"}, wanted.drawing.name));
 }
 
 function asked() {
@@ -149,7 +158,10 @@ async function plan(event) {
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
-  const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
+  const drawing = wanted.layout === "segmentation" && wanted.drawing;
+  if (drawing) query.set("segmentation_bytes", drawing.size);
+  const body = drawing ? new Blob([wanted.file, drawing]) : wanted.file;
+  const started = await command(`/plans?${query}`, {body, timeoutMs: 60000});
   if (started) begun.unshift(started.task);
   changed();
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace veneer::daemon {
@@ -15,6 +16,7 @@ class SharedText {
   SharedText(const char* text) : SharedText(std::string(text)) {}  // NOLINT(google-explicit-constructor)
 
   const std::string& text() const { return *text_; }
+  std::string_view view() const { return *text_; }
   bool empty() const { return text_->empty(); }
   std::size_t size() const { return text_->size(); }
   friend bool operator==(const SharedText& a, const SharedText& b) { return *a.text_ == *b.text_; }

@@ -40,7 +40,7 @@ AdvisedPicture advised(const planner::Suggestion& it, const GiveAdvice& order, c
 }  // namespace
 
 Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::path&, const TaskProgress& progress) {
-  auto read = read_artwork(order.picture, order.name, order.crop, order.size);
+  auto read = read_artwork({order.picture}, order.name, order.crop, order.size);
   if (!read) return read.error();
   planner::Artwork artwork = std::move(*read);
   const auto importance = importance_mask("importance", order.importance);

@@ -14,8 +14,12 @@
 #include "daemon/orders/wood_recipes.h"
 #include "planner/cutting/cut_drawing.h"
 #include "planner/cutting/lead_choice.h"
+#include "planner/cutting/marks.h"
+#include "planner/cutting/omissions.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
+#include "planner/layout/pinned_vertices.h"
+#include "planner/parallel.h"
 #include "planner/problem/shortage.h"
 
 namespace veneer::daemon {
@@ -105,7 +109,24 @@ Status guide(const MakePlan& order, planner::Artwork& artwork) {
   if (!fine) return fine.error();
   artwork.guides.large = *large;
   artwork.guides.fine = *fine;
+  auto vertices = planner::pinned_vertices_of("pinned_vertices", order.pinned_vertices);
+  if (!vertices) return vertices.error();
+  artwork.guides.vertices = std::move(*vertices);
   return Ok();
+}
+
+// Which pieces the cell would cut without their marks: whoever plans can still choose larger patches.
+void tell_marks_without_room(const MakePlan& order, planner::Plan& plan) {
+  const planner::MarkOptions marks = toolpath_options(order.recipe).marks;
+  std::vector<char> fits(plan.pieces.size());
+  static_cast<void>(planner::run_parallel(fits.size(), planner::threads_meant(order.threads), {}, [&](std::size_t i) {
+    fits[i] = planner::has_room_for_mark(plan.pieces[i].mark, plan.pieces[i].artwork_outline, marks) ? 1 : 0;
+  }));
+  planner::Omissions omissions;
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    if (fits[i] == 0) omissions.marks.push_back(plan.pieces[i].mark);
+  for (std::string& sentence : planner::sentences_of(omissions, marks.min_height))
+    plan.warnings.push_back(std::move(sentence));
 }
 
 // The pieces that are made again, and what the picture costs with them. What stays costs what it cost when it was
@@ -146,7 +167,7 @@ double cutting_seconds(const planner::Plan& plan) {
 }  // namespace
 
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
-  auto read = read_artwork(order.picture, order.name, order.crop, order.size);
+  auto read = read_artwork({order.picture, order.segmentation}, order.name, order.crop, order.size);
   if (!read) return read.error();
   planner::Artwork artwork = std::move(*read);
   if (const Status guided = guide(order, artwork); !guided) return guided.error();
@@ -158,7 +179,7 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   const auto options = options_of(order, *earlier, *stock);
   if (!options) return options.error();
 
-  const auto plan = planner::make_plan({&artwork, 1}, *stock, *options, [&](double f, std::string_view text) {
+  auto plan = planner::make_plan({&artwork, 1}, *stock, *options, [&](double f, std::string_view text) {
     progress(0.05 + 0.83 * f, std::string(text));
   });
   if (!plan) return plan.error();
@@ -166,6 +187,7 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
     return Error{ErrorCode::kRefused,
                  "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
 
+  tell_marks_without_room(order, *plan);
   progress(0.9, "drawing the preview");
   const auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(order.preview_dpi));
   if (!preview) return preview.error();

@@ -26,6 +26,8 @@ struct MakePlan {
   Millimetres size{0};                                  // shorter side
   std::map<std::string, std::string> options;           // planner::kNamedOptions
   std::string large_edges = "all", fine_edges = "all";  // edge_mask() of it; heeded by a morphed grid
+  std::string pinned_vertices;                          // pinned_vertices_of() of it; heeded by a morphed grid
+  std::string segmentation;                             // file of the drawing whose regions become pieces; "": none
   std::string importance = "even";                      // importance_mask() of it
   int threads = 0;
   Millimetres kerf{0};  // the certificate's

@@ -17,7 +17,7 @@ constexpr int kSketchQuality = 85;
 }  // namespace
 
 Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path&, const TaskProgress&) {
-  auto artwork = read_artwork(order.picture, order.name, order.crop, order.size);
+  auto artwork = read_artwork({order.picture}, order.name, order.crop, order.size);
   if (!artwork) return artwork.error();
   const auto importance = importance_mask("importance", order.importance);
   if (!importance) return importance.error();

@@ -65,7 +65,7 @@ json advice_json(const AdviceGiven& advice) {
 void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
-  if (const Status squares = wants_no_edges(*wanted, "advice"); !squares)
+  if (const Status squares = wants_no_guides(*wanted, "advice"); !squares)
     return reply(ApiReply::error(squares.error()));
   wanted->options.threads = s.planner_threads;
   start_task(
@@ -91,7 +91,7 @@ json sketch_json(const SketchDrawn& sketch) {
 void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
-  if (const Status squares = wants_no_edges(*wanted, "a sketch"); !squares)
+  if (const Status squares = wants_no_guides(*wanted, "a sketch"); !squares)
     return reply(ApiReply::error(squares.error()));
   s.sketches.ask(request, reply, [s, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
     const auto drawn = s.plans.sketch(wanted, r, gone);

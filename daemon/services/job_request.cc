@@ -8,6 +8,7 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/orders/picture_paint.h"
+#include "planner/layout/pinned_vertices.h"
 #include "planner/plan_options.h"
 #include "planner/suggest/crops.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr NumberRange kSize{1, 1e5}, kPanels{1, 1e6};
+constexpr NumberRange kSize{1, 1e5}, kPanels{1, 1e6}, kDrawing{0, 16 << 20};
 
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
@@ -68,17 +69,50 @@ void read_paint(RequestReader& query, JobRequest& job) {
     if (const auto mask = importance_mask("importance", *text); !mask) query.refuse(mask.error());
     job.importance = *text;
   }
+  if (const auto text = query.text("pinned_vertices")) {
+    const auto vertices = planner::pinned_vertices_of("pinned_vertices", *text);
+    if (!vertices) query.refuse(vertices.error());
+    job.pinned_vertices = *text;
+  }
 }
 
-// What somebody painted is never passed over in silence.
-void refuse_idle_edges(RequestReader& query, const JobRequest& job) {
-  if (job.options.layout == planner::LayoutKind::kMorph) return;
-  for (const auto& [name, edges] : kEdges)
-    if (job.*edges != kAllEdges)
-      query.refuse(
-          unusable(fmt::format("{} says which edges a morphed grid follows, and the layout {} follows none: "
-                               "choose the layout morph, or leave it out",
-                               name, planner::option_text(job.options, "layout"))));
+// What somebody says of a layout, if it says anything.
+struct Guide {
+  const char* name;
+  bool given;
+  planner::LayoutKind layout;  // the one that heeds it
+  const char* what;            // it says
+};
+
+std::vector<Guide> guides_of(const JobRequest& job) {
+  using planner::LayoutKind;
+  return {{"large_edges", job.large_edges != kAllEdges, LayoutKind::kMorph, "which edges a morphed grid follows"},
+          {"fine_edges", job.fine_edges != kAllEdges, LayoutKind::kMorph, "which edges a morphed grid follows"},
+          {"pinned_vertices", !job.pinned_vertices.empty(), LayoutKind::kMorph, "where a morphed grid's lines meet"},
+          {"segmentation_bytes", job.segmentation_bytes > 0, LayoutKind::kSegmentation,
+           "that a drawing's regions become the pieces"}};
+}
+
+// What somebody painted or drew is never passed over in silence.
+void refuse_idle_guides(RequestReader& query, const JobRequest& job) {
+  for (const Guide& guide : guides_of(job)) {
+    if (!guide.given || guide.layout == job.options.layout) continue;
+    planner::PlanOptions heeding;
+    heeding.layout = guide.layout;
+    query.refuse(unusable(fmt::format(
+        "{} says {}, and the layout {} does not heed it: choose the layout {}, or leave "
+        "it out",
+        guide.name, guide.what, planner::option_text(job.options, "layout"), planner::option_text(heeding, "layout"))));
+  }
+}
+
+void read_drawing(RequestReader& query, std::size_t body, JobRequest& job) {
+  const auto bytes = query.whole("segmentation_bytes", kDrawing);
+  if (!bytes) return;
+  if (static_cast<std::size_t>(*bytes) > body)
+    return query.refuse(unusable(fmt::format(
+        "segmentation_bytes is {}, and the whole body has {}: send the drawing behind the picture", *bytes, body)));
+  job.segmentation_bytes = static_cast<std::size_t>(*bytes);
 }
 
 }  // namespace
@@ -100,20 +134,20 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   read_wood_weights(query, job);
   read_forbidden(query, job);
   read_planner_options(query, job.options);
-  refuse_idle_edges(query, job);
+  read_drawing(query, request.body.size(), job);
+  refuse_idle_guides(query, job);
   if (const Status read = query.end(); !read) return read.error();
   if (!request.idempotency_key.empty())
     job.keyed = db::KeyedRequest{request.caller.who, "newJob", request.idempotency_key, fingerprint_of(request)};
-  job.picture = request.body;
-  if (job.picture.empty()) return unusable("the picture is missing: send the file as the request's body");
+  job.files = request.body;
+  if (job.picture().empty()) return unusable("the picture is missing: send the file as the request's body");
   if (const Status usable = planner::check_options(job.options); !usable) return usable.error();
   return job;
 }
 
-Status wants_no_edges(const JobRequest& request, std::string_view what) {
-  for (const auto& [name, edges] : kEdges)
-    if (request.*edges != kAllEdges)
-      return unusable(fmt::format("{} follows no edges that somebody painted: leave {} out", what, name));
+Status wants_no_guides(const JobRequest& request, std::string_view what) {
+  for (const Guide& guide : guides_of(request))
+    if (guide.given) return unusable(fmt::format("{} does not heed {}: leave it out", what, guide.name));
   return Ok();
 }
 
@@ -136,8 +170,8 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole :
-       {"crop", "size_mm", "large_edges", "fine_edges", "importance", "max_panels", "remnants_first"})
+  for (const char* whole : {"crop", "size_mm", "large_edges", "fine_edges", "pinned_vertices", "importance",
+                            "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -170,6 +204,8 @@ json options_json(const JobRequest& request) {
   }
   out["large_edges"] = request.large_edges;
   out["fine_edges"] = request.fine_edges;
+  out["pinned_vertices"] = request.pinned_vertices;
+  out["segmentation_bytes"] = request.segmentation_bytes;
   out["importance"] = request.importance;
   out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();

@@ -20,11 +20,13 @@ namespace veneer::daemon {
 
 struct JobRequest {
   std::string name;
-  SharedText picture;                                   // the file's bytes
+  SharedText files;                                     // the picture's bytes, and after them the drawing's
+  std::size_t segmentation_bytes = 0;                   // of the drawing whose regions become pieces; 0: there is none
   std::string crop;                                     // of the picture, as planner::crop_of() reads it; "": all of it
   Millimetres size{360};                                // shorter side
   planner::PlanOptions options;                         // threads, kerf and position margin are the cell's own
   std::string large_edges = "all", fine_edges = "all";  // that a morphed grid follows, as edge_mask() reads it
+  std::string pinned_vertices;                          // of a morphed grid, as planner::pinned_vertices_of() reads it
   std::string importance = "even";                      // of parts of the picture, as importance_mask() reads it
   std::vector<PanelId> panels;                          // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
@@ -36,21 +38,25 @@ struct JobRequest {
   std::optional<std::size_t> max_panels;
   // Asked for: fresh panels only while remnants have too little wood (orders/job_wood.h).
   std::optional<bool> remnants_first;
+
+  std::string_view picture() const { return files.view().substr(0, files.size() - segmentation_bytes); }
+  std::string_view segmentation() const { return files.view().substr(files.size() - segmentation_bytes); }
 };
 
-// kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, edges are named for a
-// layout that follows none, or the planner refuses an option whatever the picture and the wood
-// (planner::check_options).
+// kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, a layout is told what
+// it does not heed (edges, pinned vertices, a drawing), or the planner refuses an option whatever the picture and the
+// wood (planner::check_options).
 Result<JobRequest> read_job_request(const ApiRequest& request);
 
-// For what draws squares whatever the layout: kInvalidArgument where the request names edges. `what`: "a sketch".
-Status wants_no_edges(const JobRequest& request, std::string_view what);
+// For what draws squares whatever the layout: kInvalidArgument where the request says how a layout's pieces are to lie.
+// `what`: "a sketch".
+Status wants_no_guides(const JobRequest& request, std::string_view what);
 
-// The same request again, from what options_json() kept of it: for a plan that changes an earlier one. kStorage: it
-// cannot be read.
+// The same request again, from what options_json() kept of it, but for the drawing: for a plan that changes an earlier
+// one, whose layout that one has. kStorage: it cannot be read.
 Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json);
 
-// All but name and picture, under the names of the parameters: what is kept with the job, and shown.
+// All but name and files, under the names of the parameters: what is kept with the job, and shown.
 nlohmann::json options_json(const JobRequest& request);
 
 }  // namespace veneer::daemon

@@ -120,7 +120,7 @@ Result<PanelLibrary::Stored> PanelLibrary::adopt(const std::filesystem::path& ma
   return Stored{file, *hash};
 }
 
-Result<PanelLibrary::Stored> PanelLibrary::store_bytes(const std::string& bytes, const std::string& folder,
+Result<PanelLibrary::Stored> PanelLibrary::store_bytes(std::string_view bytes, const std::string& folder,
                                                        const std::string& name) const {
   const auto data = std::as_bytes(std::span(bytes));
   const std::string file = folder + "/" + name;

@@ -13,6 +13,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -49,7 +50,7 @@ class PanelLibrary {
   // it has more than `most_pixels`.
   Result<Stored> adopt(const std::filesystem::path& made, const std::string& folder, const std::string& prefix,
                        std::int64_t most_pixels = kMostPixelsShown) const;
-  Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
+  Result<Stored> store_bytes(std::string_view bytes, const std::string& folder, const std::string& name) const;
   Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
   std::filesystem::path path_of(const std::string& file) const { return data_dir_ / file; }
   Result<std::string> load_bytes(const std::string& file) const;

@@ -180,6 +180,7 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.options = option_texts(request.options);
   out.large_edges = request.large_edges;
   out.fine_edges = request.fine_edges;
+  out.pinned_vertices = request.pinned_vertices;
   out.importance = request.importance;
   out.threads = request.options.threads;
   out.preview_dpi = kPreviewDpi;
@@ -232,8 +233,13 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (earlier && earlier->made) wanted.wood.index_dir.clear();  // it holds panels as they are today
   wanted.kerf = today->kerf;
   wanted.picture = (folder->path() / "picture").string();
-  const auto bytes = std::as_bytes(std::span(request.picture.text()));
+  const auto bytes = std::as_bytes(std::span(request.picture()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  if (request.segmentation_bytes > 0) {
+    wanted.segmentation = (folder->path() / "segmentation").string();
+    const auto drawing = std::as_bytes(std::span(request.segmentation()));
+    if (const Status written = write_whole(wanted.segmentation, drawing); !written) return written.error();
+  }
   if (earlier) {
     wanted.earlier = (folder->path() / "earlier.json").string();
     const auto text = std::as_bytes(std::span(earlier->plan_json));
@@ -259,7 +265,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (!plan_json) return plan_json.error();
   const auto preview_file = library_.adopt(folder->path() / kMadePreview, "previews", "preview");
   if (!preview_file) return preview_file.error();
-  const auto target_file = library_.store_bytes(request.picture.text(), "targets", sha256_hex(bytes).substr(0, 16));
+  const auto target_file = library_.store_bytes(request.picture(), "targets", sha256_hex(bytes).substr(0, 16));
   if (!target_file) return target_file.error();
 
   db::NewPlan plan;
@@ -325,7 +331,7 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
                     wood_of(request, today->stock, config_, library_),
                     std::move(today->stock.recipes)};
   wanted.wood.index_dir.clear();  // of plans that nobody makes again
-  const auto bytes = std::as_bytes(std::span(request.picture.text()));
+  const auto bytes = std::as_bytes(std::span(request.picture()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
   auto given = have_done<AdviceGiven>(workers_, std::move(order), wanted, progress, stop);
   if (given) given->remarks.insert(given->remarks.end(), not_planned.begin(), not_planned.end());
@@ -364,7 +370,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                     library_.index_dir().string()};
   wanted.wood.index_dir.clear();  // what is kept of used-up wood spares decoding its mask
   // Not write_whole(): several come a second, and none is worth a sync of the disk that the ledger needs.
-  const std::string_view bytes = request.picture.text();
+  const std::string_view bytes = request.picture();
   std::ofstream picture(wanted.picture, std::ios::binary);
   if (!picture.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
     return Error{ErrorCode::kStorage, "a sketch's picture cannot be kept: make room on the disk"};

@@ -12,14 +12,14 @@
 namespace veneer::planner {
 namespace {
 
-struct Drawing {
+struct GlyphDrawing {
   char character;
   const char* strokes;  // points "x y"; ";" lifts the beam; "@ cx cy rx ry from to" runs along an ellipse, degrees
 };
 
 // Drawn to stay apart when burnt 2 mm high: 0 is narrow and O a full round, 1 has a flag and a foot while I has two
 // bars, 5 has a flat roof and a corner where S only curves, 6 and 9 have open arms and stand over a bar.
-constexpr std::array<Drawing, 37> kDrawings = {{
+constexpr std::array<GlyphDrawing, 37> kDrawings = {{
     {'A', "0 0 2 6 4 0; 0.7 2.1 3.3 2.1"},
     {'B', "0 0 0 6 2.3 6 @ 2.3 4.6 1.4 1.4 90 -90 0 3.2; 2.3 3.2 @ 2.4 1.6 1.6 1.6 90 -90 0 0"},
     {'C', "@ 2.2 3 2.2 3 45 315"},
@@ -102,7 +102,7 @@ Glyph draw(const char* at) {
 
 std::map<char, Glyph> draw_all() {
   std::map<char, Glyph> glyphs;
-  for (const Drawing& drawing : kDrawings) glyphs.emplace(drawing.character, draw(drawing.strokes));
+  for (const GlyphDrawing& drawing : kDrawings) glyphs.emplace(drawing.character, draw(drawing.strokes));
   return glyphs;
 }
 

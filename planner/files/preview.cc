@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "planner/matching/patch_pixels.h"
 #include "planner/pictures/features.h"
@@ -15,6 +17,12 @@ namespace veneer::planner {
 namespace {
 
 const cv::Vec3b kUnfilled{255, 0, 255};
+const cv::Scalar kCutLine(0, 0, 255);  // as cut files have it; no wood is as red
+constexpr int kSubpixelBits = 4;       // of drawn coordinates
+
+Error no_artwork(std::size_t artwork) {
+  return {ErrorCode::kInvalidArgument, fmt::format("the plan has no artwork number {}", artwork)};
+}
 
 cv::Vec3b bilinear(const cv::Mat& picture, double column, double row) {
   const double x = std::clamp(column - 0.5, 0.0, picture.cols - 1.0),
@@ -36,8 +44,7 @@ cv::Vec3b bilinear(const cv::Mat& picture, double column, double row) {
 
 Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artwork, std::span<const StockPanel> stock,
                                               ScanResolution resolution) {
-  if (artwork >= plan.artworks.size())
-    return Error{ErrorCode::kInvalidArgument, fmt::format("the plan has no artwork number {}", artwork)};
+  if (artwork >= plan.artworks.size()) return no_artwork(artwork);
   if (!(resolution.px_per_mm > 0))
     return Error{ErrorCode::kInvalidArgument, "the preview's resolution must be positive"};
   const PlanArtwork& shape = plan.artworks[artwork];
@@ -79,6 +86,35 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
     }
   }
   return preview;
+}
+
+Result<ScanResolution> full_resolution(const Plan& plan, std::size_t artwork) {
+  if (artwork >= plan.artworks.size()) return no_artwork(artwork);
+  double finest = 0;
+  for (const Piece& piece : plan.pieces) {
+    if (piece.artwork != artwork || !piece.placement) continue;
+    const auto panel = std::ranges::find(plan.panels, piece.placement->panel, &PlanPanel::id);
+    if (panel != plan.panels.end()) finest = std::max(finest, panel->dpi);
+  }
+  return ScanResolution::from_dpi(finest > 0 ? finest : plan.dpi);
+}
+
+Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame>& preview) {
+  if (artwork >= plan.artworks.size()) return no_artwork(artwork);
+  // A smoothed line is a pixel wider.
+  const int width = std::max(1, cvRound(plan.kerf.count() * preview.resolution.px_per_mm) - 1);
+  for (const Piece& piece : plan.pieces) {
+    if (piece.artwork != artwork) continue;
+    std::vector<cv::Point> ring;
+    for (const Point<ArtworkFrame>& p : piece.artwork_outline) {
+      double column = 0, row = 0;
+      preview.to_pixels(p, column, row);
+      // Pixel centres lie at whole numbers to OpenCV.
+      ring.emplace_back(cvRound((column - 0.5) * (1 << kSubpixelBits)), cvRound((row - 0.5) * (1 << kSubpixelBits)));
+    }
+    cv::polylines(preview.pixels, ring, true, kCutLine, width, cv::LINE_AA, kSubpixelBits);
+  }
+  return Ok();
 }
 
 Result<PreviewCost> preview_cost(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview,

@@ -15,6 +15,14 @@ namespace veneer::planner {
 Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artwork, std::span<const StockPanel> stock,
                                               ScanResolution resolution);
 
+// The finest of the panels that the artwork's wood comes from: at it a preview shows all that their pictures have. The
+// plan's own where no piece has wood. kInvalidArgument: no such artwork.
+Result<ScanResolution> full_resolution(const Plan& plan, std::size_t artwork);
+
+// Draws where the laser cuts into a preview of any resolution: every piece's outline, about as wide as the kerf and at
+// least two pixels. kInvalidArgument: no such artwork.
+Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame>& preview);
+
 // What the assembled preview itself costs against what its artwork looks for: as cost_per_pixel(), but with all
 // features of the preview's own 8-bit colours, so that edges across seams count. Over the pixels of filled pieces.
 struct PreviewCost {

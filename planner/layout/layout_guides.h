@@ -5,16 +5,9 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "base/geometry.h"
+#include "planner/layout/pinned_vertices.h"
 
 namespace veneer::planner {
-
-// Where two lines of the grid are to meet. Rows of vertices are counted from 0, the artwork's upper border, columns
-// from 0, its left border, so that piece row r, column c (counted from 0) has the vertices r and r + 1, c and c + 1.
-struct PinnedVertex {
-  int row = 0, column = 0;
-  Point<ArtworkFrame> at;
-};
 
 struct LayoutGuides {
   // CV_8UC1 of any size, stretched over the artwork: edges count where it is pale (128 and more). `large` is for those

@@ -86,7 +86,7 @@ class Cell {
   double plan(WorkRunner& workers, double& cost) {
     JobRequest request;
     request.name = "bench";
-    request.picture = picture_;
+    request.files = picture_;
     request.size = Millimetres(40);
     request.options.patch = Millimetres(5);
     PlanService service(*database, library, workers, config, make_null_logger());
@@ -99,7 +99,7 @@ class Cell {
   SketchDrawn sketch(WorkRunner& workers, Millimetres size, Millimetres patch, double w_edge) {
     JobRequest request;
     request.name = "bench";
-    request.picture = picture_;
+    request.files = picture_;
     request.size = size;
     request.options.patch = patch, request.options.w_edge = w_edge;
     PlanService service(*database, library, workers, config, make_null_logger());

@@ -367,6 +367,39 @@ TEST_F(PlanCommand, DrawsTheMapOfAPlan) {
   EXPECT_THAT(refused(path("nothing.json") + " --out map.pdf"), HasSubstr("nothing.json"));
 }
 
+TEST_F(PlanCommand, DrawsThePictureAtThePanelsOwnResolutionWithItsCuts) {
+  const std::string coarse = replaced("--dpi 50.8", "--dpi 25.4");
+  const Outcome plain = plan(coarse + " --full-preview");
+  ASSERT_EQ(plain.status, 0) << plain.errors;
+  const cv::Mat preview = cv::imread(path("out/preview.png")), full = cv::imread(path("out/full.png"));
+  EXPECT_NEAR(full.cols, 2 * preview.cols, 1) << "the panel has 50.8 dpi";
+  EXPECT_NEAR(full.rows, 2 * preview.rows, 1);
+  const Outcome cut = plan(coarse + " --full-preview --cut-lines");
+  ASSERT_EQ(cut.status, 0) << cut.errors;
+  const cv::Mat lines = cv::imread(path("out/full.png"));
+  ASSERT_EQ(lines.size(), full.size());
+  cv::Mat drawn;
+  cv::absdiff(lines, full, drawn);
+  cv::transform(drawn, drawn, cv::Matx13f(1, 1, 1));
+  drawn = drawn > 60;
+  const double mm = lines.rows / 21.0;  // pixels
+  const nlohmann::json pieces = json("out/plan.json")["pieces"];
+  ASSERT_FALSE(pieces.empty());
+  for (const nlohmann::json& piece : pieces) {
+    const auto& outline = piece["artwork_outline_mm"];
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      const double x = (a[0].get<double>() + b[0].get<double>()) / 2, y = (a[1].get<double>() + b[1].get<double>()) / 2;
+      const int column = std::clamp(static_cast<int>(x * mm), 0, drawn.cols - 1),
+                row = std::clamp(static_cast<int>(drawn.rows - y * mm), 0, drawn.rows - 1);
+      const cv::Rect around = cv::Rect(column - 1, row - 1, 3, 3) & cv::Rect({}, drawn.size());
+      EXPECT_GT(cv::countNonZero(drawn(around)), 0) << piece["id"] << " at " << x << ", " << y;
+    }
+  }
+  EXPECT_LT(cv::countNonZero(drawn), static_cast<int>(drawn.total() / 2)) << "the wood is still seen";
+  expect_unusable(usual() + " --cut-lines", "--full-preview");
+}
+
 TEST_F(PlanCommand, DrawsThePictureAsBuiltAndWhatItIsKeptIn) {
   const Outcome planned = plan(usual() + " --as-built --distance-m 0.5 --putty d8c8a0");
   ASSERT_EQ(planned.status, 0) << planned.errors;

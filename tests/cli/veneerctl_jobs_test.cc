@@ -190,13 +190,62 @@ TEST(VeneerctlJobs, MasksOfAPictureAreCells) {
   std::ofstream(picture) << "a picture";
   ASSERT_TRUE(cv::imwrite(mask, cv::Mat((cv::Mat_<std::uint8_t>(1, 2) << 255, 0))));
   EXPECT_EQ(ask(server, {"job", "plan", picture, "--importance", mask}).status, 0);
-  EXPECT_EQ(ask(server, {"job", "new", picture, "--large-edges", mask, "--fine-edges", mask}).status, 0);
+  EXPECT_EQ(
+      ask(server, {"job", "new", picture, "--layout", "morph", "--large-edges", mask, "--fine-edges", mask}).status, 0);
   const Outcome none = ask(server, {"job", "plan", picture, "--importance", picture});
   EXPECT_EQ(none.status, 2);
   EXPECT_EQ(none.err, "veneerctl: " + picture + " is no PNG picture: save the mask as one\n");
   EXPECT_EQ(server.on_reactor([&] { return asked; }),
             (std::vector<std::string>{"/api/v1/plans importance 2x1:f0", "/api/v1/jobs large_edges 2x1:8",
                                       "/api/v1/jobs fine_edges 2x1:8"}));
+}
+
+TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
+  std::vector<std::string> asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"newPlan", "newJob"})
+      router.bind(operation, [&asked, &running](const ApiRequest& request, const Reply& reply) {
+        std::string line = request.path + " " + request.body.text();
+        for (const char* key : {"layout", "large_edges", "fine_edges", "pinned_vertices", "segmentation_bytes"})
+          if (const auto given = request.query.find(key); given != request.query.end())
+            line += std::string(" ") + key + "=" + given->second;
+        asked.push_back(line);
+        const TaskReporter work = running->tasks().start("plan", "");
+        work.done({{"job", 5}, {"plan", 5}, {"pieces", 4}});
+        reply(ApiReply::task(work.id()));
+      });
+  });
+  running = &server;
+  const auto file = [&](const char* name) { return (server.folder() / name).string(); };
+  std::ofstream(file("p.png")) << "a picture";
+  std::ofstream(file("d.svg")) << "<svg/>";
+  ASSERT_TRUE(cv::imwrite(file("m.png"), cv::Mat((cv::Mat_<std::uint8_t>(1, 2) << 255, 0))));
+  std::ofstream(file("g.json")) << R"({"fine_edges": "m.png", "vertices": [{"row": 1, "column": 2, "x_mm": 30.5,
+                                       "y_mm": 4}, {"row": 2, "column": 2, "x_mm": 1, "y_mm": 2}]})";
+  EXPECT_EQ(
+      ask(server, {"job", "plan", "--layout", "segmentation", "--segmentation", file("d.svg"), file("p.png")}).status,
+      0);
+  EXPECT_EQ(ask(server, {"job", "new", file("p.png"), "--layout", "morph", "--guides", file("g.json")}).status, 0);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{"/api/v1/plans a picture<svg/> layout=segmentation segmentation_bytes=6",
+                                      "/api/v1/jobs a picture layout=morph fine_edges=2x1:8 "
+                                      "pinned_vertices=1,2,30.5,4;2,2,1,2"}));
+
+  const auto refusal = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command{"job", "new", file("p.png")};
+    command.insert(command.end(), options.begin(), options.end());
+    const Outcome outcome = ask(server, command);
+    EXPECT_EQ(outcome.status, 2);
+    return outcome.err;
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(refusal({"--segmentation", file("d.svg")}), HasSubstr("add --layout segmentation"));
+  EXPECT_THAT(refusal({"--guides", file("g.json"), "--layout", "mosaic"}), HasSubstr("add --layout morph"));
+  EXPECT_THAT(refusal({"--layout", "morph", "--guides", file("g.json"), "--fine-edges", file("m.png")}),
+              HasSubstr("give one of them"));
+  EXPECT_THAT(refusal({"--layout", "morph", "--guides", ""}), HasSubstr("names no file"));
+  EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 2U) << "nothing was sent";
 }
 
 TEST(VeneerctlJobs, AMissingPictureIsNamed) {

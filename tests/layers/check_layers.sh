@@ -88,7 +88,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^openssl/", "^(base/(base64|hash)\\.cc|daemon/)")
       door("^png\\.h", "^(cli/painted_mask\\.cc|planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
-      door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
+      door("^pugixml", "^(planner/drawings/svg_drawing\\.cc|planner/cutting/|tests/)")
       door("^prometheus/", "^daemon/services/metrics\\.cc$")
       door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
       door("^sane/", "^drivers/sane/sane_library\\.cc$")

@@ -76,7 +76,7 @@ class StockedPlanner : public ::testing::Test {
     daemon::JobRequest request = small_job();
     cv::Mat picture(20, 20, CV_8UC3, cv::Scalar::all(170));
     picture(cv::Rect(0, 0, 10, 20)).setTo(cv::Scalar::all(80));
-    request.picture = png(picture);
+    request.files = png(picture);
     request.options.w_intensity = 1, request.options.w_edge = 0, request.options.w_hist = 1;
     return request;
   }
@@ -90,7 +90,7 @@ class StockedPlanner : public ::testing::Test {
   static daemon::JobRequest small_job() {
     daemon::JobRequest request;
     request.name = "test";
-    request.picture = png(planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture);
+    request.files = png(planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture);
     request.size = Millimetres(6);
     request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
     return request;

@@ -47,9 +47,10 @@ TEST(JobRequest, EveryDescribedParameterChangesTheRequestAndNothingElseInIt) {
   for (const json& parameter : parameters) {
     const std::string name = parameter["name"];
     ASSERT_TRUE(parameter.contains("example")) << name;
-    // Edges are nothing without the layout that follows them.
+    // Guides are nothing without the layout that heeds them.
     std::map<std::string, std::string> query;
-    if (name == "large_edges" || name == "fine_edges") query["layout"] = "morph";
+    if (name == "large_edges" || name == "fine_edges" || name == "pinned_vertices") query["layout"] = "morph";
+    if (name == "segmentation_bytes") query["layout"] = "segmentation";
     const json otherwise = options_json(*read(query));
     query[name] = as_query(parameter["example"]);
     const auto job = read(query);
@@ -79,12 +80,50 @@ TEST(JobRequest, PaintedEdgesAreRefusedByLayoutsThatFollowNone) {
     EXPECT_TRUE(read({{name, "all"}}).ok());
     const auto taken = read({{name, "4x4:ff00"}, {"layout", "morph"}});
     ASSERT_TRUE(taken.ok()) << taken.error().message;
-    EXPECT_FALSE(wants_no_edges(*taken, "a sketch").ok());
+    EXPECT_FALSE(wants_no_guides(*taken, "a sketch").ok());
     const auto again = job_request_again("a face", "a picture", options_json(*taken).dump());
     ASSERT_TRUE(again.ok()) << again.error().message;
     EXPECT_EQ(options_json(*again), options_json(*taken)) << "and they are kept with the plan";
   }
-  EXPECT_TRUE(wants_no_edges(*read({}), "a sketch").ok());
+  EXPECT_TRUE(wants_no_guides(*read({}), "a sketch").ok());
+}
+
+TEST(JobRequest, PinnedVerticesAreReadAndKept) {
+  const auto taken = read({{"pinned_vertices", "1,2,30,45.5;0,3,-1e1,0"}, {"layout", "morph"}});
+  ASSERT_TRUE(taken.ok()) << taken.error().message;
+  EXPECT_FALSE(wants_no_guides(*taken, "a sketch").ok());
+  const auto again = job_request_again("a face", "a picture", options_json(*taken).dump());
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->pinned_vertices, "1,2,30,45.5;0,3,-1e1,0");
+  EXPECT_THAT(refusal_of("pinned_vertices", "1,2,30,45.5"), HasSubstr("choose the layout morph"));
+  for (const char* text :
+       {"1", "1,2,3", "1,2,3,4,5", "-1,2,3,4", "1.5,2,3,4", "1,2,nan,4", "1,2,3,inf", "1,2,3,4;;", " 1,2,3,4"})
+    EXPECT_THAT(refusal_of("pinned_vertices", text), HasSubstr("ROW,COLUMN,X,Y")) << text;
+  std::string many;
+  for (int i = 0; i < 201; ++i) many += fmt::format("{},0,1,1;", i);
+  EXPECT_THAT(refusal_of("pinned_vertices", many), HasSubstr("more than 200 vertices"));
+}
+
+TEST(JobRequest, TheDrawingIsTheEndOfTheBody) {
+  ApiRequest request;
+  request.body = "a picture<svg/>";
+  request.query = {{"layout", "segmentation"}, {"segmentation_bytes", "6"}};
+  const auto job = read_job_request(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(job->picture(), "a picture");
+  EXPECT_EQ(job->segmentation(), "<svg/>");
+  EXPECT_EQ(job->picture().data(), request.body.text().data()) << "nothing is copied on the loop that answers STOP";
+  EXPECT_THAT(wants_no_guides(*job, "a sketch").error().message, HasSubstr("segmentation_bytes"));
+  const auto again = job_request_again("a face", "a picture", options_json(*job).dump());
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->picture(), "a picture") << "a plan that changes another has its layout";
+
+  request.query["segmentation_bytes"] = "15";
+  EXPECT_THAT(read_job_request(request).error().message, HasSubstr("the picture is missing"));
+  request.query["segmentation_bytes"] = "16";
+  EXPECT_THAT(read_job_request(request).error().message, HasSubstr("the whole body has 15"));
+  request.query = {{"layout", "mosaic"}, {"segmentation_bytes", "6"}};
+  EXPECT_THAT(read_job_request(request).error().message, HasSubstr("choose the layout segmentation"));
 }
 
 TEST(JobRequest, EveryParameterThatIsReadIsDescribedWithItsDefault) {
@@ -113,7 +152,9 @@ TEST(JobRequest, DescribedLimitsAreThoseThatHold) {
     for (const char* limit : {"minimum", "maximum"}) {
       if (!schema.contains(limit)) continue;
       const double value = schema[limit], beyond = std::string(limit) == "minimum" ? value - 1 : value + 1;
-      EXPECT_EQ(refusal_of(name, json(schema[limit]).dump()), "") << name;
+      if (name != "segmentation_bytes" || value == 0) {  // so long a body is another test's
+        EXPECT_EQ(refusal_of(name, json(schema[limit]).dump()), "") << name;
+      }
       EXPECT_NE(refusal_of(name, fmt::format("{}", beyond)), "") << name << "=" << beyond;
     }
     if (schema.contains("enum")) {
@@ -165,7 +206,7 @@ TEST(JobRequest, ThePictureIsNotCopied) {
   request.body = std::string(1 << 20, 'p');
   const auto job = read_job_request(request);
   ASSERT_TRUE(job.ok()) << job.error().message;
-  EXPECT_EQ(job->picture.text().data(), request.body.text().data());
+  EXPECT_EQ(job->picture().data(), request.body.text().data());
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // Plans and jobs: what is stored and what is not, changes, pieces that are made again.
 #include "daemon/services/plan_service.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <future>
 
@@ -257,15 +259,29 @@ TEST_F(PlanServiceTest, AdviceIsGivenFromTheFreeWoodAndKeepsNothing) {
 
 TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
   add_panel("P-0001", 255);
-  const auto detailed = plan(small_job());
+  JobRequest request = small_job();
+  request.options.patch = request.size;  // room for its mark
+  const auto detailed = plan(request);
   ASSERT_TRUE(detailed.ok()) << detailed.error().message;
   EXPECT_THAT(to_json(*detailed)["warnings"], ::testing::IsEmpty());
-  JobRequest request = small_job();
-  request.picture = png(cv::Mat(20, 20, CV_8UC3, cv::Scalar::all(120)));
+  request.files = png(cv::Mat(20, 20, CV_8UC3, cv::Scalar::all(120)));
   const auto plain = plan(request);
   ASSERT_TRUE(plain.ok()) << plain.error().message;
   EXPECT_THAT(to_json(*plain)["warnings"], ::testing::ElementsAre("\"test\" is one plain tone, so there is nothing in "
                                                                   "it to rebuild: is it the right picture?"));
+}
+
+TEST_F(PlanServiceTest, PiecesWithoutRoomForTheirMarksAreToldWhenTheyArePlanned) {
+  add_panel("P-0001", 255);
+  JobRequest request = refined_job();
+  const auto roomy = stored_plan(request);
+  ASSERT_TRUE(roomy.ok()) << roomy.error().message;
+  EXPECT_THAT(to_json(*roomy)["warnings"], ::testing::IsEmpty());
+  request.size = Millimetres(6);
+  request.options.patch = Millimetres(2), request.options.min_width = Millimetres(0.5);
+  const auto small = stored_plan(request);
+  ASSERT_TRUE(small.ok()) << small.error().message;
+  EXPECT_THAT(to_json(*small)["warnings"].dump(), ::testing::HasSubstr("marks do not fit on their pieces at 1.4 mm"));
 }
 
 // Says when the work is asked for.
@@ -374,6 +390,68 @@ TEST_F(PlanServiceTest, AChangedPlanKeepsWhatIsNotNamedAndKnowsItsParent) {
   EXPECT_EQ(changed({first->plan, "", {{}, {"B9-9"}, {}, {}}, {}, 1}).error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(PlanServiceTest, ADrawingsRegionsBecomeThePieces) {
+  add_panel("P-0001", 255);
+  JobRequest request = refined_job();
+  request.options.refine = planner::Refine::kNone;
+  const std::string picture = request.files.text();
+  const std::string drawing =
+      R"(<svg width="60mm" height="60mm" viewBox="0 0 60 60"><rect width="60" height="20"/>)"
+      R"(<rect y="20" width="20" height="40"/><rect x="20" y="20" width="40" height="40"/></svg>)";
+  const auto with = [&](const std::string& behind) {
+    request.files = picture + behind;
+    request.segmentation_bytes = behind.size();
+  };
+  with(drawing);
+  request.options.layout = planner::LayoutKind::kSegmentation;
+  const auto made = stored_plan(request);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto pieces = pieces_of(made->plan);
+  ASSERT_EQ(pieces.size(), 3U);
+  const double side = request.size.count();
+  double top = 0, area = 0;
+  for (const auto& [mark, piece] : pieces) {
+    const Box<ArtworkFrame> box = bounds(piece.artwork_outline);
+    area += std::abs(signed_area(piece.artwork_outline));
+    if (box.width().count() > 0.9 * side) top = box.height().count();
+  }
+  EXPECT_NEAR(top, side / 3, 0.05 * side) << "the strip along the upper edge";
+  EXPECT_NEAR(area, side * side, 1e-3 * side * side);
+
+  // What changes the plan has its layout, and no need of the drawing.
+  const auto again = changed({made->plan, "", {{}, {pieces.begin()->first}, {}, {}}, {}, 1});
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  const auto after = pieces_of(again->plan);
+  ASSERT_EQ(after.size(), 3U);
+  for (const auto& [mark, piece] : pieces) EXPECT_EQ(after.at(mark).artwork_outline, piece.artwork_outline) << mark;
+
+  with("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9'/></svg>");
+  const auto open = stored_plan(request);
+  ASSERT_FALSE(open.ok());
+  EXPECT_EQ(open.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(open.error().message, ::testing::HasSubstr("the drawing of test: the drawing has no closed region"));
+}
+
+TEST_F(PlanServiceTest, VerticesOfAGridAreWhereTheyArePinned) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.layout = planner::LayoutKind::kMorph;
+  const double middle = request.size.count() / 2, x = middle + 0.6, y = middle - 0.4;
+  request.pinned_vertices = fmt::format("1,1,{},{}", x, y);
+  const auto made = stored_plan(request);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto pieces = pieces_of(made->plan);
+  ASSERT_EQ(pieces.size(), 4U);
+  for (const auto& [mark, piece] : pieces) {
+    double nearest = 1e9;
+    for (const auto& corner : piece.artwork_outline)
+      nearest = std::min(nearest, distance(corner, Point<ArtworkFrame>{Millimetres(x), Millimetres(y)}).count());
+    EXPECT_LT(nearest, 2e-3) << mark;
+  }
+  request.pinned_vertices = "7,1,1,1";
+  EXPECT_EQ(stored_plan(request).error().code, ErrorCode::kInvalidArgument);
+}
+
 TEST_F(PlanServiceTest, WhatAPlanWasAskedForIsReadAgainAsItWas) {
   JobRequest request = small_job();
   request.options.optimize = planner::Optimize::kGlobal;
@@ -382,10 +460,10 @@ TEST_F(PlanServiceTest, WhatAPlanWasAskedForIsReadAgainAsItWas) {
   request.woods = {"black walnut", "oak"};
   request.wood_weights = {{"oak", 2}, {"ash", 0.5}};
   request.forbidden = {*planner::forbidden_wood("P-0001,1,2,3,4"), *planner::forbidden_wood("P-0002,5,6,7,8")};
-  const auto again = job_request_again(request.name, request.picture, options_json(request).dump());
+  const auto again = job_request_again(request.name, request.files, options_json(request).dump());
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(options_json(*again), options_json(request));
-  EXPECT_EQ(again->picture, request.picture);
+  EXPECT_EQ(again->files, request.files);
   EXPECT_EQ(job_request_again("x", "y", "no JSON").error().code, ErrorCode::kStorage);
 }
 

@@ -42,7 +42,7 @@ struct Sheet {
   std::vector<ReadStroke> strokes;
 };
 
-Sheet read_svg(const std::string& text) {
+Sheet sheet_of_svg(const std::string& text) {
   pugi::xml_document document;
   EXPECT_TRUE(document.load_string(text.c_str()));
   const pugi::xml_node root = document.child("svg");
@@ -211,7 +211,7 @@ TEST_F(CutFiles, ShowTheBackWithTheBeamsPath) {
   const auto drawing = draw_cuts(plan, panel);
   ASSERT_TRUE(drawing.ok()) << drawing.error().message;
   EXPECT_THAT(drawing->warnings, IsEmpty());
-  const Sheet sheet = read_svg(cut_svg(*drawing));
+  const Sheet sheet = sheet_of_svg(cut_svg(*drawing));
   std::ptrdiff_t cuts = 0, engraved = 0;
   for (const ReadStroke& stroke : sheet.strokes) {
     if (stroke.layer != "cut") {
@@ -240,7 +240,7 @@ TEST_F(CutFiles, ShowTheBackWithTheBeamsPath) {
 
 TEST_F(CutFiles, DxfShowsWhatTheSvgShows) {
   const CutDrawing drawing = drawing_of_small_plan();
-  const Sheet svg = read_svg(cut_svg(drawing));
+  const Sheet svg = sheet_of_svg(cut_svg(drawing));
   DxfReader dxf = read_dxf(cut_dxf(drawing));
   expect_alike(dxf.sheet, svg);
   for (std::size_t i = 0; i < svg.strokes.size(); ++i) EXPECT_EQ(dxf.sheet.strokes[i].piece, svg.strokes[i].piece);
@@ -272,7 +272,7 @@ TEST_F(CutFiles, EpsShowsWhatTheSvgShows) {
   const CutDrawing drawing = drawing_of_small_plan();
   const std::string text = cut_eps(drawing);
   Sheet eps = read_eps(text);
-  expect_alike(eps, read_svg(cut_svg(drawing)));
+  expect_alike(eps, sheet_of_svg(cut_svg(drawing)));
   EXPECT_EQ(eps.colours["engrave"], "0.000000 0.000000");
   EXPECT_EQ(eps.colours["cut"], "1.000000 0.000000");
   // 60 pixels of 0.5 mm.
@@ -285,7 +285,7 @@ TEST_F(CutFiles, OpenStrokesStayOpenAndNothingIsLostBeyondThePanel) {
   drawing.layers[1].strokes.push_back(
       {"A1-1", {point<BedFrame>(-0.0751, 0), point<BedFrame>(0.5, -0.075), point<BedFrame>(700.25, 1e-9)}, true});
   drawing.layers[1].strokes.push_back({"A1-2", {point<BedFrame>(5, 6), point<BedFrame>(5, 7)}, false});
-  const Sheet svg = read_svg(cut_svg(drawing));
+  const Sheet svg = sheet_of_svg(cut_svg(drawing));
   ASSERT_EQ(svg.strokes.size(), 3U);
   EXPECT_LT(distance(svg.strokes[1].path[2], point<BedFrame>(700.25, 0)).count(), 0.001);
   expect_alike(read_dxf(cut_dxf(drawing)).sheet, svg);
@@ -390,7 +390,7 @@ TEST_F(CutFiles, NoNameCanBreakAFile) {
   CutDrawing drawing{name, 10_mm, 10_mm, {{"engrave", CutColour::kBlue, {}}, {"cut", CutColour::kRed, {}}}, {}};
   for (const double y : {1, 2})
     drawing.layers[1].strokes.push_back({name, {point<BedFrame>(1, y), point<BedFrame>(2, y)}, false});
-  const Sheet svg = read_svg(cut_svg(drawing));
+  const Sheet svg = sheet_of_svg(cut_svg(drawing));
   ASSERT_EQ(svg.strokes.size(), 2U);
   const Sheet dxf = read_dxf(cut_dxf(drawing)).sheet;
   expect_alike(dxf, svg);

@@ -1,11 +1,11 @@
-#include "cli/svg_path.h"
+#include "planner/drawings/svg_path.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
 
-namespace veneer::cli {
+namespace veneer::planner {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -318,4 +318,4 @@ std::vector<std::vector<DrawingPoint>> LineDrawer::take() {
   return std::move(lines_);
 }
 
-}  // namespace veneer::cli
+}  // namespace veneer::planner

@@ -1,20 +1,18 @@
-// A drawing to be burnt as it is: lines in millimetres, +x right, +y up, from an SVG file or from our own JSON of
-// strokes.
+// What somebody drew: lines in millimetres, +x right, +y up, to be burnt as they are or to bound a picture's pieces.
 //
 // SVG: paths, lines, polylines, polygons, rectangles, circles and ellipses with all their transforms, as outlines; the
 // page's lower left corner is (0, 0). What would be burnt otherwise than it looks (text, pictures, clones, clips) is
-// refused by name. JSON: docs/LASER.md, docs/schemas/strokes.schema.json.
+// refused by name. Pure; thread-safe.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/result.h"
 
-namespace veneer::cli {
+namespace veneer::planner {
 
 using DrawingPoint = std::array<double, 2>;  // mm
 
@@ -22,7 +20,7 @@ struct DrawnLine {
   std::vector<DrawingPoint> points;
   std::string layer;   // the layer's label or the outermost group's id; "" without
   std::string colour;  // of the stroke, "#rrggbb"; "" when it has none
-  // As the file says (JSON only).
+  // As a file of strokes says; an SVG has none of these.
   std::optional<double> speed_mm_s, power;
   std::optional<int> passes;
   std::optional<bool> air;
@@ -40,13 +38,13 @@ DrawingExtent extent_of(const Drawing& drawing);
 std::size_t points_of(const Drawing& drawing);
 // Of all lines, once each.
 double length_of(const Drawing& drawing);
+// Whether every coordinate is a number: what is stretched beyond all measure is none.
+bool is_finite(const Drawing& drawing);
 
-// By the file's name: .svg, else JSON. kInvalidArgument names what cannot be read.
-Result<Drawing> read_drawing(const std::string& name, const std::string& text);
+// kInvalidArgument names what cannot be read.
 Result<Drawing> read_svg(const std::string& text);
-Result<Drawing> read_strokes(const std::string& text);
 
 // Curves are flattened to within this.
 inline constexpr double kFlatMm = 0.01;
 
-}  // namespace veneer::cli
+}  // namespace veneer::planner

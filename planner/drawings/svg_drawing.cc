@@ -10,13 +10,14 @@
 #include <set>
 #include <string>
 
-#include "cli/drawing.h"
-#include "cli/svg_path.h"
+#include "planner/drawings/drawing.h"
+#include "planner/drawings/svg_path.h"
 
-namespace veneer::cli {
+namespace veneer::planner {
 namespace {
 
 constexpr double kMmPerPixel = 25.4 / 96;
+constexpr int kMostDepth = 256;  // of groups: what a program for drawings makes has a dozen
 
 Error unreadable(const std::string& what) { return {ErrorCode::kInvalidArgument, what}; }
 
@@ -80,6 +81,7 @@ class SvgReader {
   struct Inherited {
     SvgMatrix mm_from_user;
     std::string layer, colour;
+    int depth = 0;  // of groups
   };
   Status page(const pugi::xml_node& svg, Inherited& into);
   Status children(const pugi::xml_node& node, const Inherited& from);
@@ -167,6 +169,9 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
   const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
   if (layer || from.layer.empty()) from.layer = label.empty() ? id : label;
+  if (++from.depth > kMostDepth)
+    return unreadable(
+        fmt::format("the drawing has more than {} groups within groups: ungroup it, and save it again", kMostDepth));
   return children(node, from);
 }
 
@@ -239,4 +244,4 @@ Result<Drawing> read_svg(const std::string& text) {
   return SvgReader().read(svg);
 }
 
-}  // namespace veneer::cli
+}  // namespace veneer::planner

@@ -1,9 +1,8 @@
-#include "cli/drawing.h"
+#include "cli/drawing_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -11,6 +10,8 @@ namespace veneer::cli {
 namespace {
 
 using nlohmann::json;
+using planner::Drawing;
+using planner::DrawnLine;
 
 // As json::parse, and kInvalidArgument also for a key that stands twice in one object, of which readers take either.
 Result<json> parse_once(const std::string& text) {
@@ -100,37 +101,11 @@ Result<Drawing> read_drawing(const std::string& name, const std::string& text) {
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : static_cast<char>(c);
   });
-  auto drawing = ending == ".svg" ? read_svg(text) : read_strokes(text);
+  auto drawing = ending == ".svg" ? planner::read_svg(text) : read_strokes(text);
   if (!drawing.ok()) return Error{drawing.error().code, fmt::format("{}: {}", name, drawing.error().message)};
-  for (const DrawnLine& line : drawing->lines)
-    for (const DrawingPoint& p : line.points)
-      if (!std::isfinite(p[0]) || !std::isfinite(p[1]))
-        return Error{ErrorCode::kInvalidArgument, fmt::format("{}: a point of it is no number", name)};
+  if (!planner::is_finite(*drawing))
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{}: a point of it is no number", name)};
   return drawing;
-}
-
-DrawingExtent extent_of(const Drawing& drawing) {
-  DrawingExtent e{1e300, 1e300, -1e300, -1e300};
-  for (const DrawnLine& line : drawing.lines)
-    for (const auto& [x, y] : line.points) {
-      e.min_x = std::min(e.min_x, x), e.max_x = std::max(e.max_x, x);
-      e.min_y = std::min(e.min_y, y), e.max_y = std::max(e.max_y, y);
-    }
-  return e;
-}
-
-std::size_t points_of(const Drawing& drawing) {
-  std::size_t count = 0;
-  for (const DrawnLine& line : drawing.lines) count += line.points.size();
-  return count;
-}
-
-double length_of(const Drawing& drawing) {
-  double length = 0;
-  for (const DrawnLine& line : drawing.lines)
-    for (std::size_t i = 1; i < line.points.size(); ++i)
-      length += std::hypot(line.points[i][0] - line.points[i - 1][0], line.points[i][1] - line.points[i - 1][1]);
-  return length;
 }
 
 }  // namespace veneer::cli

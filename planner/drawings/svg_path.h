@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/drawing.h"
+#include "planner/drawings/drawing.h"
 
-namespace veneer::cli {
+namespace veneer::planner {
 
 // SVG's own: x' = a x + c y + e, y' = b x + d y + f.
 struct SvgMatrix {
@@ -54,4 +54,4 @@ class LineDrawer {
   DrawingPoint at_{}, begin_{};  // in user units
 };
 
-}  // namespace veneer::cli
+}  // namespace veneer::planner

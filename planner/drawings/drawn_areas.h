@@ -1,0 +1,23 @@
+// What of a file becomes the pieces of a picture: the areas of a picture, or the closed regions of a drawing. Pure;
+// thread-safe.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace veneer::planner {
+
+// As Artwork::segmentation wants it (CV_8UC3), of an SVG drawing or of any picture that decode_picture() takes: which
+// of them it is, its bytes say. `name` stands in error messages. kInvalidArgument: it is neither, or areas_of_svg()
+// refuses it.
+Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name);
+
+// CV_8UC3, each closed line's inside in a colour of its own, what was drawn later over what was drawn before; what
+// lies in none of them is black. The picture reaches from edge to edge of what is drawn. kInvalidArgument: it is no
+// SVG that read_svg() takes, has no closed region, or is flat or without measure.
+Result<cv::Mat> areas_of_svg(const std::string& text);
+
+}  // namespace veneer::planner

@@ -1,0 +1,65 @@
+// Which pieces a file's areas become: an SVG drawing's regions, or a picture's colours.
+#include "planner/drawings/drawn_areas.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <set>
+#include <string>
+
+#include "planner/pictures/png_codec.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A page of 100 x 50 mm in two halves.
+std::string halves(const std::string& before = "") {
+  return before + R"(<svg width="100mm" height="50mm" viewBox="0 0 100 50"><rect width="50" height="50"/>)"
+                  R"(<rect x="50" width="50" height="50"/></svg>)";
+}
+
+std::set<std::array<int, 3>> colours_of(const cv::Mat& picture) {
+  std::set<std::array<int, 3>> out;
+  for (int r = 0; r < picture.rows; ++r)
+    for (int c = 0; c < picture.cols; ++c) {
+      const auto& p = picture.at<cv::Vec3b>(r, c);
+      out.insert({p[0], p[1], p[2]});
+    }
+  return out;
+}
+
+TEST(DrawnAreas, ADrawingIsKnownByItsBytesWhateverItIsCalled) {
+  for (const std::string before : {"", "\xef\xbb\xbf", " \n", "<?xml version=\"1.0\"?>\n<!-- ours -->"}) {
+    const auto areas = areas_of_file(halves(before), "windows");
+    ASSERT_TRUE(areas.ok()) << areas.error().message;
+    EXPECT_EQ(areas->cols, 2 * areas->rows);
+    EXPECT_EQ(colours_of(*areas).size(), 2U);
+  }
+}
+
+TEST(DrawnAreas, APictureIsTakenAsItIs) {
+  cv::Mat drawn(4, 6, CV_8UC3, cv::Scalar(10, 20, 30));
+  drawn.colRange(0, 2).setTo(cv::Scalar(90, 80, 70));
+  const auto areas = areas_of_file(*encode_png(drawn), "areas.svg");
+  ASSERT_TRUE(areas.ok()) << areas.error().message;
+  EXPECT_EQ(cv::norm(*areas, drawn, cv::NORM_INF), 0);
+}
+
+TEST(DrawnAreas, RefusalsNameTheFile) {
+  const auto refusal = [](const std::string& bytes) {
+    const auto areas = areas_of_file(bytes, "lead lines");
+    EXPECT_FALSE(areas.ok()) << bytes;
+    return areas.ok() ? "" : areas.error().message;
+  };
+  for (const char* bytes : {"", "no picture", "<html/>", "<svg", "<svg width='9mm' height='9mm'/>"})
+    EXPECT_THAT(refusal(bytes), HasSubstr("lead lines")) << bytes;
+  EXPECT_THAT(refusal("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9'/></svg>"), HasSubstr("no closed region"));
+  // Each point is a number, and the distance between them is none.
+  EXPECT_THAT(refusal("<svg width='1mm' height='1mm' viewBox='0 0 1 1'><path d='M -1.7e308 0 H 1.7e308 V 9 Z'/></svg>"),
+              HasSubstr("larger than can be measured"));
+}
+
+}  // namespace
+}  // namespace veneer::planner
