@@ -89,7 +89,8 @@ bool BedPictures::is_repeated(const std::string& sha256) {
 Result<BedPictures::Picture> BedPictures::take_newer(For what, WallTime hands_in, std::chrono::milliseconds patience,
                                                      const std::stop_token& stop) {
   auto picture = newest(what, hands_in, patience, stop);
-  if (picture) {
+  // Of a picture for people nobody asks how old it is, so it says nothing of that.
+  if (picture && what != For::kPeople) {
     const std::lock_guard lock(mutex_);
     last_fresh_ = picture->fresh;
   }

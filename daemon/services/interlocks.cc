@@ -142,7 +142,7 @@ Interlock disk_lock(const std::optional<std::uintmax_t>& free_bytes) {
   const std::string room = fmt::format("{:.1f} GB are free", static_cast<double>(*free_bytes) / 1e9);
   if (*free_bytes >= kLittleRoom) return {"disk", kGood, room, ""};
   if (*free_bytes < kNoRoom)
-    return {"disk", kBlocks, "the disk is full, and no cut can be booked", "Make room on the disk."};
+    return {"disk", kBlocks, "the disk is nearly full, and soon no cut can be booked", "Make room on the disk."};
   return {"disk", kWarns, room, "Make room on the disk before it is full: a cut cannot be booked on a full one."};
 }
 

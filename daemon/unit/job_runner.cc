@@ -126,6 +126,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
 }
 
 void JobRunner::reset(Reply reply) {
+  owed_.disturb();  // the head crosses the bed
   enter(CellState::kResetting, "homing the laser");
   view_.job.reset();
   pending_ = {std::move(reply)};

@@ -97,10 +97,10 @@ class DeviceRoutes : public testing::RoutedCell {
     return body_of(reply);
   }
   json choose(const std::string& device, const json& body) { return answer("POST", "/api/v1/devices/" + device, body); }
-  json asked_by(Role role, const std::string& target) {
+  json asked_by(Role asking, const std::string& target) {
     const auto answer = std::make_shared<std::optional<ApiReply>>();
     ApiRequest request;
-    request.method = "GET", request.path = target, request.caller = {role, "uid 7", TransportKind::kUnix};
+    request.method = "GET", request.path = target, request.caller = {asking, "uid 7", TransportKind::kUnix};
     again->match("GET", target).route->handler(request, [this, answer](const ApiReply& reply) {
       boost::asio::post(reactor, [answer, reply] { *answer = reply; });
     });

@@ -166,7 +166,7 @@ TEST(Interlocks, OnAFullDiskNothingIsCut) {
   chain.facts.free_bytes = 1'000'000;
   EXPECT_EQ(chain.link("disk").state, InterlockState::kBlocks);
   EXPECT_EQ(chain.link("disk").sentence + " | " + chain.link("disk").remedy,
-            "the disk is full, and no cut can be booked | Make room on the disk.");
+            "the disk is nearly full, and soon no cut can be booked | Make room on the disk.");
 }
 
 TEST(Interlocks, AScannersCertificateKeepsNobodyFromCutting) {

@@ -240,6 +240,23 @@ TEST_F(OwedProofTest, ALookThatTheHeadMovedUnderIsTakenAgain) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
 }
 
+TEST_F(OwedProofTest, ALookThatTheHeadIsHomedUnderIsTakenAgain) {
+  cut_one();
+  bed_.seen = kSilent;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  wait_long();
+  bed_.seen = kNothingThere;
+  const int looks = bed_.looks;
+  while (bed_.looks == looks) runner_->look_again();
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+  bed_.lay("P-0001");
+  wait_long();
+  EXPECT_FALSE(runner_->view().owed_look);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
 // Its places are in another frame than those of the run: nobody can tell by it whether the panel lies as it did.
 TEST_F(OwedProofTest, ALookByNewCertificatesProvesNothing) {
   cut_one();
