@@ -125,7 +125,7 @@ Status check_layout_files(const LayoutFiles& files, std::size_t pictures, std::s
     const std::vector<std::string>& given = files.*option.files;
     if (std::ranges::count(given, "") > 0) return unusable(fmt::format("{} \"\" names no file", option.name));
     if (given.size() > pictures)
-      return unusable(fmt::format("{} is given for more pictures than there are to rebuild", option.name));
+      return unusable(fmt::format("there are more {} than pictures to rebuild: give one for each", option.name));
     if (!given.empty() && *option.layout != '\0' && layout != option.layout)
       return unusable(fmt::format("{} {}: add --layout {}", option.name, option.says, option.layout));
     return Ok();

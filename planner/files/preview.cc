@@ -109,8 +109,11 @@ Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame
     for (const Point<ArtworkFrame>& p : piece.artwork_outline) {
       double column = 0, row = 0;
       preview.to_pixels(p, column, row);
-      // Pixel centres lie at whole numbers to OpenCV.
-      ring.emplace_back(cvRound((column - 0.5) * (1 << kSubpixelBits)), cvRound((row - 0.5) * (1 << kSubpixelBits)));
+      // Pixel centres lie at whole numbers to OpenCV. The picture's own edge is drawn within it.
+      const auto along = [](double at, int size) {
+        return cvRound(std::clamp(at - 0.5, 0.0, size - 1.0) * (1 << kSubpixelBits));
+      };
+      ring.emplace_back(along(column, preview.pixels.cols), along(row, preview.pixels.rows));
     }
     cv::polylines(preview.pixels, ring, true, kCutLine, width, cv::LINE_AA, kSubpixelBits);
   }
