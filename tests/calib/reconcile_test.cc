@@ -444,6 +444,24 @@ TEST(Reconcile, WhatIsLearntOfACornerIsNotExtrapolated) {
   }
 }
 
+// A sheet longer than what is judged at once: of its right half nothing is learnt, or all.
+TEST(Reconcile, PartsOfALargeSheetAreSeenInTheLightOfAllOfIt) {
+  Shelf shelf;
+  shelf.panel = rendered::sample_panel(430, 70, 8);
+  const auto before = shelf.map({});
+  for (const bool in_doubt : {true, false}) {
+    auto now = shelf.map({}, 0.04, 9);
+    for (int c = 0; c < now.pixels.cols; ++c) now.pixels.col(c) *= in_doubt ? 0.95 : 0.85 + 0.15 * c / now.pixels.cols;
+    calib::ReconcileOptions options;
+    if (in_doubt) options.uncertain = regions_of({{{195, 0}, {430, 0}, {430, 70}, {195, 70}}});
+    const auto found = calib::reconcile(before, now, {}, {}, options);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_TRUE(found->light_known);
+    EXPECT_LT(calib::share_gone(found->gone_mask, region_of({{0, 0}, {430, 0}, {430, 70}, {0, 70}}), 1_mm), 0.01)
+        << (in_doubt ? "in doubt" : "all over");
+  }
+}
+
 TEST(Reconcile, WhereAllIsInDoubtTheLightIsNotKnown) {
   const Shelf shelf;
   calib::ReconcileOptions options;
