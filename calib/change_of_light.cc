@@ -15,7 +15,7 @@ constexpr int kTerms = Terms::channels;
 struct Place {
   double x, y;  // -1 to 1
 };
-Place place_of(int row, int column, const cv::Size& size) {
+Place place_on_sheet(int row, int column, const cv::Size& size) {
   return {2.0 * column / size.width - 1, 2.0 * row / size.height - 1};
 }
 
@@ -56,7 +56,7 @@ std::vector<Sample> untouched_samples(const cv::Mat& before, const cv::Mat& now,
   for (int r = step / 2; r < cells.height; r += step)
     for (int c = step / 2; c < cells.width; c += step)
       if (left.at<std::uint8_t>(r, c) != 0)
-        out.push_back({place_of(r, c, cells), was.at<cv::Vec3b>(r, c), is.at<cv::Vec3b>(r, c)});
+        out.push_back({place_on_sheet(r, c, cells), was.at<cv::Vec3b>(r, c), is.at<cv::Vec3b>(r, c)});
   return out;
 }
 
@@ -90,7 +90,7 @@ bool are_of_many_tones(const std::vector<Sample>& samples, int channel) {
 }
 
 // Least absolute deviations by reweighting, which what was cut or torn off does not sway.
-Terms fit_light(const std::vector<Sample>& samples, int channel, bool all_over) {
+Terms fit_change(const std::vector<Sample>& samples, int channel, bool all_over) {
   constexpr int kRounds = 10;
   constexpr double kSharp = 1.5;  // grey levels below which a difference counts in full
   const bool tones = all_over && are_of_many_tones(samples, channel);
@@ -146,7 +146,7 @@ ChangeOfLight learn_change_of_light(const cv::Mat& before, const cv::Mat& now, c
   out.known = samples.size() >= kFewest;
   const bool all_over = lie_all_over(samples);
   for (int k = 0; k < 3 && out.known; ++k) {
-    Terms& light = out.channels[static_cast<std::size_t>(k)] = fit_light(samples, k, all_over);
+    Terms& light = out.channels[static_cast<std::size_t>(k)] = fit_change(samples, k, all_over);
     // The channels are of one lamp.
     out.known = is_of_a_lamp(light);
   }
@@ -158,7 +158,7 @@ cv::Mat in_later_light(const ChangeOfLight& light, const cv::Mat& before, const 
   cv::Mat out(before.size(), CV_32FC3);
   for (int r = 0; r < out.rows; ++r)
     for (int c = 0; c < out.cols; ++c) {
-      const Place place = place_of(at.y + r, at.x + c, light.sheet);
+      const Place place = place_on_sheet(at.y + r, at.x + c, light.sheet);
       const auto& level = before.at<cv::Vec3f>(r, c);
       for (int k = 0; k < 3; ++k) {
         const double seen = level_in(light.channels[static_cast<std::size_t>(k)], level[k], place);
