@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "calib/change_of_light.h"
 #include "calib/unchanged_look.h"
 #include "calib/wood_change.h"
 #include "calib/work_map.h"
@@ -139,12 +140,14 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   const cv::Mat believed =
       wood != nullptr ? on_work_map(wood->pixels, work) : cv::Mat(cut.size(), CV_8UC1, cv::Scalar(255));
   Reconciliation out;
+  const ChangeOfLight light = learn_change_of_light(old_work.bgr, work.bgr, touched, work.px_per_mm);
+  out.light_known = light.known;
   cv::Mat lost(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
   for (const Tile& tile : tiles_of(cut.size(), work.px_per_mm)) {
     const cv::Rect& all = tile.whole;
     const cv::Rect inner(tile.inner.tl() - all.tl(), tile.inner.size());
-    const UnchangedLook look = look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm);
-    out.light_known &= look.light_known;
+    const UnchangedLook look =
+        look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm, light, all.tl());
     const cv::Mat here = find_changes(look, work.bgr(all), cut(all), marked(all), work.px_per_mm);
     here(inner).copyTo(lost(tile.inner));
     find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here, believed(all) & ~here, work.px_per_mm)(inner)

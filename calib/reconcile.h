@@ -26,7 +26,8 @@ struct Difference {
 };
 
 struct ReconcileOptions {
-  Millimetres tolerance{0.3};       // borders may differ by this
+  // Borders may differ by this: beside what is booked that much more wood may be missing untold.
+  Millimetres tolerance{0.3};
   SquareMillimetres smallest{2.5};  // smaller ones may be dust, hairs and stray light; a screw's hole has 7
   Millimetres narrowest{0.5};       // thinner ones are noise at borders
   // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
@@ -37,8 +38,9 @@ struct Reconciliation {
   std::vector<Difference> differences;  // largest first
   SquareMillimetres gone{0};            // seen to be missing, within the sheet
   Raster<PanelFrame> gone_mask;         // CV_8UC1, 255 = missing; about 6 px/mm
-  // False: the two maps differ by more than any lamp makes of them, so that the change of light could not be learnt,
-  // and differences may be told that are none.
+  // False: the two maps differ by more than any lamp makes of them, or less than 3 mm2 are neither booked nor
+  // uncertain, so that the change of light could not be learnt: differences may be told that are none, and gone_mask
+  // says nothing.
   bool light_known = true;
 };
 
@@ -48,11 +50,12 @@ struct Reconciliation {
 // for wood, CV_8UC1 as large as the maps: beside it nothing is told as gone. Null: the whole sheet.
 //
 // Nothing is judged by its colour. Wood is gone where `now` is unlike `before` by more than light, drifting colours,
-// the maps' noise and smoke make of it; light and noise are learnt from what was neither booked nor is uncertain.
+// the maps' noise and smoke make of it; light and noise are learnt from what was neither booked nor is uncertain, the
+// light of the whole sheet at once.
 // kInvalidArgument when the maps do not compare.
 //
-// Memory, over the two maps: up to 14 kB a square millimetre of a tile of 340 mm, and 16 bytes a pixel of 6 px/mm of the
-// sheet; below 3 GB at 209 million pixels.
+// Memory, over the two maps: up to 14 kB a square millimetre of a tile of 340 mm, and 16 bytes a pixel of 6 px/mm of
+// the sheet; below 3 GB at 209 million pixels.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {}, const Raster<PanelFrame>* wood = nullptr);

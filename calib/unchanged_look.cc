@@ -17,90 +17,6 @@ constexpr Millimetres kMostShift(0.1);  // what is left between the maps, which 
 constexpr float kMostOfAKind = 1.5;     // times the noise of all that is as steep
 constexpr double kLeastNoise = 1;       // grey levels: rounding, JPEG; what is clipped has no noise of its own
 constexpr int kLooks = 12, kCalm = 3;   // kinds: so many looks, times so many steps from calm to beside an edge
-constexpr int kTerms = 8;
-using Terms = cv::Vec<double, kTerms>;
-
-// The light: earlier level times a surface, a black level, and what bends the tone curve.
-Terms light_terms(double level, double x, double y) {
-  return {level, level * x, level * y, level * x * x, level * x * y, level * y * y, 1, level * level / 255};
-}
-
-struct Place {
-  double x, y;  // -1 to 1
-};
-Place place_of(int row, int column, const cv::Size& size) {
-  return {2.0 * column / size.width - 1, 2.0 * row / size.height - 1};
-}
-
-// Least absolute deviations by reweighting, which what was cut or torn off does not sway.
-Terms fit_light(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched, int channel) {
-  constexpr int kSamples = 40'000, kRounds = 10;
-  constexpr double kSharp = 1.5;  // grey levels below which a difference counts in full
-  const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(before.total()) / kSamples)));
-  Terms light = Terms::all(0);
-  light[0] = 1;
-  for (int round = 0; round < kRounds; ++round) {
-    cv::Matx<double, kTerms, kTerms> normal = decltype(normal)::zeros();
-    Terms right = Terms::all(0);
-    for (int r = step / 2; r < before.rows; r += step)
-      for (int c = step / 2; c < before.cols; c += step) {
-        if (touched.at<std::uint8_t>(r, c) != 0) continue;
-        const Place at = place_of(r, c, before.size());
-        const Terms terms = light_terms(before.at<cv::Vec3f>(r, c)[channel], at.x, at.y);
-        const double is = now.at<cv::Vec3f>(r, c)[channel], off = std::abs(is - light.dot(terms));
-        const double weight = 1 / (kSharp + off + (round > 2 ? off * off / 8 : 0));
-        for (int i = 0; i < kTerms; ++i) {
-          right[i] += weight * terms[i] * is;
-          for (int k = 0; k < kTerms; ++k) normal(i, k) += weight * terms[i] * terms[k];
-        }
-      }
-    // Held to no change where the sheet says nothing, as one of a single tone does about a curve.
-    for (int i = 0; i < kTerms; ++i) {
-      const double hold = 1e-6 * (normal(i, i) + 1);
-      normal(i, i) += hold, right[i] += i == 0 ? hold : 0;
-    }
-    cv::Mat solved;
-    if (!cv::solve(cv::Mat(normal), cv::Mat(right), solved, cv::DECOMP_CHOLESKY)) break;
-    for (int i = 0; i < kTerms; ++i) light[i] = solved.at<double>(i);
-  }
-  return light;
-}
-
-double level_in(const Terms& l, double level, const Place& at) {
-  const double gain = l[0] + l[1] * at.x + l[2] * at.y + l[3] * at.x * at.x + l[4] * at.x * at.y + l[5] * at.y * at.y +
-                      l[7] * level / 255;
-  return gain * level + l[6];
-}
-
-// No lamp drifts so far between two scans: a fit that says so was made of what is gone.
-bool is_of_a_lamp(const Terms& light) {
-  constexpr double kMostDrift = 0.4, kBlack = 20;  // of a level; grey levels
-  for (const double x : {-1.0, 0.0, 1.0})
-    for (const double y : {-1.0, 0.0, 1.0})
-      for (const double level : {60.0, 120.0, 180.0})
-        if (std::abs(level_in(light, level, {x, y}) - level) > kMostDrift * level + kBlack) return false;
-  return true;
-}
-
-cv::Mat in_light_of(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched, bool& known) {
-  std::array<Terms, 3> light;
-  for (int k = 0; k < 3; ++k) light[static_cast<std::size_t>(k)] = fit_light(before, now, touched, k);
-  // The channels are of one lamp.
-  known = std::ranges::all_of(light, is_of_a_lamp);
-  if (!known)
-    for (Terms& channel : light) channel = Terms::all(0), channel[0] = 1;
-  cv::Mat out(before.size(), CV_32FC3);
-  for (int r = 0; r < out.rows; ++r)
-    for (int c = 0; c < out.cols; ++c) {
-      const Place at = place_of(r, c, out.size());
-      const auto& level = before.at<cv::Vec3f>(r, c);
-      for (int k = 0; k < 3; ++k) {
-        const double seen = level_in(light[static_cast<std::size_t>(k)], level[k], at);
-        out.at<cv::Vec3f>(r, c)[k] = static_cast<float>(std::clamp(seen, 0.0, 255.0));
-      }
-    }
-  return out;
-}
 
 // What the surface leaves of the light's change: a lamp's stray light, or where two tiles of a stitched map meet.
 // Smooth over a centimetre, bounded, and learnt from what is not touched and differs by little.
@@ -211,6 +127,7 @@ float middle_of(std::vector<float>& values) {
 // By how much a pixel differs for its steepness: a slope makes a difference of every shift.
 cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::Mat& touched, double px_per_mm) {
   constexpr int kBins = 16;
+  constexpr std::size_t kFew = 100;
   constexpr double kLeast = kLeastNoise;
   cv::Mat dx, dy, slope;
   const cv::Mat grey = grey_mean(expected);
@@ -228,12 +145,14 @@ cv::Mat noise_of_slopes(const cv::Mat& expected, const cv::Mat& now, const cv::M
       for (int k = 0; k < 3; ++k) bin[static_cast<std::size_t>(k)].push_back(std::abs(d[k]));
     }
   std::array<cv::Vec3f, kBins> sigma;
+  // Of a part that is all touched nothing is known: what differs by little is no difference there.
+  const bool none = std::ranges::all_of(off, [](const auto& bin) { return bin[0].size() < kFew; });
   for (std::size_t b = 0; b < kBins; ++b)
     for (std::size_t k = 0; k < 3; ++k) {
       auto& values = off[b][k];
-      const float gentler = b == 0 ? static_cast<float>(kLeast) : sigma[b - 1][static_cast<int>(k)];
+      const float gentler = b == 0 ? static_cast<float>(none ? kMostNoise : kLeast) : sigma[b - 1][static_cast<int>(k)];
       float& here = sigma[b][static_cast<int>(k)] = gentler;
-      if (values.size() >= 100) here = std::max(gentler, static_cast<float>(kSigmaOfMad) * middle_of(values));
+      if (values.size() >= kFew) here = std::max(gentler, static_cast<float>(kSigmaOfMad) * middle_of(values));
     }
   cv::Mat noise(now.size(), CV_32FC3);
   const auto shift_px = static_cast<float>(kMostShift.count() * px_per_mm);
@@ -366,7 +285,8 @@ cv::Vec<float, kKinds> middles(const cv::Mat& values, const cv::Mat& kinds, cons
   return out;
 }
 
-UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched, double px_per_mm) {
+UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv::Mat& touched, double px_per_mm,
+                             const ChangeOfLight& light, const cv::Point& at) {
   constexpr int kRounds = 3;
   constexpr float kMostDrift = 5;  // grey levels: a pigment's, beside the light's
   cv::Mat was, is;
@@ -374,12 +294,12 @@ UnchangedLook look_unchanged(const cv::Mat& before, const cv::Mat& now, const cv
   now.convertTo(is, CV_32F);
   UnchangedLook out;
   out.touched = touched;
-  out.expected = in_light_of(was, is, touched, out.light_known);
+  out.expected = in_later_light(light, was, at);
   cv::Mat flow_x = cv::Mat::zeros(now.size(), CV_32FC1), flow_y = flow_x.clone();
   const cv::Mat grey = grey_mean(out.expected), grey_now = grey_mean(is);
   for (int round = 0; round < kRounds; ++round)
     add_flow(round == 0 ? grey : moved(grey, flow_x, flow_y), grey_now, px_per_mm, flow_x, flow_y);
-  out.expected = in_light_of(moved(was, flow_x, flow_y), is, touched, out.light_known);
+  out.expected = in_later_light(light, moved(was, flow_x, flow_y), at);
   add_local_light(is, touched, px_per_mm, out.expected);
   out.kinds = sort_alike(out.expected, px_per_mm);
   std::array<cv::Mat, 3> off;

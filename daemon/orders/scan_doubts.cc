@@ -14,6 +14,7 @@ namespace veneer::daemon {
 namespace {
 
 constexpr const char* kUnproven = "unproven-";
+constexpr const char* kLight = "light";
 
 // How much longer than printed things are along the scanner's x and y; nothing where the tags lie so that they do not
 // tell the two apart.
@@ -232,10 +233,13 @@ std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask) {
 
 std::vector<ScanWarning> doubts_of_comparison(const calib::Reconciliation& compared) {
   if (compared.light_known) return {};
-  return {{"light",
-           "the scan is so much lighter or darker than the panel's first one that wood may be told as missing which is "
-           "there: let the lamp warm up, wipe the glass and scan again"}};
+  return {{kLight,
+           "the scan is so much lighter or darker than the panel's first one, or so little of the sheet is neither cut "
+           "nor in doubt, that wood may be told as missing which is there: let the lamp warm up, wipe the glass and "
+           "scan again, and look at the pieces in doubt yourself"}};
 }
+
+bool is_unfit_light(const ScanWarning& warning) { return warning.name == kLight; }
 
 std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
                                               const calib::Registration& registration, const calib::VeneerMask& mask) {

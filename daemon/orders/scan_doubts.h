@@ -44,6 +44,8 @@ bool is_unproven(const ScanWarning& warning);
 // Of a later scan of a show face:
 //   light  it differs from the panel's first map by more than any lamp makes of it
 std::vector<ScanWarning> doubts_of_comparison(const calib::Reconciliation& compared);
+// What such a scan tells of pieces in doubt is no sighting.
+bool is_unfit_light(const ScanWarning& warning);
 
 // Of a first scan, which defines the panel's frame:
 //   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)

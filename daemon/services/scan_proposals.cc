@@ -85,17 +85,19 @@ struct SeenSuspects {
   std::vector<SeenSuspect> told;
   std::vector<std::pair<db::AllocationId, db::Sighting>> noted;  // the same
 };
-Result<SeenSuspects> see_suspects(Repositories& r, const std::vector<SuspectWood>& suspects,
-                                  const std::vector<double>& gone, bool later_map, const std::string& at) {
+Result<SeenSuspects> see_suspects(Repositories& r, const SeenSheet& seen, const std::string& at) {
   SeenSuspects out;
+  const auto& suspects = seen.suspects;
+  const auto& gone = seen.read.suspects_gone;
+  const bool unfit = std::ranges::any_of(seen.read.warnings, is_unfit_light);
   for (std::size_t i = 0; i < suspects.size(); ++i) {
     const auto piece = r.jobs.find_piece({suspects[i].piece});
     if (!piece) return piece.error();
     // Somebody said it while the scan was being looked at.
     if (piece->state != db::PieceState::kSuspect || piece->allocation.value != suspects[i].allocation) continue;
     db::Sighting sighting{what_was_seen(gone[i]), gone[i], 0, at};
-    // It may have been gone before that map was made, and shows no change since.
-    if (later_map && sighting.seen == db::Seen::kStillThere) sighting.seen = db::Seen::kUnclear;
+    // In a light that was not learnt change is no sign; before a later map it may have been gone, and shows none since.
+    if (unfit || (seen.later_map && sighting.seen == db::Seen::kStillThere)) sighting.seen = db::Seen::kUnclear;
     out.noted.emplace_back(db::AllocationId{suspects[i].allocation}, sighting);
     out.told.push_back({piece->job, piece->mark, sighting});
   }
@@ -407,7 +409,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
       differences = std::move(*named);
       scan.differences = to_records(*differences);
     }
-    auto suspects = see_suspects(r, seen.suspects, seen.read.suspects_gone, seen.later_map, now);
+    auto suspects = see_suspects(r, seen, now);
     if (!suspects) return suspects.error();
     scan.sightings = std::move(suspects->noted);
     const auto version = r.later_scans.enter(panel, scan, of);

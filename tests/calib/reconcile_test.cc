@@ -422,6 +422,72 @@ TEST(Reconcile, SaysThatTheLightIsNoLamps) {
   EXPECT_FALSE(dark->light_known);
 }
 
+// All of the sheet but this much of its lower left corner is in doubt.
+Region<PanelFrame> all_but_a_corner(const Shelf& shelf, double side_mm) {
+  const double x = shelf.panel.width, y = shelf.panel.height;
+  return region_of({{side_mm, 0}, {x, 0}, {x, y}, {0, y}, {0, side_mm}, {side_mm, side_mm}});
+}
+
+TEST(Reconcile, WhatIsLearntOfACornerIsNotExtrapolated) {
+  const Shelf shelf;
+  const auto before = shelf.map({});
+  for (const double side : {3.5, 4.0, 6.0, 10.0, 14.0}) {
+    auto now = shelf.map({}, 0.04, 9);
+    now.pixels *= 0.95;
+    calib::ReconcileOptions options;
+    options.uncertain = {all_but_a_corner(shelf, side)};
+    const auto found = reconcile(before, now, {}, shelf.fiducials, options);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_TRUE(found->light_known) << side;
+    for (const Outline& piece : {kLight, kDark, kBetween})
+      EXPECT_LT(calib::share_gone(found->gone_mask, region_of(piece), 0.5_mm), 0.05) << side;
+  }
+}
+
+// A sheet longer than what is judged at once: of its right half nothing is learnt, or all.
+TEST(Reconcile, PartsOfALargeSheetAreSeenInTheLightOfAllOfIt) {
+  Shelf shelf;
+  shelf.panel = rendered::sample_panel(430, 70, 8);
+  const auto before = shelf.map({});
+  for (const bool in_doubt : {true, false}) {
+    auto now = shelf.map({}, 0.04, 9);
+    for (int c = 0; c < now.pixels.cols; ++c) now.pixels.col(c) *= in_doubt ? 0.95 : 0.85 + 0.15 * c / now.pixels.cols;
+    calib::ReconcileOptions options;
+    if (in_doubt) options.uncertain = regions_of({{{195, 0}, {430, 0}, {430, 70}, {195, 70}}});
+    const auto found = calib::reconcile(before, now, {}, {}, options);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_TRUE(found->light_known);
+    EXPECT_LT(calib::share_gone(found->gone_mask, region_of({{0, 0}, {430, 0}, {430, 70}, {0, 70}}), 1_mm), 0.01)
+        << (in_doubt ? "in doubt" : "all over");
+  }
+}
+
+TEST(Reconcile, WhereAllIsInDoubtTheLightIsNotKnown) {
+  const Shelf shelf;
+  calib::ReconcileOptions options;
+  options.uncertain = {all_but_a_corner(shelf, -1)};
+  const auto found = reconcile(shelf.map({}), shelf.map({}, 0.04, 9), {}, shelf.fiducials, options);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_FALSE(found->light_known);
+}
+
+// A sheet of one tone says nothing of how the light's change goes with the tone.
+TEST(Reconcile, TheLightOfABareSheetOfOneToneIsKnown) {
+  const Shelf shelf;
+  auto before = shelf.map({}), now = shelf.map({});
+  cv::RNG random(7);
+  for (cv::Mat* pixels : {&before.pixels, &now.pixels}) {
+    *pixels = cv::Scalar(190, 190, 190);
+    cv::Mat noise(pixels->size(), CV_16SC3);
+    random.fill(noise, cv::RNG::NORMAL, cv::Scalar::all(0), cv::Scalar::all(3));
+    cv::add(*pixels, noise, *pixels, cv::noArray(), CV_8U);
+  }
+  const auto found = calib::reconcile(before, now, {}, {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_TRUE(found->light_known);
+  EXPECT_TRUE(found->differences.empty()) << told(found->differences);
+}
+
 TEST(Reconcile, RefusesMapsThatDoNotCoverTheSameArea) {
   const Shelf shelf;
   const auto map = shelf.map({});

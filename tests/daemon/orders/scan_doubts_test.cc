@@ -87,6 +87,7 @@ TEST(ScanDoubts, AScanInNoLampsLightIsLookedAt) {
   const auto doubts = doubts_of_comparison(compared);
   ASSERT_EQ(doubts.size(), 1U);
   EXPECT_EQ(doubts[0].name, "light");
+  EXPECT_TRUE(is_unfit_light(doubts[0]));
   EXPECT_THAT(doubts[0].text, ::testing::HasSubstr("let the lamp warm up, wipe the glass and scan again"));
 }
 

@@ -200,6 +200,16 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
   EXPECT_EQ(again->suspects[1].sighting.seen, db::Seen::kStillThere);
   EXPECT_EQ(again->suspects[2].sighting.seen, db::Seen::kUnclear);
   EXPECT_NEAR(again->suspects[2].sighting.gone, 0.5, 0.1);
+  // Seen again in a light that is no lamp's: what has changed is then not known of any of them.
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    calib::Reconciliation unfit;
+    unfit.light_known = false;
+    if (kind == RegisterScans::kKind) answer["warnings"] = doubts_of_comparison(unfit);
+  };
+  const auto dark = scan();
+  ASSERT_TRUE(dark.ok()) << dark.error().message;
+  ASSERT_EQ(dark->suspects.size(), 3U);
+  for (const auto& suspect : dark->suspects) EXPECT_EQ(suspect.sighting.seen, db::Seen::kUnclear) << suspect.mark;
   const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
   for (const auto& piece : *pieces) {
     EXPECT_EQ(piece.state, db::PieceState::kSuspect) << "a person decides";
