@@ -239,6 +239,8 @@ void run_plan(const PlanCommandArguments& arguments) {
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
   if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_grid())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out, and what names edges");
+  if (!arguments.edits.keep.empty() && !arguments.plan.files.segmentation.empty())
+    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --segmentation out");
   // The wood's pictures are the large ones: they are read beside the targets.
   auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
   Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);

@@ -159,6 +159,7 @@ async function plan(event) {
   paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
+  if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}));
   if (drawing) query.set("segmentation_bytes", drawing.size);
   const body = drawing ? new Blob([wanted.file, drawing]) : wanted.file;
   const started = await command(`/plans?${query}`, {body, timeoutMs: 60000});

@@ -125,6 +125,7 @@ export const words = {
   // Neues Bild
   "picture.file": "Das Bild", "picture.name": "Name", "picture.size": "Kürzere Seite, mm", "picture.patch": "Kleinstes Feld, mm",
   "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten", "layout.segmentation": "Flächen eines Tons",
+  "picture.drawing.empty": "{name} ist leer: Speichern Sie die Zeichnung noch einmal, oder nehmen Sie eine andere.",
   "picture.drawing": "Eine Zeichnung seiner Stücke, wenn Sie eine haben: geschlossene Flächen (SVG) oder ein Bild mit Flächen von je einer Farbe",
   "picture.woods": "Hölzer", "picture.woods_all": "alle Hölzer im Bestand", "picture.panels": "Höchstens so viele Platten (leer: beliebig)",
   "picture.weights": "Was bei der Wahl des Holzes zählt", "w.intensity": "Helligkeit", "w.edge": "Kanten", "w.colour": "Farbe", "w.texture": "Linien und Punkte", "w.hist": "Töne an die des Holzes anpassen", "w.range": "Töne über die des Holzes strecken", "w.detail": "Augen, Mund und dergleichen abheben", "w.gamut": "Farben denen des Holzes anpassen",

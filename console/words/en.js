@@ -117,6 +117,7 @@ export const words = {
   // New picture
   "picture.file": "The picture", "picture.name": "Name", "picture.size": "Shorter side, mm", "picture.patch": "Smallest patch, mm",
   "picture.layout": "How it is divided", "layout.grid": "squares", "layout.morph": "bent squares that follow its edges", "layout.mosaic": "cells that follow its edges", "layout.segmentation": "its areas of one tone",
+  "picture.drawing.empty": "{name} is empty: save the drawing again, or take another one.",
   "picture.drawing": "A drawing of its pieces, if you have one: closed regions (SVG), or a picture with areas of one colour",
   "picture.woods": "Woods", "picture.woods_all": "all woods in stock", "picture.panels": "How many panels at most (empty: any)",
   "picture.weights": "What counts when wood is chosen", "w.intensity": "Brightness", "w.edge": "Edges", "w.colour": "Colour", "w.texture": "Lines and spots", "w.hist": "Fit its tones to the wood's", "w.range": "Stretch its tones over the wood's", "w.detail": "Set off eyes, mouth and the like", "w.gamut": "Fit its colours to the wood's",

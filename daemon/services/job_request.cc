@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr NumberRange kSize{1, 1e5}, kPanels{1, 1e6}, kDrawing{0, 16 << 20};
+constexpr NumberRange kSize{1, 1e5}, kPanels{1, 1e6}, kDrawing{1, 16 << 20};
 
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
@@ -205,7 +205,7 @@ json options_json(const JobRequest& request) {
   out["large_edges"] = request.large_edges;
   out["fine_edges"] = request.fine_edges;
   out["pinned_vertices"] = request.pinned_vertices;
-  out["segmentation_bytes"] = request.segmentation_bytes;
+  out["segmentation_bytes"] = request.segmentation_bytes > 0 ? json(request.segmentation_bytes) : json();
   out["importance"] = request.importance;
   out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();

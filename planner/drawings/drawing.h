@@ -1,11 +1,12 @@
 // What somebody drew: lines in millimetres, +x right, +y up, to be burnt as they are or to bound a picture's pieces.
 //
 // SVG: paths, lines, polylines, polygons, rectangles, circles and ellipses with all their transforms, as outlines; the
-// page's lower left corner is (0, 0). What would be burnt otherwise than it looks (text, pictures, clones, clips) is
-// refused by name. Pure; thread-safe.
+// page's lower left corner is (0, 0). What would be burnt otherwise than it looks (text, pictures, clones, clips,
+// lengths that do not read) is refused by name. Pure; thread-safe.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,8 +19,9 @@ using DrawingPoint = std::array<double, 2>;  // mm
 
 struct DrawnLine {
   std::vector<DrawingPoint> points;
-  std::string layer;   // the layer's label or the outermost group's id; "" without
-  std::string colour;  // of the stroke, "#rrggbb"; "" when it has none
+  std::string layer;    // the layer's label or the outermost group's id; "" without
+  std::string colour;   // of the stroke, "#rrggbb"; "" when it has none
+  bool filled = false;  // so that its inside is seen, closed or not; in an SVG
   // As a file of strokes says; an SVG has none of these.
   std::optional<double> speed_mm_s, power;
   std::optional<int> passes;
@@ -41,8 +43,11 @@ double length_of(const Drawing& drawing);
 // Whether every coordinate is a number: what is stretched beyond all measure is none.
 bool is_finite(const Drawing& drawing);
 
-// kInvalidArgument names what cannot be read.
-Result<Drawing> read_svg(const std::string& text);
+// More than any machine burns in a day; a few bytes of a curve may ask for thousands.
+inline constexpr std::size_t kMostPoints = 5'000'000;
+
+// kInvalidArgument names what cannot be read, or says that its flattened curves have more points than `most_points`.
+Result<Drawing> read_svg(const std::string& text, std::size_t most_points = kMostPoints);
 
 // Curves are flattened to within this.
 inline constexpr double kFlatMm = 0.01;

@@ -25,8 +25,15 @@ bool is_drawing(std::string_view bytes) {
   return at != std::string_view::npos && bytes[at] == '<';
 }
 
-bool is_closed(const DrawnLine& line) {
-  if (line.points.size() < 4) return false;
+// There, and perhaps back: it has no inside, whoever closes it.
+bool is_stroke(const DrawnLine& line) {
+  const auto& points = line.points;
+  return points.size() < 3 || (points.size() == 3 && points.front() == points.back());
+}
+
+// Whether its inside is a region: a viewer closes what is filled.
+bool encloses(const DrawnLine& line) {
+  if (line.filled) return true;
   const DrawingPoint &a = line.points.front(), &b = line.points.back();
   return std::hypot(a[0] - b[0], a[1] - b[1]) <= kClosedWithin;
 }
@@ -43,10 +50,16 @@ Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name) {
 Result<cv::Mat> areas_of_svg(const std::string& text) {
   Result<Drawing> drawing = read_svg(text);
   if (!drawing.ok()) return drawing.error();
-  std::erase_if(drawing->lines, [](const DrawnLine& line) { return !is_closed(line); });
-  if (drawing->lines.empty())
+  std::erase_if(drawing->lines, is_stroke);
+  if (std::ranges::none_of(drawing->lines, encloses))
     return Error{ErrorCode::kInvalidArgument,
                  "the drawing has no closed region: close the paths whose insides are pieces"};
+  const auto open = std::ranges::find_if_not(drawing->lines, encloses);
+  if (open != drawing->lines.end())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the line of the drawing that begins at {:.2f}, {:.2f} mm encloses nothing: close it or "
+                             "fill it, so that its inside is a piece, or take it out",
+                             open->points.front()[0], open->points.front()[1])};
   const DrawingExtent extent = extent_of(*drawing);
   const double width = extent.max_x - extent.min_x, height = extent.max_y - extent.min_y;
   if (!is_finite(*drawing) || !std::isfinite(width + height))

@@ -21,7 +21,7 @@ constexpr int kMostDepth = 256;  // of groups: what a program for drawings makes
 
 Error unreadable(const std::string& what) { return {ErrorCode::kInvalidArgument, what}; }
 
-// "12.5mm", "96", "100%". Nothing for per cent and what does not read.
+// "12.5mm", " +96". Nothing for per cent and what does not read.
 struct SvgLength {
   double mm = 0;
   bool has_unit = false;
@@ -29,9 +29,11 @@ struct SvgLength {
 std::optional<SvgLength> parse_length(std::string_view text) {
   static const std::map<std::string_view, double> kMmPer = {
       {"mm", 1}, {"cm", 10}, {"in", 25.4}, {"pt", 25.4 / 72}, {"pc", 25.4 / 6}, {"px", kMmPerPixel}, {"", kMmPerPixel}};
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc()) return std::nullopt;
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
   std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
   while (!unit.empty() && unit.back() == ' ') unit.remove_suffix(1);
   const auto found = kMmPer.find(unit);
@@ -73,22 +75,61 @@ std::string colour_word(std::string word) {
   return named == kNames.end() ? word : named->second;
 }
 
+// The lengths of one element, in user units; what does not read is kept to be refused.
+class ElementLengths {
+ public:
+  ElementLengths(const pugi::xml_node& node, const std::string& name, double mm_per_user)
+      : node_(node), name_(name), mm_per_user_(mm_per_user) {}
+  // 0 of an attribute that is not there.
+  double operator()(const char* attribute) {
+    const pugi::xml_attribute given = node_.attribute(attribute);
+    if (!given) return 0;
+    const auto length = parse_length(given.value());
+    if (!length) {
+      refusal_ = fmt::format(
+          "the {} of a <{}> is \"{}\", which does not read: give it as a number, or in mm, cm, in, pt, pc or px",
+          attribute, name_, given.value());
+      return 0;
+    }
+    // Lengths with a unit are millimetres of the page; the matrix is in user units.
+    return length->has_unit ? length->mm / mm_per_user_ : length->mm / kMmPerPixel;
+  }
+  // A rectangle's rounding, which is its other one's when it says none.
+  double rounding(const char* attribute, const char* other) {
+    const auto says = [&](const char* which) {
+      const std::string_view word = node_.attribute(which).value();
+      return node_.attribute(which) && word != "auto";
+    };
+    return says(attribute) ? (*this)(attribute) : says(other) ? (*this)(other) : 0;
+  }
+  Status status() const { return refusal_.empty() ? Status(Ok()) : Status(unreadable(refusal_)); }
+
+ private:
+  pugi::xml_node node_;
+  std::string name_;
+  double mm_per_user_;
+  std::string refusal_;
+};
+
 class SvgReader {
  public:
+  explicit SvgReader(std::size_t most_points) : most_points_(most_points) {}
   Result<Drawing> read(const pugi::xml_node& svg);
 
  private:
   struct Inherited {
     SvgMatrix mm_from_user;
     std::string layer, colour;
+    bool filled = true;
     int depth = 0;  // of groups
   };
   Status page(const pugi::xml_node& svg, Inherited& into);
   Status children(const pugi::xml_node& node, const Inherited& from);
   Status element(const pugi::xml_node& node, Inherited from);
   Status shape(const pugi::xml_node& node, const std::string& name, const Inherited& from);
-  double number(const pugi::xml_node& node, const char* name) const;
+  Status draw_shape(const pugi::xml_node& node, const std::string& name, LineDrawer& draw) const;
 
+  std::size_t most_points_, points_ = 0;
   Drawing drawing_;
   double mm_per_user_ = kMmPerPixel;
 };
@@ -165,6 +206,8 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
     return unreadable(fmt::format("the transform \"{}\" does not read", node.attribute("transform").value()));
   from.mm_from_user = from.mm_from_user * *transform;
   if (const std::string colour = property(node, "stroke"); !colour.empty()) from.colour = colour_word(colour);
+  if (const std::string fill = property(node, "fill"); !fill.empty() && fill != "inherit")
+    from.filled = !colour_word(fill).empty();
   if (name != "g" && name != "a") return shape(node, name, from);
   const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
   const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
@@ -175,16 +218,8 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   return children(node, from);
 }
 
-double SvgReader::number(const pugi::xml_node& node, const char* name) const {
-  const auto length = parse_length(node.attribute(name).value());
-  if (!length) return 0;
-  // Lengths with a unit are millimetres of the page; the matrix is in user units.
-  return length->has_unit ? length->mm / mm_per_user_ : length->mm / kMmPerPixel;
-}
-
-Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, const Inherited& from) {
-  LineDrawer draw(from.mm_from_user);
-  const auto n = [&](const char* attribute) { return number(node, attribute); };
+Status SvgReader::draw_shape(const pugi::xml_node& node, const std::string& name, LineDrawer& draw) const {
+  ElementLengths n(node, name, mm_per_user_);
   if (name == "path") {
     if (!draw.path(node.attribute("d").value()))
       return unreadable(fmt::format("the path \"{}\" does not read", node.attribute("id").value()));
@@ -199,9 +234,9 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
     if (name == "polygon") draw.close();
   } else if (name == "rect") {
     const double x = n("x"), y = n("y"), w = n("width"), h = n("height");
-    double rx = n(node.attribute("rx") ? "rx" : "ry"), ry = n(node.attribute("ry") ? "ry" : "rx");
+    double rx = n.rounding("rx", "ry"), ry = n.rounding("ry", "rx");
+    if (w <= 0 || h <= 0) return n.status();
     rx = std::clamp(rx, 0.0, w / 2), ry = std::clamp(ry, 0.0, h / 2);
-    if (w <= 0 || h <= 0) return Ok();
     draw.move_to({x + rx, y});
     draw.line_to({x + w - rx, y});
     draw.arc_to(rx, ry, 0, false, true, {x + w, y + ry});
@@ -213,18 +248,31 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
     draw.arc_to(rx, ry, 0, false, true, {x + rx, y});
     draw.close();
   } else if (name == "circle") {
-    if (n("r") > 0) draw.ellipse({n("cx"), n("cy")}, n("r"), n("r"));
+    const double x = n("cx"), y = n("cy"), r = n("r");
+    if (r > 0) draw.ellipse({x, y}, r, r);
   } else if (name == "ellipse") {
-    if (n("rx") > 0 && n("ry") > 0) draw.ellipse({n("cx"), n("cy")}, n("rx"), n("ry"));
+    const double x = n("cx"), y = n("cy"), rx = n("rx"), ry = n("ry");
+    if (rx > 0 && ry > 0) draw.ellipse({x, y}, rx, ry);
   } else {
     return unreadable(
         fmt::format("the drawing has a <{}>, which is no line: take it out, or turn it into a path", name));
   }
+  return n.status();
+}
+
+Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, const Inherited& from) {
+  LineDrawer draw(from.mm_from_user, most_points_ - points_);
+  if (const Status good = draw_shape(node, name, draw); !good.ok()) return good;
+  if (draw.is_full())
+    return unreadable(
+        fmt::format("the drawing has more than {} points: draw it smaller, or with fewer curves", most_points_));
   for (auto& points : draw.take()) {
+    points_ += points.size();
     DrawnLine line;
     line.points = std::move(points);
     line.layer = from.layer;
     line.colour = from.colour;
+    line.filled = from.filled && name != "line";
     drawing_.lines.push_back(std::move(line));
   }
   return Ok();
@@ -232,7 +280,7 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
 
 }  // namespace
 
-Result<Drawing> read_svg(const std::string& text) {
+Result<Drawing> read_svg(const std::string& text, std::size_t most_points) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
   if (!parsed)
@@ -241,7 +289,7 @@ Result<Drawing> read_svg(const std::string& text) {
   pugi::xml_node svg = document.child("svg");
   if (!svg) svg = document.child("svg:svg");
   if (!svg) return unreadable("it is no SVG: it has no <svg>");
-  return SvgReader().read(svg);
+  return SvgReader(most_points).read(svg);
 }
 
 }  // namespace veneer::planner

@@ -139,9 +139,13 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 // ---- LineDrawer
 
 void LineDrawer::add(DrawingPoint user) {
+  full_ = full_ || drawn_ == most_;
+  if (full_) return;
+  ++drawn_;
   const DrawingPoint p = m_.apply(user[0], user[1]);
   auto& line = lines_.back();
-  if (line.empty() || dist(line.back(), p) > 1e-6) line.push_back(p);
+  const bool same = !line.empty() && dist(line.back(), p) <= 1e-6;  // never of what is no number
+  if (!same) line.push_back(p);
 }
 
 void LineDrawer::move_to(DrawingPoint p) {
@@ -231,7 +235,7 @@ bool LineDrawer::path(std::string_view data) {
   NumberScanner in(data);
   char command = '\0', before = '\0';
   DrawingPoint control{};  // of the curve before, for S and T
-  while (!in.at_end()) {
+  while (!full_ && !in.at_end()) {
     if (!in.number_follows()) {
       command = in.peek();
       if (in.owes_value()) return false;

@@ -1,6 +1,7 @@
 // An SVG path's data, and what else SVG draws, as lines in millimetres. Pure; thread-safe.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -27,7 +28,8 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text);
 // Lines of one element, one after the other, in millimetres through `mm_from_user`.
 class LineDrawer {
  public:
-  explicit LineDrawer(const SvgMatrix& mm_from_user) : m_(mm_from_user), stretch_(mm_from_user.largest_stretch()) {}
+  explicit LineDrawer(const SvgMatrix& mm_from_user, std::size_t most_points = kMostPoints)
+      : m_(mm_from_user), stretch_(mm_from_user.largest_stretch()), most_(most_points) {}
 
   void move_to(DrawingPoint p);
   void line_to(DrawingPoint p);
@@ -37,10 +39,13 @@ class LineDrawer {
   void arc_to(double rx, double ry, double turn_deg, bool large, bool sweep, DrawingPoint p);
   void ellipse(DrawingPoint centre, double rx, double ry);
   void close();
-  // False when the data does not read: what was drawn until then stands, as SVG says.
+  // False when the data does not read: what was drawn until then stands, as SVG says. Reads no further once it is full.
   bool path(std::string_view data);
 
-  // Those of at least two different points.
+  // More points were to be drawn than it takes: those beyond are left out.
+  bool is_full() const { return full_; }
+
+  // Those of at least two different points; a point that is no number is among them.
   std::vector<std::vector<DrawingPoint>> take();
 
  private:
@@ -50,6 +55,8 @@ class LineDrawer {
 
   SvgMatrix m_;
   double stretch_;
+  std::size_t most_, drawn_ = 0;  // points, also those that fall on the one before
+  bool full_ = false;
   std::vector<std::vector<DrawingPoint>> lines_;
   DrawingPoint at_{}, begin_{};  // in user units
 };

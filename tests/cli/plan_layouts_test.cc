@@ -122,6 +122,7 @@ TEST_F(PlanLayouts, RefusesGuidesThatNobodyWouldHeed) {
   expect_unusable(guides(R"({"large_edges": 3})"), "must be the name of a picture");
   expect_unusable(guides(R"({"vertices": {}})"), "must be a list in square brackets");
   expect_unusable(guides("{}") + " --keep plan.json", "leave --guides out");
+  expect_unusable(usual() + " --layout segmentation --segmentation x.svg --keep plan.json", "leave --segmentation out");
 }
 
 TEST_F(PlanLayouts, CutsAPictureIntoTheAreasOfAnother) {

@@ -425,7 +425,7 @@ TEST_F(PlanServiceTest, ADrawingsRegionsBecomeThePieces) {
   ASSERT_EQ(after.size(), 3U);
   for (const auto& [mark, piece] : pieces) EXPECT_EQ(after.at(mark).artwork_outline, piece.artwork_outline) << mark;
 
-  with("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9'/></svg>");
+  with("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9' fill='none'/></svg>");
   const auto open = stored_plan(request);
   ASSERT_FALSE(open.ok());
   EXPECT_EQ(open.error().code, ErrorCode::kInvalidArgument);

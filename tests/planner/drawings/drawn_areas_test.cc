@@ -55,10 +55,37 @@ TEST(DrawnAreas, RefusalsNameTheFile) {
   };
   for (const char* bytes : {"", "no picture", "<html/>", "<svg", "<svg width='9mm' height='9mm'/>"})
     EXPECT_THAT(refusal(bytes), HasSubstr("lead lines")) << bytes;
-  EXPECT_THAT(refusal("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9'/></svg>"), HasSubstr("no closed region"));
+  EXPECT_THAT(refusal("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9' fill='none'/></svg>"),
+              HasSubstr("no closed region"));
   // Each point is a number, and the distance between them is none.
   EXPECT_THAT(refusal("<svg width='1mm' height='1mm' viewBox='0 0 1 1'><path d='M -1.7e308 0 H 1.7e308 V 9 Z'/></svg>"),
               HasSubstr("larger than can be measured"));
+}
+
+TEST(DrawnAreas, AFilledPathIsClosedAsAViewerClosesIt) {
+  const auto areas = areas_of_file(
+      "<svg width='20mm' height='10mm' viewBox='0 0 20 10'><rect width='10' height='10'/>"
+      "<path d='M 10 0 H 20 V 10 H 10'/></svg>",
+      "windows");
+  ASSERT_TRUE(areas.ok()) << areas.error().message;
+  EXPECT_EQ(areas->cols, 2 * areas->rows);
+  EXPECT_EQ(colours_of(*areas).size(), 2U);
+}
+
+TEST(DrawnAreas, OpenLinesAreRefusedBesideRegionsUnlessTheyAreStraight) {
+  const auto beside_a_region = [](const std::string& line) {
+    return areas_of_file(
+        "<svg width='10mm' height='10mm' viewBox='0 0 10 10'><rect width='10' height='10'/>" + line + "</svg>",
+        "windows");
+  };
+  for (const char* straight : {"<line x1='3' y1='2' x2='9' y2='8'/>", "<path d='M 3 2 L 9 8 Z'/>"}) {
+    const auto areas = beside_a_region(straight);
+    ASSERT_TRUE(areas.ok()) << areas.error().message;
+    EXPECT_EQ(colours_of(*areas).size(), 1U) << straight;
+  }
+  const auto refused = beside_a_region("<path d='M 3 2 H 9 V 8' fill='none'/>");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("begins at 3.00, 8.00 mm"));
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "planner/drawings/svg_path.h"
 
@@ -150,13 +153,77 @@ TEST(SvgPath, RefusesCommasThatStandBetweenNoValues) {
 
 // Whatever is in a path's data, it is read or refused, and never long.
 TEST(SvgPath, SurvivesData) {
-  for (const char* data : {"", "M", "M1", "M1 2 L", "z", "L1 1", "M0 0 A1 1 0 2 0 3 3", "M0 0 A1e300 1e300 0 1 1 1 1",
-                           "M0 0 C1 1 1e308 1e308 1e308 1e308", "M0 0 H nan", "M0 0 z z z L1 1", "M1 1 1 1 1",
-                           "M0 0 Q1e9 1e9 2e9 0", "M-0-0-0-0", "M0 0 L\x80\xff"}) {
-    LineDrawer draw{SvgMatrix{}};
+  constexpr std::size_t kMost = 50'000;
+  std::string curves = "M0 0";
+  for (int i = 0; i < 20; ++i) curves += "q1e9 1e9 2e9 0";
+  for (const std::string& data :
+       {std::string(), std::string("M"), std::string("M1"), std::string("M1 2 L"), std::string("z"),
+        std::string("L1 1"), std::string("M0 0 A1 1 0 2 0 3 3"), std::string("M0 0 A1e300 1e300 0 1 1 1 1"),
+        std::string("M0 0 C1 1 1e308 1e308 1e308 1e308"), std::string("M0 0 H nan"), std::string("M0 0 z z z L1 1"),
+        std::string("M1 1 1 1 1"), std::string("M0 0 Q1e9 1e9 2e9 0"), std::string("M-0-0-0-0"),
+        std::string("M0 0 L\x80\xff"), curves}) {
+    LineDrawer draw{SvgMatrix{}, kMost};
     static_cast<void>(draw.path(data));
-    for (const auto& line : draw.take()) EXPECT_LT(line.size(), 200000U) << data;
+    EXPECT_EQ(draw.is_full(), data == curves) << data;
+    std::size_t points = 0;
+    for (const auto& line : draw.take()) points += line.size();
+    EXPECT_LE(points, kMost) << data;
   }
+}
+
+TEST(SvgPath, KeepsPointsThatAreNoNumbersForItsCallerToRefuse) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  LineDrawer draw{SvgMatrix{}};
+  draw.move_to({0, 0});
+  draw.line_to({none, 3});
+  draw.line_to({5, 5});
+  const auto lines = draw.take();
+  ASSERT_EQ(lines.size(), 1U);
+  ASSERT_EQ(lines[0].size(), 3U);
+  EXPECT_TRUE(std::isnan(lines[0][1][0]));
+  EXPECT_FALSE(is_finite(svg("<path d='M0 0 H5'/><path d='M1 1 H5' transform='scale(1e200) scale(1e200)'/>")));
+}
+
+TEST(SvgDrawing, RefusesMorePointsThanItMayHave) {
+  const auto read = [](const std::string& inner, std::size_t most) {
+    const auto drawing = read_svg("<svg width='9mm' height='9mm'>" + inner + "</svg>", most);
+    return drawing.ok() ? "taken" : drawing.error().message;
+  };
+  const std::string line = "<path d='M0 0 H5 V5 H0'/>";
+  EXPECT_EQ(read(line + line, 8), "taken");
+  EXPECT_THAT(read(line + line, 7), HasSubstr("more than 7 points"));
+  EXPECT_THAT(read("<circle r='1e9'/>", 1000), HasSubstr("more than 1000 points"));
+  EXPECT_THAT(read("<polyline points='0 0 1 1 2 2 3 3'/>", 3), HasSubstr("more than 3 points"));
+}
+
+TEST(SvgDrawing, RefusesLengthsThatDoNotReadByElementAndAttribute) {
+  for (const char* length : {"50%", "2em", "nan", "inf", "-inf", "1e999", "five", "1 2", "1mm2", ""}) {
+    const auto with = [&](const std::string& before, const std::string& behind) {
+      return refusal("<" + before + "='" + length + "'" + behind + "/>");
+    };
+    EXPECT_THAT(with("rect x", " width='5' height='5'"), HasSubstr("the x of a <rect>")) << length;
+    EXPECT_THAT(with("rect height", " width='5'"), HasSubstr("the height of a <rect>")) << length;
+    EXPECT_THAT(with("rect rx", " width='5' height='5'"), HasSubstr("the rx of a <rect>")) << length;
+    EXPECT_THAT(with("line x2", " y2='3'"), HasSubstr("the x2 of a <line>")) << length;
+    EXPECT_THAT(with("circle cy", " r='3'"), HasSubstr("the cy of a <circle>")) << length;
+    EXPECT_THAT(with("ellipse ry", " rx='3'"), HasSubstr("the ry of a <ellipse>")) << length;
+  }
+  expect_at(svg("<line x1=' +1e1 ' x2='20'/>").lines.at(0).points[0], 10, 60);
+  EXPECT_EQ(svg("<rect rx='auto' ry='auto' width='5' height='5'/>").lines.at(0).points.size(), 5U);
+}
+
+TEST(SvgDrawing, DrawsNoRectangleOfNegativeSize) {
+  EXPECT_EQ(
+      svg("<path d='M0 0 H5'/><rect width='-5' height='5' rx='1'/><rect width='5' height='-5' rx='1'/>").lines.size(),
+      1U);
+}
+
+TEST(SvgDrawing, KnowsWhatIsFilled) {
+  const Drawing d = svg(R"(<g fill="none"><path d="M0 0 H5"/><path d="M0 0 H5" style="fill:red"/></g>
+      <path d="M0 0 H5"/><path d="M0 0 H5" fill="transparent"/><line x2="5"/>)");
+  std::vector<bool> filled;
+  for (const DrawnLine& line : d.lines) filled.push_back(line.filled);
+  EXPECT_THAT(filled, ::testing::ElementsAre(false, true, true, false, false));
 }
 
 TEST(SvgDrawing, RefusesGroupsWithoutEnd) {
