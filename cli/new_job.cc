@@ -95,9 +95,6 @@ Result<SentFiles> sent_files(const NewJob& wanted) {
   if (files->segmentation.empty()) return out;
   auto drawing = read_file(files->segmentation);
   if (!drawing) return drawing.error();
-  if (drawing->empty())
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} is empty: save the drawing again, or leave --segmentation out", files->segmentation)};
   out.query += fmt::format("&segmentation_bytes={}", drawing->size());
   out.drawing = std::move(*drawing);
   return out;

@@ -128,7 +128,7 @@ std::string render_place(const json& reply) {
       text +=
           fmt::format("Leased to plan {0} since {1}: `veneerctl job plans {0}`\n", whole_or(entry, "plan", 0), since);
     else if (const auto before = whole_or(entry, "piece_before", 0); before != 0)
-      text += fmt::format("{}, {} since {}, before this panel was sawn off: `veneerctl piece show {}`\n",
+      text += fmt::format("{}, {} before this panel was sawn off on {}: `veneerctl piece show {}`\n",
                           text_or(entry, "reason", "?"), state, since, before);
     else if (whole_or(entry, "piece", 0) == 0)
       text += fmt::format("Written off since {}: {}\n", since, text_or(entry, "reason", "?"));

@@ -247,7 +247,7 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
   EXPECT_THAT(refusal({"--layout", "morph", "--guides", ""}), HasSubstr("names no file"));
   std::ofstream(file("empty.svg")) << "";
   EXPECT_THAT(refusal({"--layout", "segmentation", "--segmentation", file("empty.svg")}),
-              HasSubstr("empty.svg is empty: save the drawing again"));
+              HasSubstr("empty.svg is empty: save it again"));
   EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 2U) << "nothing was sent";
 }
 

@@ -224,7 +224,7 @@ TEST_F(PieceRoutes, APlaceOfAPanelTellsWhatBecameOfIt) {
     return r.panels.add_part(*part, {}, {}, {Isometry2<PanelFrame, PanelFrame>(), 4, 0.02_mm});
   });
   EXPECT_EQ(cli::render_place(get("/panels/P-0002/place?x=24&y=28")),
-            "Piece A2 of job 1, of panel P-0001, cut since 2026-05-01 08:00:09 UTC, before this panel was sawn off: "
+            "Piece A2 of job 1, of panel P-0001, cut before this panel was sawn off on 2026-05-01 07:30:00 UTC: "
             "`veneerctl piece show 2`\n");
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/place?x=2&y=2").status, 404);
 }
