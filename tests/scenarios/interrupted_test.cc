@@ -109,7 +109,7 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
   // Who brought the cell so far is in the log that is kept, and what came of what he asked for.
   std::set<std::string> noted;
   for (json page = get("/audit?limit=100"); !page["entries"].empty();
-       page = get(fmt::format("/audit?limit=100&after={}", page["entries"].back()["id"].get<int>())))
+       page = get(fmt::format("/audit?limit=100&cursor={}", page["entries"].back()["id"].get<int>())))
     for (const auto& row : page["entries"]) noted.insert(row["what"].get<std::string>());
   for (const char* what : {"api.scan", "api.scan.done", "api.calibrate", "api.calibrate.done", "api.newJob",
                            "api.newJob.done", "api.startJob", "api.command"})
