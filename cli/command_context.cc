@@ -121,7 +121,8 @@ Result<std::string> read_file(const std::string& path) {
     return Error{there ? ErrorCode::kInvalidArgument : ErrorCode::kNotFound,
                  there ? path + " cannot be read: check its permissions" : "there is no file " + path};
   }
-  if (bytes->empty()) return Error{ErrorCode::kInvalidArgument, path + " is empty: save it again, or name another file"};
+  if (bytes->empty())
+    return Error{ErrorCode::kInvalidArgument, path + " is empty: save it again, or name another file"};
   return *std::move(bytes);
 }
 
