@@ -28,7 +28,7 @@ struct Difference {
 struct ReconcileOptions {
   // Borders may differ by this: beside what is booked that much more wood may be missing untold.
   Millimetres tolerance{0.3};
-  SquareMillimetres smallest{2.5};  // smaller ones may be dust, hairs and stray light; a screw's hole has 7
+  SquareMillimetres smallest{3.0};  // smaller ones may be dust, hairs and stray light; a screw's hole has 7
   Millimetres narrowest{0.5};       // thinner ones are noise at borders
   // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
   std::vector<Region<PanelFrame>> uncertain = {};
