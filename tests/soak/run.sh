@@ -25,7 +25,7 @@
 #                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
 #   reconcile    200 panels of every board, wood and lid, scanned before and after something was done to each strip; also as
-#                reconcile.json. Fails still, by false differences of 2 to 5 mm2 on one panel in ten or so, most beside edges of
+#                reconcile.json. Fails still, by false differences of 3 to 5 mm2 (smaller ones are not told), most beside edges of
 #                strips, and by low contrast between wood and lid
 #   sights       400 cells of the workshop calibrated without pictures, and panels looked for on their beds; also as sights.json
 #   properties   every test that draws its inputs, with 2000 cases per property
