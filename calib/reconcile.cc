@@ -1,6 +1,7 @@
 #include "calib/reconcile.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -15,6 +16,9 @@ namespace {
 
 constexpr Millimetres kSooted(1);      // beside a cut
 constexpr Millimetres kSheetRim(0.5);  // of the sheet, whose edge lies a little elsewhere in each map
+// mm2 of a place times the chi squared of its middle pixel: the smaller a place is, the more it has to differ. What
+// the learnt light leaves over on a pale wood makes up to 75, a loss above 3 mm2 makes 2000.
+constexpr double kLeastEvidence = 300;
 
 void mark_rim(cv::Mat& mask, double width_px) {
   cv::rectangle(mask, {0, 0}, {mask.cols - 1, mask.rows - 1}, cv::Scalar(255), 2 * cvRound(width_px) + 1);
@@ -71,9 +75,20 @@ Region<PanelFrame> shape_of(const cv::Mat& part, const cv::Point& at, const Rast
   return offset(Region<PanelFrame>(micro::unite(centres, {})), Millimetres(0.5 / work.px_per_mm));
 }
 
-// The parts of `mask` that are wide and large enough to be told to the operator.
-void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, const WorkMap& work,
-             const ReconcileOptions& options, std::vector<Difference>& out) {
+std::uint8_t median_within(const cv::Mat& values, const cv::Mat& where) {
+  std::array<int, 256> counts{};
+  for (int r = 0; r < values.rows; ++r)
+    for (int c = 0; c < values.cols; ++c)
+      if (where.at<std::uint8_t>(r, c) != 0) ++counts[values.at<std::uint8_t>(r, c)];
+  const int half = cv::countNonZero(where) / 2;
+  std::uint8_t value = 0;
+  for (int below = counts[0]; below <= half && value < 255; below += counts[value]) ++value;
+  return value;
+}
+
+// The parts of `mask` that are wide and large enough, and unlike enough to what was there, to be told to the operator.
+void collect(cv::Mat mask, const cv::Mat& unlikeness, DifferenceKind kind, const Raster<PanelFrame>& map,
+             const WorkMap& work, const ReconcileOptions& options, std::vector<Difference>& out) {
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, round_kernel(options.narrowest.count() / 2 * work.px_per_mm));
   cv::Mat labels, stats, centres, depth;
   const int count = cv::connectedComponentsWithStats(mask, labels, stats, centres, 8);
@@ -88,6 +103,8 @@ void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, c
                        stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
     cv::Point deepest;
     const cv::Mat part = labels(box) == i;
+    if (!unlikeness.empty() && difference.area.count() * median_within(unlikeness(box), part) < kLeastEvidence)
+      continue;
     cv::minMaxLoc(depth(box), nullptr, nullptr, nullptr, &deepest, part);
     difference.place = map.from_pixels((box.x + deepest.x + 0.5) * work.fold, (box.y + deepest.y + 0.5) * work.fold);
     difference.shape = shape_of(part, box.tl(), map, work);
@@ -142,15 +159,17 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   Reconciliation out;
   const ChangeOfLight light = learn_change_of_light(old_work.bgr, work.bgr, touched, work.px_per_mm);
   out.light_known = light.known;
-  cv::Mat lost(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
+  cv::Mat lost(cut.size(), CV_8UC1), unlikeness(cut.size(), CV_8UC1), was_open(cut.size(), CV_8UC1);
   for (const Tile& tile : tiles_of(cut.size(), work.px_per_mm)) {
     const cv::Rect& all = tile.whole;
     const cv::Rect inner(tile.inner.tl() - all.tl(), tile.inner.size());
     const UnchangedLook look =
         look_unchanged(old_work.bgr(all), work.bgr(all), touched(all), work.px_per_mm, light, all.tl());
-    const cv::Mat here = find_changes(look, work.bgr(all), cut(all), marked(all), work.px_per_mm);
-    here(inner).copyTo(lost(tile.inner));
-    find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here, believed(all) & ~here, work.px_per_mm)(inner)
+    const WoodChange here = find_changes(look, work.bgr(all), cut(all), marked(all), work.px_per_mm);
+    here.gone(inner).copyTo(lost(tile.inner));
+    here.unlikeness(inner).copyTo(unlikeness(tile.inner));
+    find_earlier_openings(old_work.bgr(all), well_inside(all) & ~here.gone, believed(all) & ~here.gone,
+                          work.px_per_mm)(inner)
         .copyTo(was_open(tile.inner));
   }
 
@@ -160,8 +179,8 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);
 
-  collect(not_booked, DifferenceKind::kGoneNotBooked, now, work, options, out.differences);
-  collect(still_there, DifferenceKind::kBookedNotGone, now, work, options, out.differences);
+  collect(not_booked, unlikeness, DifferenceKind::kGoneNotBooked, now, work, options, out.differences);
+  collect(still_there, {}, DifferenceKind::kBookedNotGone, now, work, options, out.differences);
   std::stable_sort(out.differences.begin(), out.differences.end(),
                    [](const Difference& a, const Difference& b) { return a.area > b.area; });
 

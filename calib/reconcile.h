@@ -28,8 +28,11 @@ struct Difference {
 struct ReconcileOptions {
   // Borders may differ by this: beside what is booked that much more wood may be missing untold.
   Millimetres tolerance{0.3};
-  SquareMillimetres smallest{3.0};  // smaller ones may be dust, hairs and stray light; a screw's hole has 7
-  Millimetres narrowest{0.5};       // thinner ones are noise at borders
+  // Smaller ones may be dust; a screw's hole has 7. Of a loss beside what is booked the tolerance is not seen, so this
+  // is less than the smallest loss that is told for sure, 3 mm2. Of what is gone small ones are told only if they
+  // differ much.
+  SquareMillimetres smallest{2.0};
+  Millimetres narrowest{0.5};  // thinner ones are noise at borders
   // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
   std::vector<Region<PanelFrame>> uncertain = {};
 };

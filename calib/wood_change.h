@@ -8,10 +8,13 @@
 
 namespace veneer::calib {
 
-// 255 where what was seen before is gone. `now` is CV_8UC3, `booked` is 255 where a cut is expected; what is `marked`
-// is not looked at.
-cv::Mat find_changes(const UnchangedLook& look, const cv::Mat& now, const cv::Mat& booked, const cv::Mat& marked,
-                     double px_per_mm);
+struct WoodChange {
+  cv::Mat gone;        // CV_8UC1, 255 where what was seen before is gone
+  cv::Mat unlikeness;  // CV_8UC1: chi squared of three degrees of freedom, each pixel's own, what is above 255 as 255
+};
+// `now` is CV_8UC3, `booked` is 255 where a cut is expected; what is `marked` is not looked at.
+WoodChange find_changes(const UnchangedLook& look, const cv::Mat& now, const cv::Mat& booked, const cv::Mat& marked,
+                        double px_per_mm);
 
 // Of what is booked and looks as it did, 255 where it was an opening already: what lay around it before is unlike it
 // nearly all along its border. `before` is CV_8UC3; it is held against what is 255 in `beside` alone, the wood around
