@@ -159,18 +159,23 @@ void plan_picture(const CommandContext& context, const char* path, const NewJob&
 void add_plans_list(CLI::App& job, CommandContext& context) {
   struct Options {
     std::int64_t id = 0;
-    std::string preview, plan;
+    std::string preview, plan, segmentation;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* plans = job.add_subcommand("plans", "All plans, or one of them");
   CLI::Option* id = plans->add_option("PLAN", options->id, "The number of one")->check(positive_number());
   plans->add_option("--preview", options->preview, "Save its picture as planned (PNG)")->needs(id);
   plans->add_option("--plan", options->plan, "Save it as a file (JSON)")->needs(id);
+  plans->add_option("--segmentation", options->segmentation, "Save the drawing that its layout was made of")->needs(id);
   plans->callback([options, &context] {
     if (options->id == 0) return context.finish(context.client().get_all("/plans", "plans"), render_plans);
     const std::string target = "/plans/" + std::to_string(options->id);
     const auto view = context.client().get(target);
-    if (view) save_parts(context, target, {{options->preview, "/preview.png"}, {options->plan, "/plan.json"}});
+    if (view)
+      save_parts(context, target,
+                 {{options->preview, "/preview.png"},
+                  {options->plan, "/plan.json"},
+                  {options->segmentation, "/segmentation"}});
     context.finish(view, render_plan);
   });
 }

@@ -157,9 +157,6 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
   return panel;
 }
 
-// A series chooses greedily, and what it plans is not cut.
-bool is_of_plan_alone(std::string_view name) { return name.starts_with("optimize") || name == "alternatives"; }
-
 void add_plan_option(CLI::App& command, const planner::NamedOption& option, planner::PlanOptions& options) {
   CLI::Option* added = add_named_option(command, option, [&options, name = option.name](const std::string& text) {
     if (Status set = planner::set_option(options, name, text); !set.ok())
@@ -184,8 +181,7 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Length of the picture's shorter side, in millimetres")
       ->capture_default_str();
-  for (const planner::NamedOption& option : planner::kNamedOptions)
-    if (!is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
+  for (const planner::NamedOption& option : planner::kNamedOptions) add_plan_option(command, option, arguments.options);
   add_layout_options(command, "the target", arguments.files);
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
@@ -197,11 +193,6 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "Directory that keeps what was measured of panels for later plans (default: none)");
   command.add_option("--threads", arguments.options.threads, "How many threads to use; 0: as many as the machine has")
       ->capture_default_str();
-}
-
-void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments) {
-  for (const planner::NamedOption& option : planner::kNamedOptions)
-    if (is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
 }
 
 Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {

@@ -21,8 +21,6 @@ struct PlanArguments {
 
 // Adds the options that both commands share.
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments);
-// Adds the planner's options that `plan` alone has.
-void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments);
 
 // Checks what make_plan does not; threads are counted.
 Result<planner::PlanOptions> plan_options(const PlanArguments& arguments);

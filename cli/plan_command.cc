@@ -307,7 +307,6 @@ void add_plan_command(CLI::App& app) {
           "Without --interleave: the share of each picture's patches, its most salient, that choose before all "
           "others")
       ->capture_default_str();
-  add_plan_only_arguments(*plan, arguments->plan);
   add_edit_arguments(*plan, arguments->edits);
   plan->add_option(
           "--format", arguments->formats,

@@ -64,6 +64,10 @@ void add_edit_arguments(CLI::App& command, EditArguments& arguments) {
       ->needs(keep);
   command.add_option("--take", arguments.takes, "MARK=N: move this piece to its N-th alternative (repeatable)")
       ->needs(keep);
+  add_forbid_argument(command, arguments);
+}
+
+void add_forbid_argument(CLI::App& command, EditArguments& arguments) {
   command.add_option(
       "--forbid", arguments.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");

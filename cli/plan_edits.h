@@ -16,6 +16,8 @@ struct EditArguments {
 };
 
 void add_edit_arguments(CLI::App& command, EditArguments& arguments);
+// Of them, wood that is not to be used: for whoever keeps no plan.
+void add_forbid_argument(CLI::App& command, EditArguments& arguments);
 
 // Takes forbidden wood out of the stock and fills in PlanOptions::kept.
 Status apply_edits(const EditArguments& arguments, std::vector<planner::StockPanel>& stock,

@@ -246,6 +246,9 @@ std::string render_plan(const json& plan) {
   if (const json& lease = member(plan, "lease"); lease.is_object())
     text += line("Leased", fmt::format("its wood is kept until {} for {}", moment_words(text_or(lease, "until", "?")),
                                        text_or(lease, "who", "?")));
+  if (member(plan, "segmentation").is_string())
+    text += line("Drawing",
+                 fmt::format("kept: `veneerctl job plans {} --segmentation FILE` saves it", whole_or(plan, "id", 0)));
   text += line("Jobs", names_of(member(plan, "jobs")));
   text += line("Created", text_or(plan, "created", ""));
   text += line("Asked by", text_or(plan, "asked_by", ""));

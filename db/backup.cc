@@ -100,16 +100,18 @@ Result<Contents> read_contents(Database& database) {
       return connection.execAndGet(fmt::format("SELECT count(*) FROM {}", table)).getInt64();
     };
     out.panels = count("panels"), out.jobs = count("jobs"), out.pieces = count("pieces");
-    SQLite::Statement files(connection,
-                            "SELECT map_file AS file FROM masks UNION SELECT mask_file FROM masks UNION "
-                            "SELECT file FROM scans UNION SELECT target_file FROM plans UNION "
-                            "SELECT preview_file FROM plans UNION SELECT 'plans/' || plan_sha256 || '.json' FROM plans "
-                            "UNION SELECT seen_file FROM painted_masks UNION SELECT picture_file FROM remnants UNION "
-                            "SELECT f.file FROM (SELECT id, map_file AS "
-                            "file FROM proposals UNION SELECT id, mask_file FROM proposals UNION SELECT id, read_file "
-                            "FROM proposals UNION SELECT p.id, e.value FROM proposals AS p, json_each(p.scan_files) AS "
-                            "e) AS f WHERE NOT EXISTS (SELECT 1 FROM proposal_verdicts WHERE proposal = f.id) ORDER BY "
-                            "file");
+    SQLite::Statement files(
+        connection,
+        "SELECT map_file AS file FROM masks UNION SELECT mask_file FROM masks UNION "
+        "SELECT file FROM scans UNION SELECT target_file FROM plans UNION "
+        "SELECT preview_file FROM plans UNION SELECT 'plans/' || plan_sha256 || '.json' FROM plans "
+        "UNION SELECT CASE WHEN json_valid(options_json) THEN options_json ->> '$.segmentation_file' END "
+        "FROM plans UNION SELECT seen_file FROM painted_masks UNION SELECT picture_file FROM remnants UNION "
+        "SELECT f.file FROM (SELECT id, map_file AS "
+        "file FROM proposals UNION SELECT id, mask_file FROM proposals UNION SELECT id, read_file "
+        "FROM proposals UNION SELECT p.id, e.value FROM proposals AS p, json_each(p.scan_files) AS "
+        "e) AS f WHERE NOT EXISTS (SELECT 1 FROM proposal_verdicts WHERE proposal = f.id) ORDER BY "
+        "file");
     while (files.executeStep())
       if (std::string file = text(files.getColumn(0)); !file.empty()) out.files.push_back(std::move(file));
     return out;

@@ -152,7 +152,7 @@ export const words = {
   "other.make": {one: "Anderes Holz für 1 Stück", other: "Anderes Holz für {n} Stücke"},
   "plans": "Pläne", "plans.none": "Noch kein Plan.", "plans.compare": "Zwei vergleichen: haken Sie sie an.",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Stücke", "plan.placed": "{placed} von {n} fanden Holz", "plan.cost": "Kosten je Pixel", "plan.cost_about": "kleiner ist näher am Bild",
-  "plan.wood": "Verbrauchtes Holz", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.asked": "Gewünscht", "plan.options": "{size} mm, Felder von {patch} mm, {layout}", "plan.warning": "Hinweis",
+  "plan.wood": "Verbrauchtes Holz", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.drawing": "Zeichnung seiner Stücke", "plan.drawing.save": "speichern", "plan.asked": "Gewünscht", "plan.options": "{size} mm, Felder von {patch} mm, {layout}", "plan.warning": "Hinweis",
   "plan.job": "Einen Auftrag daraus machen", "plan.has_job": "Auftrag {n} ist daraus geworden.", "plan.outdated": "Platte {panel} wurde seither gescannt: planen Sie das Bild neu.",
   "plan.lease": "Sein Holz eine Woche vormerken", "plan.forget": "Verwerfen", "plan.borders": "Grenzen der Stücke zeigen", "plan.without_lead": "Schnitte, die auf einer Kante beginnen",
   "plan.run": "Zum Schneiden", "plan.species": "Holzarten", "plan.time": "Schneidezeit", "plan.time_about": "etwa {span}, geschätzt",

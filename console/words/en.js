@@ -144,7 +144,7 @@ export const words = {
   "other.make": {one: "Other wood for 1 piece", other: "Other wood for {n} pieces"},
   "plans": "Plans", "plans.none": "No plan yet.", "plans.compare": "Compare two: tick them.",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Pieces", "plan.placed": "{placed} of {n} found wood", "plan.cost": "Cost per pixel", "plan.cost_about": "lower is nearer to the picture",
-  "plan.wood": "Wood used", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.asked": "Asked for", "plan.options": "{size} mm, patches of {patch} mm, {layout}", "plan.warning": "Note",
+  "plan.wood": "Wood used", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.drawing": "Drawing of its pieces", "plan.drawing.save": "save it", "plan.asked": "Asked for", "plan.options": "{size} mm, patches of {patch} mm, {layout}", "plan.warning": "Note",
   "plan.job": "Make a job of it", "plan.has_job": "Job {n} is made of it.", "plan.outdated": "Panel {panel} was scanned again since: plan the picture anew.",
   "plan.lease": "Keep its wood for a week", "plan.forget": "Forget it", "plan.borders": "show the pieces' borders", "plan.without_lead": "Cuts that begin on an edge",
   "plan.run": "Go to Run", "plan.species": "Species", "plan.time": "Time to cut", "plan.time_about": "about {span}, estimated",

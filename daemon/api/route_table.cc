@@ -96,6 +96,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getPlanPreview", "GET", "/api/v1/plans/{id}/preview.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPlanMap", "GET", "/api/v1/plans/{id}/map", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPlanFile", "GET", "/api/v1/plans/{id}/plan.json", Role::kViewer},
+    ApiOperation{"getPlanSegmentation", "GET", "/api/v1/plans/{id}/segmentation", Role::kViewer},
     ApiOperation{"changePlan", "POST", "/api/v1/plans/{id}/changes", Role::kOperator, Takes::kJson},
     ApiOperation{"leasePlan", "POST", "/api/v1/plans/{id}/lease", Role::kOperator, Takes::kJson},
     ApiOperation{"releasePlan", "DELETE", "/api/v1/plans/{id}/lease", Role::kOperator},

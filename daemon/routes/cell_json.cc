@@ -40,6 +40,13 @@ json or_null(const std::optional<T>& value) {
 }
 json or_null(const std::optional<Millimetres>& length) { return length ? json(length->count()) : json(); }
 
+// What a plan was asked for, as people are told it. Where its drawing is fetched, the plan itself tells.
+json asked_json(const std::string& options_json) {
+  json options = json::parse(options_json, nullptr, false);
+  if (options.is_object()) options.erase(kDrawingFile);
+  return options;
+}
+
 }  // namespace
 
 json to_json(const db::PanelFacts& facts) {
@@ -123,8 +130,7 @@ json to_json(const db::JobRecord& job) {
               {"missing", job.missing()},
               {"archived", job.archived},
               {"created", job.created_at}};
-  const json options = json::parse(job.options_json, nullptr, false);
-  if (options.is_object()) out["options"] = options;
+  if (const json options = asked_json(job.options_json); options.is_object()) out["options"] = options;
   return out;
 }
 
@@ -295,7 +301,8 @@ json to_json(const db::PlanRecord& plan) {
               {"parent", plan.parent ? json(plan.parent->value) : json()},
               {"asked_by", plan.who},
               {"created", plan.created_at},
-              {"options", json::parse(plan.options_json, nullptr, false)},
+              {"options", asked_json(plan.options_json)},
+              {"segmentation", nullptr},
               {"report", json::parse(plan.report_json, nullptr, false)},
               {"pieces", plan.patches},
               {"placed", plan.placed},
@@ -303,6 +310,8 @@ json to_json(const db::PlanRecord& plan) {
               {"outdated_panels", json::array()},
               {"jobs", json::array()},
               {"lease", nullptr}};
+  if (const auto drawing = kept_drawing(plan.options_json); drawing && !drawing->file.empty())
+    out["segmentation"] = fmt::format("/api/v1/plans/{}/segmentation", plan.id.value);
   if (plan.lease && plan.lease->until > utc_timestamp())
     out["lease"] = {{"who", plan.lease->who}, {"since", plan.lease->at}, {"until", plan.lease->until}};
   for (const auto& panel : plan.panels)

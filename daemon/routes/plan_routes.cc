@@ -181,6 +181,22 @@ void reply_plan_preview(const JobServices& s, const ApiRequest& request, const R
   });
 }
 
+// As it was sent; for saving, not for showing: an SVG may hold a script.
+ApiReply drawing_reply(const JobServices& s, const db::PlanRecord& plan) {
+  const auto drawing = kept_drawing(plan.options_json);
+  if (!drawing)
+    return ApiReply::error(
+        {ErrorCode::kNotFound,
+         fmt::format("plan {} was made of no drawing: see its options for its layout", plan.id.value)});
+  if (drawing->file.empty())
+    return ApiReply::error(
+        {ErrorCode::kNotFound, fmt::format("the drawing of plan {} was not kept by the version of veneerd that made "
+                                           "it: look for the file that was sent",
+                                           plan.id.value)});
+  auto bytes = s.panel_library.load_bytes(drawing->file);
+  return bytes ? ApiReply::bytes(std::move(*bytes), "application/octet-stream") : ApiReply::error(bytes.error());
+}
+
 // One of many: what was painted for it, up to some thousand characters each, only the plan itself tells.
 json listed_json(const db::PlanRecord& plan) {
   json out = to_json(plan);
@@ -273,6 +289,12 @@ void bind_plan_routes(Router& router, const JobServices& s) {
     about_plan(s.queries, request, reply, [](Repositories& r, db::PlanId id) {
       auto plan = r.plans.plan_json(id);
       return plan ? ApiReply::bytes(std::move(*plan), "application/json") : ApiReply::error(plan.error());
+    });
+  });
+  router.bind("getPlanSegmentation", [s](const ApiRequest& request, const Reply& reply) {
+    about_plan(s.pictures, request, reply, [s](Repositories& r, db::PlanId id) {
+      const auto plan = r.plans.find(id);
+      return plan ? drawing_reply(s, *plan) : ApiReply::error(plan.error());
     });
   });
   router.bind("getPlanPreview",

@@ -187,7 +187,19 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
   }
   auto again = read_job_request(request);
   if (!again) return damaged;
+  again->kept_drawing = kept_drawing(options_json);
   return again;
+}
+
+std::optional<KeptDrawing> kept_drawing(const std::string& options_json) {
+  const json kept = json::parse(options_json, nullptr, false);
+  if (!kept.is_object()) return std::nullopt;
+  const auto bytes = kept.find("segmentation_bytes"), file = kept.find(kDrawingFile);
+  if (bytes == kept.end() || !bytes->is_number_unsigned()) return std::nullopt;
+  KeptDrawing out;
+  out.bytes = bytes->get<std::size_t>();
+  if (file != kept.end() && file->is_string()) out.file = file->get<std::string>();
+  return out;
 }
 
 json options_json(const JobRequest& request) {
@@ -206,6 +218,10 @@ json options_json(const JobRequest& request) {
   out["fine_edges"] = request.fine_edges;
   out["pinned_vertices"] = request.pinned_vertices;
   out["segmentation_bytes"] = request.segmentation_bytes > 0 ? json(request.segmentation_bytes) : json();
+  if (request.kept_drawing) {
+    out["segmentation_bytes"] = request.kept_drawing->bytes;
+    if (!request.kept_drawing->file.empty()) out[kDrawingFile] = request.kept_drawing->file;
+  }
   out["importance"] = request.importance;
   out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();

@@ -18,10 +18,17 @@
 
 namespace veneer::daemon {
 
+// The drawing that a plan's layout was made of, as it is kept with the plan.
+struct KeptDrawing {
+  std::string file;  // in the data folder; "" of plans of versions that kept none
+  std::size_t bytes = 0;
+};
+
 struct JobRequest {
   std::string name;
   SharedText files;                                     // the picture's bytes, and after them the drawing's
   std::size_t segmentation_bytes = 0;                   // of the drawing whose regions become pieces; 0: there is none
+  std::optional<KeptDrawing> kept_drawing{};            // of an earlier plan, whose layout this one has
   std::string crop;                                     // of the picture, as planner::crop_of() reads it; "": all of it
   Millimetres size{360};                                // shorter side
   planner::PlanOptions options;                         // threads, kerf and position margin are the cell's own
@@ -52,11 +59,15 @@ Result<JobRequest> read_job_request(const ApiRequest& request);
 // `what`: "a sketch".
 Status wants_no_guides(const JobRequest& request, std::string_view what);
 
-// The same request again, from what options_json() kept of it, but for the drawing: for a plan that changes an earlier
-// one, whose layout that one has. kStorage: it cannot be read.
+// The same request again, from what is kept of it: for a plan that changes an earlier one, and has that one's layout.
+// So its drawing is not read again, but stays known (JobRequest::kept_drawing). kStorage: it cannot be read.
 Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json);
 
-// All but name and files, under the names of the parameters: what is kept with the job, and shown.
+// All but name and files, under the names of the parameters: what is kept with the job, and shown. Where the drawing is
+// kept stands beside them (`segmentation_file`) once there is such a file, for kept_drawing(); it is not for showing.
 nlohmann::json options_json(const JobRequest& request);
+inline constexpr const char* kDrawingFile = "segmentation_file";
+// Of what is kept of a plan; none: its layout was made of no drawing, or the options cannot be read.
+std::optional<KeptDrawing> kept_drawing(const std::string& options_json);
 
 }  // namespace veneer::daemon

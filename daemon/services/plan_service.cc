@@ -275,6 +275,12 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   plan.preview_file = preview_file->file;
   plan.plan_json = std::move(*plan_json);
   nlohmann::json used = options_json(request);
+  if (const std::string_view drawing = request.segmentation(); !drawing.empty()) {
+    const std::string name = sha256_hex(std::as_bytes(std::span(drawing))).substr(0, 16);
+    const auto drawing_file = library_.store_bytes(drawing, "drawings", name);
+    if (!drawing_file) return drawing_file.error();
+    used[kDrawingFile] = drawing_file->file;
+  }
   used["preview_dpi"] = kPreviewDpi;
   used["kerf_mm"] = made->kerf.count();
   used["web_mm"] = made->web.count();

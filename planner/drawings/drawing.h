@@ -1,8 +1,8 @@
 // What somebody drew: lines in millimetres, +x right, +y up, to be burnt as they are or to bound a picture's pieces.
 //
 // SVG: paths, lines, polylines, polygons, rectangles, circles and ellipses with all their transforms, as outlines; the
-// page's lower left corner is (0, 0). What would be burnt otherwise than it looks (text, pictures, clones, clips,
-// lengths that do not read) is refused by name. Pure; thread-safe.
+// page's lower left corner is (0, 0). Style sheets are heeded (svg_style.h). What would be burnt otherwise than it
+// looks (text, pictures, clones, clips, lengths that do not read) is refused by name. Pure; thread-safe.
 #pragma once
 
 #include <array>

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <vector>
 
 #include "planner/drawings/drawing.h"
+#include "planner/layout/label_regions.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::planner {
@@ -15,7 +18,9 @@ namespace {
 
 constexpr double kDrawnSide = 2000;    // pixels of the longer side
 constexpr double kClosedWithin = 0.1;  // mm between the ends of a line that is closed
-constexpr int kPointBits = 4;          // bits behind the point of drawn coordinates
+constexpr double kStraightWithin = 2 * kFlatMm;
+constexpr int kPointBits = 4;           // bits behind the point of drawn coordinates
+constexpr double kFarthestPixel = 1e7;  // of joints, which may reach beyond the regions
 
 // XML, after the mark of its encoding and blanks: no picture begins so.
 bool is_drawing(std::string_view bytes) {
@@ -25,10 +30,23 @@ bool is_drawing(std::string_view bytes) {
   return at != std::string_view::npos && bytes[at] == '<';
 }
 
-// There, and perhaps back: it has no inside, whoever closes it.
-bool is_stroke(const DrawnLine& line) {
-  const auto& points = line.points;
-  return points.size() < 3 || (points.size() == 3 && points.front() == points.back());
+struct Ends {
+  DrawingPoint from{}, to{};
+};
+
+// The ends of a line that goes straight ahead, and perhaps back: it has no inside, whoever closes it.
+std::optional<Ends> straight(const DrawnLine& line) {
+  const auto farthest = [&](const DrawingPoint& from) {
+    return *std::ranges::max_element(line.points, {},
+                                     [&](const DrawingPoint& p) { return std::hypot(p[0] - from[0], p[1] - from[1]); });
+  };
+  const DrawingPoint a = farthest(line.points.front()), b = farthest(a);
+  const double x = b[0] - a[0], y = b[1] - a[1], length = std::hypot(x, y);
+  const bool beside = std::ranges::any_of(line.points, [&](const DrawingPoint& p) {
+    return std::abs((p[0] - a[0]) * y - (p[1] - a[1]) * x) > kStraightWithin * length;
+  });
+  if (beside || !std::isfinite(length)) return std::nullopt;
+  return Ends{a, b};
 }
 
 // Whether its inside is a region: a viewer closes what is filled.
@@ -37,6 +55,73 @@ bool encloses(const DrawnLine& line) {
   const DrawingPoint &a = line.points.front(), &b = line.points.back();
   return std::hypot(a[0] - b[0], a[1] - b[1]) <= kClosedWithin;
 }
+
+// kInvalidArgument: there is no region, or a line encloses none.
+Status all_closed(const Drawing& drawing) {
+  if (std::ranges::none_of(drawing.lines, encloses))
+    return Error{ErrorCode::kInvalidArgument,
+                 "the drawing has no closed region: close the paths whose insides are pieces"};
+  const auto open = std::ranges::find_if_not(drawing.lines, encloses);
+  if (open == drawing.lines.end()) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the line of the drawing that begins at {:.2f}, {:.2f} mm encloses nothing: close it or "
+                           "fill it, so that its inside is a piece, or take it out",
+                           open->points.front()[0], open->points.front()[1])};
+}
+
+// Regions as they lie over each other, and the joints over them.
+class AreaRaster {
+ public:
+  AreaRaster(const DrawingExtent& extent, double scale)
+      : extent_(extent),
+        scale_(scale),
+        labels_(cvRound((extent.max_y - extent.min_y) * scale), cvRound((extent.max_x - extent.min_x) * scale),
+                CV_32SC1, cv::Scalar::all(0)),
+        joints_(labels_.size(), CV_8UC1, cv::Scalar::all(0)) {}
+
+  void fill(const std::vector<DrawingPoint>& outline) {
+    std::vector<std::vector<cv::Point>> rings(1);
+    for (const DrawingPoint& p : outline) rings[0].push_back(pixel(p));
+    cv::fillPoly(labels_, rings, cv::Scalar::all(++regions_), cv::LINE_8, kPointBits);
+    cv::fillPoly(joints_, rings, cv::Scalar::all(0), cv::LINE_8, kPointBits);
+  }
+
+  // A joint ends where what it parts does, to within what counts as closed.
+  void part(const Ends& ends) {
+    const double x = ends.to[0] - ends.from[0], y = ends.to[1] - ends.from[1], length = std::hypot(x, y);
+    const double farther = (kClosedWithin + 1 / scale_) / length;
+    const DrawingPoint from{ends.from[0] - x * farther, ends.from[1] - y * farther},
+        to{ends.to[0] + x * farther, ends.to[1] + y * farther};
+    cv::line(joints_, pixel(from), pixel(to), cv::Scalar::all(255), 1, cv::LINE_8, kPointBits);
+    has_joints_ = true;
+  }
+
+  // CV_8UC3, one for each area.
+  cv::Mat colours() {
+    if (has_joints_) part_regions(labels_, joints_);
+    cv::Mat out(labels_.size(), CV_8UC3);
+    for (int r = 0; r < out.rows; ++r)
+      for (int c = 0; c < out.cols; ++c) {
+        const auto label = static_cast<std::uint32_t>(labels_.at<int>(r, c));
+        out.at<cv::Vec3b>(r, c) = {static_cast<std::uint8_t>(label), static_cast<std::uint8_t>(label >> 8U),
+                                   static_cast<std::uint8_t>(label >> 16U)};
+      }
+    return out;
+  }
+
+ private:
+  // Pixel centres lie at whole numbers to OpenCV.
+  cv::Point pixel(const DrawingPoint& p) const {
+    const auto fixed = [](double at) { return cvRound((at - 0.5) * (1 << kPointBits)); };
+    return {fixed((p[0] - extent_.min_x) * scale_), fixed((extent_.max_y - p[1]) * scale_)};
+  }
+
+  DrawingExtent extent_;
+  double scale_;
+  cv::Mat labels_, joints_;
+  int regions_ = 0;
+  bool has_joints_ = false;
+};
 
 }  // namespace
 
@@ -50,37 +135,30 @@ Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name) {
 Result<cv::Mat> areas_of_svg(const std::string& text) {
   Result<Drawing> drawing = read_svg(text);
   if (!drawing.ok()) return drawing.error();
-  std::erase_if(drawing->lines, is_stroke);
-  if (std::ranges::none_of(drawing->lines, encloses))
-    return Error{ErrorCode::kInvalidArgument,
-                 "the drawing has no closed region: close the paths whose insides are pieces"};
-  const auto open = std::ranges::find_if_not(drawing->lines, encloses);
-  if (open != drawing->lines.end())
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the line of the drawing that begins at {:.2f}, {:.2f} mm encloses nothing: close it or "
-                             "fill it, so that its inside is a piece, or take it out",
-                             open->points.front()[0], open->points.front()[1])};
-  const DrawingExtent extent = extent_of(*drawing);
+  Drawing regions;  // and what should be
+  std::ranges::copy_if(drawing->lines, std::back_inserter(regions.lines), [](const auto& l) { return !straight(l); });
+  if (const Status closed = all_closed(regions); !closed.ok()) return closed.error();
+  const DrawingExtent extent = extent_of(regions);
   const double width = extent.max_x - extent.min_x, height = extent.max_y - extent.min_y;
   if (!is_finite(*drawing) || !std::isfinite(width + height))
     return Error{ErrorCode::kInvalidArgument, "the drawing is larger than can be measured: draw it again, smaller"};
   const double scale = kDrawnSide / std::max(width, height);
+  const DrawingExtent all = extent_of(*drawing);
+  if ((std::max(all.max_x - all.min_x, all.max_y - all.min_y)) * scale > kFarthestPixel)
+    return Error{ErrorCode::kInvalidArgument,
+                 "a line of the drawing reaches far beyond its regions: shorten it, or take it out"};
   if (!(std::min(width, height) * scale >= 2))
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the drawing is only {:.2f} x {:.2f} mm large: draw regions, not lines", width, height)};
-  cv::Mat out(cvRound(height * scale), cvRound(width * scale), CV_8UC3, cv::Scalar::all(0));
-  for (std::size_t i = 0; i < drawing->lines.size(); ++i) {
-    std::vector<cv::Point> ring;
-    for (const DrawingPoint& p : drawing->lines[i].points)
-      // Pixel centres lie at whole numbers to OpenCV.
-      ring.emplace_back(cvRound(((p[0] - extent.min_x) * scale - 0.5) * (1 << kPointBits)),
-                        cvRound(((extent.max_y - p[1]) * scale - 0.5) * (1 << kPointBits)));
-    const std::size_t number = i + 1;
-    const cv::Scalar colour(static_cast<double>(number & 255U), static_cast<double>(number >> 8U & 255U),
-                            static_cast<double>(number >> 16U & 255U));
-    cv::fillPoly(out, std::vector<std::vector<cv::Point>>{ring}, colour, cv::LINE_8, kPointBits);
+  AreaRaster raster(extent, scale);
+  for (const DrawnLine& line : drawing->lines) {
+    const auto ends = straight(line);
+    if (!ends)
+      raster.fill(line.points);
+    else if (!line.colour.empty())
+      raster.part(*ends);
   }
-  return out;
+  return raster.colours();
 }
 
 }  // namespace veneer::planner

@@ -9,9 +9,11 @@
 #include <pugixml.hpp>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "planner/drawings/drawing.h"
 #include "planner/drawings/svg_path.h"
+#include "planner/drawings/svg_style.h"
 
 namespace veneer::planner {
 namespace {
@@ -41,24 +43,9 @@ std::optional<SvgLength> parse_length(std::string_view text) {
   return SvgLength{value * found->second, !unit.empty() && unit != "px"};
 }
 
-// A property: as an attribute, or in style="...", which wins.
-std::string property(const pugi::xml_node& node, std::string_view name) {
-  const std::string_view style = node.attribute("style").value();
-  for (std::size_t at = 0; at < style.size();) {
-    const std::size_t end = std::min(style.find(';', at), style.size());
-    const std::string_view entry = style.substr(at, end - at);
-    const auto colon = entry.find(':');
-    if (colon != std::string_view::npos) {
-      const auto trimmed = [](std::string_view t) {
-        while (!t.empty() && t.front() == ' ') t.remove_prefix(1);
-        while (!t.empty() && t.back() == ' ') t.remove_suffix(1);
-        return t;
-      };
-      if (trimmed(entry.substr(0, colon)) == name) return std::string(trimmed(entry.substr(colon + 1)));
-    }
-    at = end + 1;
-  }
-  return node.attribute(std::string(name).c_str()).value();
+std::string local_name(const pugi::xml_node& node) {
+  const std::string name = node.name();
+  return name.starts_with("svg:") ? name.substr(4) : name;
 }
 
 // "#f00" and "red" as "#ff0000"; other words as they are.
@@ -111,9 +98,25 @@ class ElementLengths {
   std::string refusal_;
 };
 
+// All that a drawing's <style> elements say, wherever they stand.
+class StyleCollector : public pugi::xml_tree_walker {
+ public:
+  bool for_each(pugi::xml_node& node) override {
+    const std::string_view type = node.attribute("type").value(), media = node.attribute("media").value();
+    if (node.type() != pugi::node_element || local_name(node) != "style") return true;
+    if ((!type.empty() && type != "text/css") || (!media.empty() && media != "all" && media != "screen")) return true;
+    std::string css;
+    for (const pugi::xml_node& part : node.children()) css += part.value();  // one may be CDATA
+    status = sheet.add(css);
+    return status.ok();
+  }
+  StyleSheet sheet;
+  Status status = Ok();
+};
+
 class SvgReader {
  public:
-  explicit SvgReader(std::size_t most_points) : most_points_(most_points) {}
+  SvgReader(StyleSheet sheet, std::size_t most_points) : sheet_(std::move(sheet)), most_points_(most_points) {}
   Result<Drawing> read(const pugi::xml_node& svg);
 
  private:
@@ -123,12 +126,15 @@ class SvgReader {
     bool filled = true;
     int depth = 0;  // of groups
   };
+  std::string property(const pugi::xml_node& node, const char* name) const;
+  void paint(const pugi::xml_node& node, Inherited& into) const;
   Status page(const pugi::xml_node& svg, Inherited& into);
   Status children(const pugi::xml_node& node, const Inherited& from);
   Status element(const pugi::xml_node& node, Inherited from);
   Status shape(const pugi::xml_node& node, const std::string& name, const Inherited& from);
   Status draw_shape(const pugi::xml_node& node, const std::string& name, LineDrawer& draw) const;
 
+  StyleSheet sheet_;
   std::size_t most_points_, points_ = 0;
   Drawing drawing_;
   double mm_per_user_ = kMmPerPixel;
@@ -137,9 +143,25 @@ class SvgReader {
 Result<Drawing> SvgReader::read(const pugi::xml_node& svg) {
   Inherited from;
   if (const Status good = page(svg, from); !good.ok()) return good.error();
+  paint(svg, from);
   if (const Status good = children(svg, from); !good.ok()) return good.error();
   if (drawing_.lines.empty()) return unreadable("the drawing has no lines");
   return std::move(drawing_);
+}
+
+// By style="...", a style sheet or as an attribute, the first of them that says it.
+std::string SvgReader::property(const pugi::xml_node& node, const char* name) const {
+  const std::string tag = local_name(node);
+  std::string styled = sheet_.property(
+      {tag, node.attribute("id").value(), node.attribute("class").value(), node.attribute("style").value()}, name);
+  return styled.empty() ? node.attribute(name).value() : styled;
+}
+
+void SvgReader::paint(const pugi::xml_node& node, Inherited& into) const {
+  if (const std::string colour = property(node, "stroke"); !colour.empty() && colour != "inherit")
+    into.colour = colour_word(colour);
+  if (const std::string fill = property(node, "fill"); !fill.empty() && fill != "inherit")
+    into.filled = !colour_word(fill).empty();
 }
 
 // Its size and its viewBox, with y turned up.
@@ -189,8 +211,7 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
                                                               {"foreignObject", "a foreign object: take it out"},
                                                               {"svg", "a drawing within the drawing: ungroup it"},
                                                               {"switch", "a choice of drawings: keep one of them"}};
-  std::string name = node.name();
-  if (name.rfind("svg:", 0) == 0) name = name.substr(4);
+  const std::string name = local_name(node);
   if (name.find(':') != std::string::npos || kSkipped.contains(name)) return Ok();
   if (property(node, "display") == "none" || property(node, "visibility") == "hidden") return Ok();
   if (const auto refused = kRefused.find(name); refused != kRefused.end())
@@ -205,9 +226,7 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   if (!transform)
     return unreadable(fmt::format("the transform \"{}\" does not read", node.attribute("transform").value()));
   from.mm_from_user = from.mm_from_user * *transform;
-  if (const std::string colour = property(node, "stroke"); !colour.empty()) from.colour = colour_word(colour);
-  if (const std::string fill = property(node, "fill"); !fill.empty() && fill != "inherit")
-    from.filled = !colour_word(fill).empty();
+  paint(node, from);
   if (name != "g" && name != "a") return shape(node, name, from);
   const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
   const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
@@ -282,14 +301,21 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
 
 Result<Drawing> read_svg(const std::string& text, std::size_t most_points) {
   pugi::xml_document document;
-  const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
+  const pugi::xml_parse_result parsed =
+      document.load_buffer(text.data(), text.size(), pugi::parse_default | pugi::parse_pi);
   if (!parsed)
     return unreadable(
         fmt::format("it is no SVG: {} at byte {}", parsed.description(), static_cast<long>(parsed.offset)));
   pugi::xml_node svg = document.child("svg");
   if (!svg) svg = document.child("svg:svg");
   if (!svg) return unreadable("it is no SVG: it has no <svg>");
-  return SvgReader(most_points).read(svg);
+  for (const pugi::xml_node& node : document.children())
+    if (node.type() == pugi::node_pi && std::string_view(node.name()) == "xml-stylesheet")
+      return unreadable("the drawing has a style sheet in another file: put it into the drawing, and save it again");
+  StyleCollector styles;
+  document.traverse(styles);
+  if (!styles.status.ok()) return styles.status.error();
+  return SvgReader(std::move(styles.sheet), most_points).read(svg);
 }
 
 }  // namespace veneer::planner

@@ -354,6 +354,12 @@ void spread_on_to(cv::Mat& regions, const cv::Mat& barrier) {
 
 }  // namespace
 
+void part_regions(cv::Mat& labels, const cv::Mat& barrier) {
+  labels.setTo(-1, barrier);
+  number_regions(labels);
+  spread_on_to(labels, barrier);
+}
+
 void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier) {
   const cv::Mat before = labels.clone();
   const bool is_parted = !barrier.empty() && cv::countNonZero(barrier == 0) > 0;

@@ -19,6 +19,10 @@ struct LabelLimits {
 // many there are.
 int number_regions(cv::Mat& labels);
 
+// The same where nothing hangs together over pixels of `barrier` (CV_8UC1, not 0), which then belong to the nearest
+// region beside them. Numbers may be left out.
+void part_regions(cv::Mat& labels, const cv::Mat& barrier);
+
 // Parts that do not hang together with the largest part of their label go to their neighbours. Over pixels of `barrier`
 // (CV_8UC1, not 0; may be empty) nothing hangs together; they go to whatever lies beside them.
 void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier);

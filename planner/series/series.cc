@@ -68,8 +68,22 @@ nlohmann::json to_json(const SeriesCost& cost) {
 
 }  // namespace
 
+Status check_series(const PlanOptions& options) {
+  const PlanOptions usual;
+  if (options.optimize != usual.optimize || options.optimize_seconds != usual.optimize_seconds ||
+      options.optimize_iterations != usual.optimize_iterations)
+    return Error{ErrorCode::kInvalidArgument,
+                 "a series shows what one picture leaves to the next, and choosing all patches together would undo it: "
+                 "leave --optimize out, and its limits"};
+  if (options.alternatives != usual.alternatives)
+    return Error{ErrorCode::kInvalidArgument,
+                 "a series keeps no plan whose pieces could go elsewhere: leave --alternatives out"};
+  return Ok();
+}
+
 Result<Series> make_series(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options,
                            const SeriesOptions& series, const Progress& progress, std::stop_token stop) {
+  if (Status good = check_series(options); !good.ok()) return good.error();
   if (series.pictures < 0 || series.pictures > kMostPictures)
     return Error{ErrorCode::kInvalidArgument, fmt::format("a series has at most {} pictures", kMostPictures)};
   int count = series.pictures > 0 ? series.pictures : std::min(kMostPictures, pictures_in(stock, artwork) + 1);

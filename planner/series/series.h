@@ -25,8 +25,12 @@ struct Series {
   std::vector<Plan> interleaved;  // [k]: k + 1 pictures that were planned together
 };
 
-// `options` as for make_plan, but for its priority and interleaving. Errors as for make_plan; kInvalidArgument also for
-// more than kMostPictures.
+// kInvalidArgument: options that make_plan takes and that no series has, which are to choose all patches together and
+// to list alternatives. The sentence says why.
+Status check_series(const PlanOptions& options);
+
+// `options` as for make_plan, but for its priority and interleaving. Errors as for make_plan and check_series();
+// kInvalidArgument also for more than kMostPictures.
 Result<Series> make_series(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options,
                            const SeriesOptions& series, const Progress& progress = {}, std::stop_token stop = {});
 

@@ -250,6 +250,26 @@ TEST_F(PlanCommand, PlansASeriesOfOnePicture) {
   EXPECT_THAT(two.errors, HasSubstr("give one --target"));
 }
 
+TEST_F(PlanCommand, ASeriesTakesWhatPlanTakesOrSaysWhyNot) {
+  const auto refusal = [&](const std::string& option) {
+    const Outcome outcome = run("series " + usual() + " --pictures 1 " + option);
+    EXPECT_EQ(outcome.status, 2) << option;
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;
+    return outcome.errors;
+  };
+  EXPECT_THAT(refusal("--optimize global"), HasSubstr("a series shows what one picture leaves to the next"));
+  EXPECT_THAT(refusal("--optimize-seconds 3"), HasSubstr("leave --optimize out, and its limits"));
+  EXPECT_THAT(refusal("--alternatives 2"), HasSubstr("leave --alternatives out"));
+  EXPECT_THAT(refusal("--repeat 3"), HasSubstr("say how often with --pictures"));
+  EXPECT_THAT(refusal("--interleave"), HasSubstr("in turn and together in any case"));
+  EXPECT_THAT(refusal("--reserve 0.25"), HasSubstr("leave --reserve out"));
+  EXPECT_THAT(refusal("--keep plan.json"), HasSubstr("around no plan that is there"));
+  EXPECT_THAT(refusal("--forbid Q,1,1,5,5"), HasSubstr("no panel Q"));
+  const Outcome usual_values =
+      run("series " + usual() + " --pictures 1 --optimize greedy --alternatives 0 --forbid P,1,1,5,5");
+  EXPECT_EQ(usual_values.status, 0) << usual_values.errors;
+}
+
 TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
   ASSERT_EQ(plan(usual()).status, 0);
   const std::string whole = text("out/plan.json"), preview = text("out/preview.png");

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/files.h"
 #include "planner/plan_options.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/veneerctl_run.h"
@@ -140,12 +141,16 @@ TEST(VeneerctlJobs, APlanIsKeptChangedAndBecomesAJob) {
                        {"placed", 4},
                        {"report", {{"cost_per_pixel", 0.0125}}},
                        {"jobs", {7}},
+                       {"segmentation", "/api/v1/plans/5/segmentation"},
                        {"outdated_panels", {"P-0001"}},
                        {"lease", {{"until", "2026-05-08T07:30:00.123Z"}}}};
     router.bind("listPlans", [plan](const ApiRequest&, const Reply& reply) {
       reply(ApiReply::json({{"plans", {plan}}, {"next", nullptr}}));
     });
     router.bind("getPlan", [plan](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(plan)); });
+    router.bind("getPlanSegmentation", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::bytes("<svg/>", "application/octet-stream"));
+    });
     router.bind("getPlanPreview",
                 [](const ApiRequest&, const Reply& reply) { reply(ApiReply::bytes("a picture", "image/png")); });
   });
@@ -161,6 +166,10 @@ TEST(VeneerctlJobs, APlanIsKeptChangedAndBecomesAJob) {
   const Outcome one = ask(server, {"job", "plans", "5", "--preview", preview});
   EXPECT_NE(one.out.find("P-0001: scanned again since"), std::string::npos) << one.out;
   EXPECT_TRUE(std::ifstream(preview).good());
+  EXPECT_NE(one.out.find("veneerctl job plans 5 --segmentation FILE"), std::string::npos) << one.out;
+  const std::string drawing = (server.folder() / "d.svg").string();
+  EXPECT_EQ(ask(server, {"job", "plans", "5", "--segmentation", drawing}).status, 0);
+  EXPECT_EQ(read_whole(drawing).value_or(""), "<svg/>");
   EXPECT_EQ(ask(server, {"job", "plan"}).status, 2);
   EXPECT_EQ(ask(server, {"job", "new"}).status, 2);
   EXPECT_EQ(ask(server, {"job", "new", "--plan", "5", "--rotations", "3"}).status, 2);

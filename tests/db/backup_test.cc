@@ -117,6 +117,14 @@ TEST_F(Backups, KnowWhatTheyHold) {
                   "proposals/mask.png", "proposals/read.json", "scans/1.png", "scans/9.png", "target.png"));
 }
 
+TEST_F(Backups, HoldTheDrawingsThatLayoutsWereMadeOf) {
+  NewPlan drawn = job_of({});
+  drawn.options_json = R"({"segmentation_bytes":6,"segmentation_file":"drawings/d"})";
+  must(Plans(cell.database()).add(drawn, kNow));
+  Database reading = must(Database::open_for_reading(cell.file()));
+  EXPECT_THAT(must(read_contents(reading)).files, ::testing::Contains("drawings/d"));
+}
+
 TEST_F(Backups, InWhichABitHasFlippedAreRefused) {
   VENEER_ASSERT_OK(make());
   damage_unseen(copy, "split in two", "Split in two");

@@ -50,6 +50,33 @@ class JobRoutes : public testing::RoutedCell {
   std::size_t jobs() { return body_of(ask("GET", "/api/v1/jobs"))["jobs"].size(); }
 };
 
+TEST_F(JobRoutes, APlanTellsWhereTheDrawingOfItsPiecesIs) {
+  const auto kept = cell->panel_library.store_bytes("<svg/>", "drawings", "d");
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  const auto add = [&](const json& options) {
+    db::NewPlan plan;
+    plan.name = "picture", plan.plan_json = "{}", plan.options_json = options.dump();
+    EXPECT_TRUE(cell->database->call([&](Repositories& r) { return r.plans.add(plan, "2026-05-01T07:30:00.000Z"); }));
+  };
+  add({{"segmentation_bytes", 6}, {"segmentation_file", kept->file}});
+  add({{"segmentation_bytes", nullptr}});
+  add({{"segmentation_bytes", 6}});
+  const json plan = body_of(ask("GET", "/api/v1/plans/1"));
+  EXPECT_EQ(plan["options"], json({{"segmentation_bytes", 6}}));
+  ASSERT_TRUE(plan["segmentation"].is_string()) << plan;
+  const ApiReply drawing = ask("GET", plan["segmentation"].get<std::string>());
+  EXPECT_EQ(drawing.status, 200) << drawing.body;
+  EXPECT_EQ(drawing.body, "<svg/>");
+  EXPECT_EQ(drawing.content_type, "application/octet-stream") << "no page whose scripts would run";
+  for (const auto& [id, why] : {std::pair(2, "plan 2 was made of no drawing"), std::pair(3, "was not kept")}) {
+    const std::string path = fmt::format("/api/v1/plans/{}", id);
+    EXPECT_EQ(body_of(ask("GET", path))["segmentation"], json());
+    const ApiReply none = ask("GET", path + "/segmentation");
+    EXPECT_EQ(none.status, 404);
+    EXPECT_NE(none.body.find(why), std::string::npos) << none.body;
+  }
+}
+
 TEST_F(JobRoutes, ARepeatedRequestForAJobIsAnsweredWithTheJobAlsoAfterARestart) {
   plan_for("uid 1000", "key-1");
   // This cell has never seen the request: it stands for the daemon's next life.

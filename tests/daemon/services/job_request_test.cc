@@ -117,6 +117,13 @@ TEST(JobRequest, TheDrawingIsTheEndOfTheBody) {
   const auto again = job_request_again("a face", "a picture", options_json(*job).dump());
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(again->picture(), "a picture") << "a plan that changes another has its layout";
+  EXPECT_EQ(again->segmentation(), "");
+  EXPECT_EQ(options_json(*again), options_json(*job)) << "and tells of the drawing still";
+  json with_file = options_json(*job);
+  with_file["segmentation_file"] = "drawings/d";
+  const auto third = job_request_again("a face", "a picture", with_file.dump());
+  ASSERT_TRUE(third.ok()) << third.error().message;
+  EXPECT_EQ(options_json(*third), with_file);
 
   request.query["segmentation_bytes"] = "15";
   EXPECT_THAT(read_job_request(request).error().message, HasSubstr("the picture is missing"));

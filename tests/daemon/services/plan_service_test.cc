@@ -418,12 +418,25 @@ TEST_F(PlanServiceTest, ADrawingsRegionsBecomeThePieces) {
   EXPECT_NEAR(top, side / 3, 0.05 * side) << "the strip along the upper edge";
   EXPECT_NEAR(area, side * side, 1e-3 * side * side);
 
-  // What changes the plan has its layout, and no need of the drawing.
+  const auto kept = [&](db::PlanId plan) {
+    const auto record = database_->call([&](Repositories& r) { return r.plans.find(plan); });
+    return kept_drawing(record->options_json).value_or(KeptDrawing{});
+  };
+  const auto kept_bytes = library_.load_bytes(kept(made->plan).file);
+  ASSERT_TRUE(kept_bytes.ok()) << kept_bytes.error().message;
+  EXPECT_EQ(*kept_bytes, drawing);
+  // What changes the plan has its layout, and no need of the drawing, which may be lost; what was asked for is known.
+  library_.remove(kept(made->plan).file);
   const auto again = changed({made->plan, "", {{}, {pieces.begin()->first}, {}, {}}, {}, 1});
   ASSERT_TRUE(again.ok()) << again.error().message;
   const auto after = pieces_of(again->plan);
   ASSERT_EQ(after.size(), 3U);
   for (const auto& [mark, piece] : pieces) EXPECT_EQ(after.at(mark).artwork_outline, piece.artwork_outline) << mark;
+  EXPECT_EQ(kept(again->plan).file, kept(made->plan).file);
+  EXPECT_EQ(kept(again->plan).bytes, drawing.size());
+  const auto third = changed({again->plan, "", {}, {}, 1});
+  ASSERT_TRUE(third.ok()) << third.error().message;
+  EXPECT_EQ(kept(third->plan).file, kept(made->plan).file) << "over any number of changes";
 
   with("<svg width='9mm' height='9mm'><path d='M 0 0 H 9 V 9' fill='none'/></svg>");
   const auto open = stored_plan(request);

@@ -72,6 +72,32 @@ TEST(DrawnAreas, AFilledPathIsClosedAsAViewerClosesIt) {
   EXPECT_EQ(colours_of(*areas).size(), 2U);
 }
 
+TEST(DrawnAreas, AStraightLineThatIsSeenIsAJoint) {
+  const auto areas_under = [](const std::string& lines, const std::string& over = "") {
+    const auto areas = areas_of_file("<svg width='10mm' height='10mm' viewBox='0 0 10 10'><g stroke='black'>" + over +
+                                         "<rect width='10' height='10'/>" + lines + "</g></svg>",
+                                     "windows");
+    EXPECT_TRUE(areas.ok()) << areas.error().message;
+    return areas.ok() ? colours_of(*areas).size() : 0;
+  };
+  EXPECT_EQ(areas_under("<line y1='5' x2='10' y2='5'/>"), 2U);
+  EXPECT_EQ(areas_under("<path d='M 0 5 H 4 H 10'/>"), 2U) << "filled or not: it has no inside";
+  EXPECT_EQ(areas_under("<path d='M 0.05 5 H 9.95' fill='none'/>"), 2U) << "to within 0.1 mm";
+  EXPECT_EQ(areas_under("<path d='M 0 0 L 10 10 Z'/><path d='M 0 10 L 10 0'/>"), 4U);
+  EXPECT_EQ(areas_under("<path d='M 0 5 H 4 H 10' stroke='none'/>"), 1U) << "nobody sees it";
+  EXPECT_EQ(areas_under("<path d='M 0 5 H 4 H 7'/>"), 1U) << "it parts nothing";
+  EXPECT_EQ(areas_under("", "<line y1='5' x2='10' y2='5'/>"), 1U) << "the square lies over it";
+}
+
+TEST(DrawnAreas, ALineFarBeyondAllRegionsIsRefused) {
+  const auto areas = areas_of_file(
+      "<svg width='10mm' height='10mm' viewBox='0 0 10 10'><rect width='10' height='10'/>"
+      "<line y1='5' x2='1e12' y2='5' stroke='red'/></svg>",
+      "windows");
+  ASSERT_FALSE(areas.ok());
+  EXPECT_THAT(areas.error().message, HasSubstr("reaches far beyond its regions"));
+}
+
 TEST(DrawnAreas, OpenLinesAreRefusedBesideRegionsUnlessTheyAreStraight) {
   const auto beside_a_region = [](const std::string& line) {
     return areas_of_file(

@@ -1,6 +1,7 @@
 // What becomes of drawings: SVG's lines with their transforms.
 #include "planner/drawings/drawing.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -224,6 +225,64 @@ TEST(SvgDrawing, KnowsWhatIsFilled) {
   std::vector<bool> filled;
   for (const DrawnLine& line : d.lines) filled.push_back(line.filled);
   EXPECT_THAT(filled, ::testing::ElementsAre(false, true, true, false, false));
+}
+
+TEST(SvgDrawing, HeedsStyleSheets) {
+  // As Illustrator and Inkscape write them.
+  const Drawing d = svg(R"(<defs><style type="text/css"><![CDATA[
+      @font-face { font-family: Own; src: url(x) }
+      /* .st0 { stroke: blue } */ .st0,.st1 { fill: none; stroke:#F00; stroke-width:2 }
+      .st1{stroke:lime;}  line { stroke : blue } #last{stroke:cyan} path.st0 {stroke:yellow}
+      .hidden { display: none } text > tspan { font-size: 2px } ]]></style></defs>
+      <rect class="st0" width="3" height="3"/><rect class="st0 st1" width="3" height="3"/>
+      <line x2="5"/><line x2="5" id="last" class="st0"/><path class="st0" d="M0 0H9"/>
+      <path class="st0" style="stroke:black;stroke:white !important" d="M0 0H9"/><path stroke="magenta" d="M0 0H9"/>
+      <g class="st1"><path d="M0 0H9"/><path class="hidden" d="M0 0H9"/></g>)");
+  std::string colours, filled;
+  for (const DrawnLine& line : d.lines) {
+    colours += line.colour + " ";
+    filled += line.filled ? "1" : "0";
+  }
+  EXPECT_EQ(colours, "#ff0000 #00ff00 #0000ff #00ffff #ffff00 #ffffff #ff00ff #00ff00 ");
+  EXPECT_EQ(filled, "00000010");
+}
+
+TEST(SvgDrawing, HeedsHowTheWholePageIsDrawn) {
+  const Drawing d =
+      svg("<path d='M0 0H9V9'/>", R"(width="9mm" height="9mm" viewBox="0 0 9 9" fill="none" stroke="red")");
+  ASSERT_EQ(d.lines.size(), 1U);
+  EXPECT_FALSE(d.lines[0].filled);
+  EXPECT_EQ(d.lines[0].colour, "#ff0000");
+}
+
+TEST(SvgDrawing, RefusesStyleSheetsThatItCannotHeed) {
+  const auto of_style = [](const std::string& css) { return refusal("<style>" + css + "</style><path d='M0 0H9'/>"); };
+  for (const char* rule : {"g > .a", ".a.b", "path:first-child", "[id=a]", ".a\31"}) {
+    EXPECT_THAT(of_style(std::string(rule) + "{fill:none}"),
+                HasSubstr(std::string("\"") + rule + "\", which is not read"));
+    EXPECT_EQ(of_style(std::string(rule) + "{font-size:3px}"), "taken") << "which changes no line";
+  }
+  EXPECT_THAT(of_style("@media print { path { display:none } }"), HasSubstr("the rule @media, which is not read"));
+  EXPECT_THAT(of_style(".a { stroke: red"), HasSubstr("which is not read: save the drawing with strokes"));
+  EXPECT_THAT(of_style(".a { stroke: red !important }"), HasSubstr("red !important"));
+  std::string many;
+  for (int i = 0; i <= 10'000; ++i) many += fmt::format(".a{}{{fill:none}}", i);
+  EXPECT_THAT(of_style(many), HasSubstr("more than 10000 rules"));
+  EXPECT_THAT(refusal("<style media='print'>g > .a{fill:none}</style><path d='M0 0H9'/>"), "taken");
+  const auto beside = read_svg("<?xml-stylesheet href='a.css'?><svg width='9mm' height='9mm'><path d='M0 0H9'/></svg>");
+  ASSERT_FALSE(beside.ok());
+  EXPECT_THAT(beside.error().message, HasSubstr("a style sheet in another file"));
+}
+
+TEST(SvgDrawing, SurvivesStyleSheetsOfAnyKind) {
+  const std::string css = "/*a*/ @font-face{b} .st0, path.st1 > * { fill : none ; stroke: red } @import url(x);";
+  for (std::size_t at = 0; at < css.size(); ++at)
+    for (const char with : {'{', '}', ';', '@', '*', '/', ',', '.', ':'}) {
+      std::string changed = css;
+      changed[at] = with;
+      static_cast<void>(refusal("<style><![CDATA[" + changed + "]]></style><path class='st0' d='M0 0H9'/>"));
+      static_cast<void>(refusal("<style><![CDATA[" + css.substr(0, at) + "]]></style><path d='M0 0H9'/>"));
+    }
 }
 
 TEST(SvgDrawing, RefusesGroupsWithoutEnd) {

@@ -63,6 +63,21 @@ TEST_F(SeriesOfPictures, ConsistsOfThePlansThatMakePlanMakes) {
   EXPECT_EQ(columns[0].sequential.last, columns[0].interleaved.last);
 }
 
+TEST_F(SeriesOfPictures, RefusesWhatWouldMixItsPicturesOrIsNotKept) {
+  const auto refusal = [&](void (*change)(PlanOptions&)) {
+    PlanOptions options = one_rotation_options();
+    change(options);
+    const auto series = make_series(artwork_, stock_, options, {1});
+    EXPECT_FALSE(series.ok());
+    return series.ok() ? "" : series.error().message;
+  };
+  for (void (*change)(PlanOptions&) :
+       {+[](PlanOptions& o) { o.optimize = Optimize::kGlobal; }, +[](PlanOptions& o) { o.optimize_seconds = 1; },
+        +[](PlanOptions& o) { o.optimize_iterations = 9; }})
+    EXPECT_THAT(refusal(change), HasSubstr("leave --optimize out"));
+  EXPECT_THAT(refusal([](PlanOptions& o) { o.alternatives = 3; }), HasSubstr("leave --alternatives out"));
+}
+
 TEST_F(SeriesOfPictures, IsWrittenAsFiguresCurveAndStrip) {
   SeriesOptions how;
   how.pictures = 2;
