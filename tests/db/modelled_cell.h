@@ -179,13 +179,15 @@ class ModelledCell : public ModelledPeople {
     AllocationState state = AllocationState::kReserved;
     std::set<Cell> cells;
     bool box = false;
-    bool outlined = true;  // the outline lies in it
+    std::optional<Cell> outline = std::nullopt;  // where the piece's outline lies, if in it
   };
   std::vector<Wood> wood_on(int panel) const {
     std::vector<Wood> out;
     const auto add = [&](const ModelPiece& piece, bool box) {
       if (piece.panel == panel && piece.state != AllocationState::kReleased)
-        out.push_back({piece.state, piece.cells, box, piece.cells.contains(piece.outline_cell())});
+        out.push_back(
+            {piece.state, piece.cells, box,
+             piece.cells.contains(piece.outline_cell()) ? std::optional(piece.outline_cell()) : std::nullopt});
     };
     for (const ModelJob& job : jobs_)
       for (const ModelPiece& piece : job.pieces) add(piece, false);
