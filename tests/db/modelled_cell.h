@@ -52,7 +52,7 @@ class ModelledCell : public ModelledPeople {
         {"look_at_a_piece", 1, &ModelledCell::look_at_a_piece},
         {"propose", 2, &ModelledCell::propose},
         {"decide_proposal", 2, &ModelledCell::decide_proposal},
-        {"edit_mask", 1, &ModelledCell::edit_mask},
+        {"edit_mask", 3, &ModelledCell::edit_mask},
         {"merge", 2, &ModelledCell::merge},
         {"forget_cuts", 1, &ModelledCell::forget_cuts},
         {"archive", 1, &ModelledCell::archive},
