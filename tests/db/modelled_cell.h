@@ -38,6 +38,7 @@ class ModelledCell : public ModelledPeople {
         {"scan_or_stray", 3, &ModelledCell::scan_or_stray},
         {"enter_part", 3, &ModelledCell::enter_part},
         {"redo", 5, &ModelledCell::redo},
+        {"cut_some_and_redo", 3, &ModelledCell::cut_some_and_redo},
         {"write_off", 1, &ModelledCell::write_off},
         {"retire_or_restore", 4, &ModelledCell::retire_or_restore},
         {"find_differences", 1, &ModelledCell::find_differences},
@@ -201,6 +202,13 @@ class ModelledCell : public ModelledPeople {
   }
 
  private:
+  // Of a run that is over, mostly: several pieces are needed for some to be made again at once.
+  void cut_some_and_redo() {
+    if (!run_) start_run();
+    for (int pieces = 0; pieces < 4; ++pieces) mark_cutting(), book();
+    if (run_) finish(false);
+    redo();
+  }
   void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
   void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
   void restoration_or_scan() { *in_range(0, 6) == 0 ? note_restoration() : scan_again(); }

@@ -172,8 +172,10 @@ class ModelledWork : public ModelledPlans {
   void end_between_panels() {
     if (jobs_.empty()) return;
     // Mostly a panel is over just now, and the next one not loaded yet.
-    if (!run_ && *in_range(0, 4) != 0) start_run();
-    if (run_ && *in_range(0, 4) != 0) finish(true);
+    if (!run_ && *in_range(0, 4) != 0) {
+      start_run();
+      if (run_) finish(true);
+    }
     ModelJob& job = *mostly(jobs_, [&](const ModelJob& one) {
       return one.state == JobState::kRunning && !(run_ && &jobs_[run_->job] == &one);
     });
