@@ -1,26 +1,19 @@
-// Whether the log beside a database can be emptied.
+// Whether the log beside a daemon's database can be emptied.
 #pragma once
 
-#include <SQLiteCpp/SQLiteCpp.h>
-
 #include "daemon/store/database_thread.h"
+#include "tests/db/whole_checkpoint.h"
 
 namespace veneer::testing {
 
-// Whether all that is written by now gets from the log into the file: nobody holds a moment of before. A question that
-// is over within a moment may be in its way once, so it is tried again.
+// Of what is written here. A question that is over within a moment may be in its way once, so it is tried again.
 inline bool checkpoint_completes(daemon::DatabaseThread& database) {
   constexpr int kTries = 1000;
-  const auto tried = [](daemon::Repositories& r) {
-    SQLite::Statement checkpoint(r.connection.connection(), "PRAGMA wal_checkpoint(PASSIVE)");
-    return checkpoint.executeStep() && checkpoint.getColumn(0).getInt() == 0 &&
-           checkpoint.getColumn(1).getInt() == checkpoint.getColumn(2).getInt();
-  };
   const Status written = database.call([](daemon::Repositories& r) {
     return r.audit.append({0, "2026-05-01T07:30:00.000Z", "uid 1000", "test", ""});
   });
   for (int i = 0; written && i < kTries; ++i)
-    if (database.call(tried)) return true;
+    if (database.call([](daemon::Repositories& r) { return db::checkpoint_is_whole(r.connection); })) return true;
   return false;
 }
 
