@@ -8,6 +8,7 @@
 #include "base/journal.h"
 #include "daemon/services/device_places.h"
 #include "daemon/store/backup.h"
+#include "daemon/unit/disk_room.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 
@@ -217,14 +218,14 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                          c.hub.broadcast({{"type", "bed"}});
                                        });
   c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
-  c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
-                                         runner_options(config), c.log, [&c] {
-                                           if (c.runner)
-                                             c.metrics.follow(c.runner->view(), c.devices.laser->status().connected);
-                                           c.follow_laser();
-                                           c.follow_state();
-                                           c.broadcast_status();
-                                         });
+  c.runner = std::make_unique<JobRunner>(
+      reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts, [&c] { return c.may_book(); }},
+      runner_options(config), c.log, [&c] {
+        if (c.runner) c.metrics.follow(c.runner->view(), c.devices.laser->status().connected);
+        c.follow_laser();
+        c.follow_state();
+        c.broadcast_status();
+      });
   c.glances =
       std::make_unique<BedGlances>(BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner,
                                                      c.config, real_clock, make_reactor_timer(reactor)},
@@ -276,6 +277,13 @@ void Cell::look_for_lost_choice() {
   if (!open || config.devices.chosen) return;
   database->async([](Repositories& r) { return r.audit.devices_were_chosen(); },
                   [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
+}
+
+// Who made room need not wait for the next look.
+Status Cell::may_book() {
+  Status may = check_room(free_bytes_);
+  if (!may) look_at_store();
+  return may;
 }
 
 void Cell::refresh_counts() { counter_->count(); }

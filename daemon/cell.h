@@ -150,6 +150,7 @@ class Cell {
   NextStep next() const;
   nlohmann::json interlocks_json(const LaserStatus& laser, bool tell_why) const;
   void look_at_store();
+  Status may_book();  // what a run cuts, as far as the data's disk has said
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);

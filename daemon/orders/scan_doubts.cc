@@ -151,6 +151,22 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
   return std::vector<ScanWarning>{{"dpi", told}};
 }
 
+ScanWarning doubt_of_lost_mask(const std::filesystem::path& file) {
+  return {"lost-mask",
+          fmt::format("{}, a mask of this panel, is lost or spoilt, so all of the sheet was compared, and board may be "
+                      "told as missing wood: put the file back from a backup and scan again, or look at each "
+                      "difference",
+                      file.filename().string())};
+}
+
+ScanWarning doubt_of_lost_look(const std::filesystem::path& file) {
+  return {fmt::format("{}mask", kUnproven),
+          fmt::format("{}, of the panel's mask until now, is lost or spoilt, so nobody could tell whether this scan "
+                      "takes for wood what was known to be none: put the file back from a backup and scan again, or "
+                      "look at the picture and accept what is wood",
+                      file.filename().string())};
+}
+
 bool is_unproven(const ScanWarning& warning) { return warning.name.starts_with(kUnproven); }
 
 std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration) {

@@ -1,6 +1,7 @@
 // What makes somebody look before a scan becomes stock. Pure; thread-safe.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,14 @@ std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration)
 std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>& views,
                                              const calib::Registration& registration);
 bool is_unproven(const ScanWarning& warning);
+
+// Of a later scan of a show face, for which a picture that was kept is lost: it is not there, cannot be read, or is of
+// another size.
+//   lost-mask      a mask that says what was wood: all of the sheet is asked after
+//   unproven-mask  the mask or map until now: whatever the scan calls wood may be what was known to be none, so that
+//                  somebody looks first
+ScanWarning doubt_of_lost_mask(const std::filesystem::path& file);
+ScanWarning doubt_of_lost_look(const std::filesystem::path& file);
 
 // Of a later scan of a show face:
 //   light  it differs from the panel's first map by more than any lamp makes of it

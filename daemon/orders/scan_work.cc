@@ -119,20 +119,50 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   return write_panel(*map, *mask, folder, out);
 }
 
-// What any of the masks calls wood, and what was told as gone since; nothing when no mask is left. One of another size
-// is of another map, and says nothing.
-Result<std::optional<Raster<PanelFrame>>> believed_wood(const RegisterScans& order) {
+// A picture of the panel that was kept; nothing where it is lost: it cannot be read, or is of another size or type than
+// `map` says, and so of another map.
+std::optional<Raster<PanelFrame>> read_kept(const std::string& file, const Raster<PanelFrame>& map, int type) {
+  auto kept = read_stored_raster(file);
+  if (!kept || kept->pixels.size() != map.pixels.size() || kept->pixels.type() != type) return std::nullopt;
+  return *std::move(kept);
+}
+
+// What any of the masks calls wood, and what was told as gone since. Nothing when one is lost: there may be wood that
+// only that one knew, and nobody would ask after it.
+std::optional<Raster<PanelFrame>> believed_wood(const RegisterScans& order, const Raster<PanelFrame>& map,
+                                                std::vector<ScanWarning>& warnings) {
   std::optional<Raster<PanelFrame>> wood;
   for (const std::string& file : order.wood_masks) {
-    auto mask = read_stored_raster(file);
-    if (!mask) return mask.error();
-    if (wood && wood->pixels.size() == mask->pixels.size())
+    auto mask = read_kept(file, map, CV_8UC1);
+    if (!mask) {
+      warnings.push_back(doubt_of_lost_mask(file));
+      return std::nullopt;
+    }
+    if (wood)
       wood->pixels |= mask->pixels;
-    else if (!wood)
+    else
       wood = *std::move(mask);
   }
   if (wood) add_wood(*wood, order.told_gone);
   return wood;
+}
+
+// The mask of a panel that had one: what was not usable then is not now, where both that mask and its map are left.
+Result<calib::VeneerMask> mask_again(const RegisterScans& order, std::optional<Raster<PanelFrame>> before,
+                                     const Raster<PanelFrame>& map, PanelRead& out) {
+  const auto usable = read_kept(order.earlier_mask, map, CV_8UC1);
+  if (order.earlier_map != order.first_map) {
+    before.reset();  // there is no room for two more maps of a large panel
+    before = read_kept(order.earlier_map, map, map.pixels.type());
+  }
+  std::optional<calib::EarlierLook> look;
+  if (usable && before)
+    look.emplace(calib::EarlierLook{*before, *usable});
+  else
+    out.warnings.push_back(doubt_of_lost_look(usable ? order.earlier_map : order.earlier_mask));
+  auto mask = calib::mask_veneer(map, *order.known, {}, look ? &*look : nullptr);
+  if (mask && usable) compare_wood(order, *usable, mask->usable, out);
+  return mask;
 }
 
 Status read_known_panel(const RegisterScans& order, const calib::Registration& registration,
@@ -147,27 +177,19 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   auto map = stitch(order, registration, area);
   if (!map) return map.error();
   progress(0.72, "comparing with the ledger");
-  const auto wood = believed_wood(order);
-  if (!wood) return wood.error();
+  const auto wood = believed_wood(order, *map, out.warnings);
   calib::ReconcileOptions options;
   for (const auto& suspect : order.suspects) options.uncertain.push_back(suspect);
-  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, *wood ? &**wood : nullptr);
+  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, wood ? &*wood : nullptr);
   if (!compared) return compared.error();
   std::ranges::move(doubts_of_comparison(*compared), std::back_inserter(out.warnings));
   out.differences = std::move(compared->differences);
   for (const auto& suspect : order.suspects)
     out.suspects_gone.push_back(calib::share_gone(compared->gone_mask, suspect, kBesideTheKerf));
   progress(0.82, "finding usable wood");
-  if (order.earlier_map != order.first_map) before = read_stored_raster(order.earlier_map);
-  if (!before) return before.error();
-  auto earlier = read_stored_raster(order.earlier_mask);
-  if (!earlier) return earlier.error();
-  const calib::EarlierLook look{*before, *earlier};
-  auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
+  const auto mask = mask_again(order, *std::move(before), *map, out);
   if (!mask) return mask.error();
-  const auto doubts = doubts_of_mask(*mask);
-  out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
-  compare_wood(order, *earlier, mask->usable, out);
+  std::ranges::move(doubts_of_mask(*mask), std::back_inserter(out.warnings));
   return write_panel(*map, *mask, folder, out);
 }
 

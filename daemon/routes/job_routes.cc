@@ -188,10 +188,10 @@ void reply_preview(const JobServices& s, const ApiRequest& request, const Reply&
   auto query = RequestReader::query_of(request);
   const auto width = query.whole("width", ranges::kShownWidth);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  s.pictures.ask(request, reply, [s, job = JobId{*id}, width](Repositories& r) {
-    auto record = r.jobs.find(job);
+  s.pictures.ask(request, reply, [s, job = JobId{*id}, width](Repositories& r) -> QueryPool::Answer {
+    const auto record = r.jobs.find(job);
     if (!record) return ApiReply::error(record.error());
-    return preview_reply(s.panel_library, record->preview_file, width);
+    return preview_answer(s.panel_library, record->preview_file, width);
   });
 }
 

@@ -57,21 +57,24 @@ Status put_cut_ones_first(Repositories& r, JobId job, const planner::Plan& plan,
   return Ok();
 }
 
-ApiReply drawn(const JobServices& s, const Result<std::string>& plan_json, const std::string& preview_file,
-               const MapWanted& wanted,
-               const std::function<Status(const planner::Plan&, std::vector<planner::CutSequence>&)>& reorder) {
+QueryPool::Answer drawn(
+    const JobServices& s, const Result<std::string>& plan_json, const std::string& preview_file,
+    const MapWanted& wanted,
+    const std::function<Status(const planner::Plan&, std::vector<planner::CutSequence>&)>& reorder) {
   if (!plan_json) return ApiReply::error(plan_json.error());
   const auto plan = planner::plan_from_json(*plan_json);
   if (!plan) return ApiReply::error({ErrorCode::kStorage, plan.error().message});
   auto sequences = planner::cutting_order(*plan);
   if (!sequences) return ApiReply::error(sequences.error());
   if (const Status done = reorder(*plan, *sequences); !done) return ApiReply::error(done.error());
-  constexpr int kPreviewWidth = 1200;  // pixels: as fine as it is printed
-  const auto picture = s.panel_library.load_small(preview_file, kPreviewWidth);
-  auto file = planner::draw_assembly_map({*plan, picture ? picture->pixels : cv::Mat(), *sequences}, wanted.options,
-                                         wanted.format);
-  if (!file) return ApiReply::error(file.error());
-  return ApiReply::bytes(std::move(*file), planner::content_type_of(wanted.format));
+  return [&library = s.panel_library, plan = *plan, sequences = *sequences, preview_file, wanted](Repositories&) {
+    constexpr int kPreviewWidth = 1200;  // pixels: as fine as it is printed
+    const auto picture = library.load_small(preview_file, kPreviewWidth);
+    auto file = planner::draw_assembly_map({plan, picture ? picture->pixels : cv::Mat(), sequences}, wanted.options,
+                                           wanted.format);
+    if (!file) return ApiReply::error(file.error());
+    return ApiReply::bytes(std::move(*file), planner::content_type_of(wanted.format));
+  };
 }
 
 }  // namespace
@@ -82,7 +85,7 @@ void bind_map_routes(Router& router, const JobServices& s) {
     if (!id) return reply(ApiReply::error(id.error()));
     const auto wanted = read_wanted(request);
     if (!wanted) return reply(ApiReply::error(wanted.error()));
-    s.pictures.ask(request, reply, [s, job = JobId{*id}, wanted = *wanted](Repositories& r) {
+    s.pictures.ask(request, reply, [s, job = JobId{*id}, wanted = *wanted](Repositories& r) -> QueryPool::Answer {
       const auto record = r.jobs.find(job);
       if (!record) return ApiReply::error(record.error());
       return drawn(s, r.jobs.plan_json(job), record->preview_file, wanted,
@@ -96,7 +99,7 @@ void bind_map_routes(Router& router, const JobServices& s) {
     if (!id) return reply(ApiReply::error(id.error()));
     const auto wanted = read_wanted(request);
     if (!wanted) return reply(ApiReply::error(wanted.error()));
-    s.pictures.ask(request, reply, [s, plan = db::PlanId{*id}, wanted = *wanted](Repositories& r) {
+    s.pictures.ask(request, reply, [s, plan = db::PlanId{*id}, wanted = *wanted](Repositories& r) -> QueryPool::Answer {
       const auto record = r.plans.find(plan);
       if (!record) return ApiReply::error(record.error());
       return drawn(s, r.plans.plan_json(plan), record->preview_file, wanted,

@@ -12,13 +12,16 @@ ApiReply png_reply(const cv::Mat& picture) {
   return ApiReply::bytes(std::move(*bytes), "image/png");
 }
 
-ApiReply preview_reply(const PanelLibrary& library, const std::string& file, std::optional<std::int64_t> width) {
-  if (!width) {
-    auto bytes = library.load_bytes(file);
-    return bytes ? ApiReply::bytes(std::move(*bytes), "image/png") : ApiReply::error(bytes.error());
-  }
-  const auto small = library.load_small(file, static_cast<int>(*width));
-  return small ? png_reply(small->pixels) : ApiReply::error(small.error());
+QueryPool::Making preview_answer(const PanelLibrary& library, const std::string& file,
+                                 std::optional<std::int64_t> width) {
+  return [&library, file, width](Repositories&) {
+    if (!width) {
+      auto bytes = library.load_bytes(file);
+      return bytes ? ApiReply::bytes(std::move(*bytes), "image/png") : ApiReply::error(bytes.error());
+    }
+    const auto small = library.load_small(file, static_cast<int>(*width));
+    return small ? png_reply(small->pixels) : ApiReply::error(small.error());
+  };
 }
 
 }  // namespace veneer::daemon

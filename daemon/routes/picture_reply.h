@@ -8,12 +8,14 @@
 
 #include "daemon/api/api_message.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/services/query_pool.h"
 
 namespace veneer::daemon {
 
 ApiReply png_reply(const cv::Mat& picture);
 
-// A stored preview as it is, or at most `width` wide. On a thread that may wait for the disk.
-ApiReply preview_reply(const PanelLibrary& library, const std::string& file, std::optional<std::int64_t> width);
+// A stored preview as it is, or at most `width` wide, once the moment of the question is over.
+QueryPool::Making preview_answer(const PanelLibrary& library, const std::string& file,
+                                 std::optional<std::int64_t> width);
 
 }  // namespace veneer::daemon

@@ -145,7 +145,7 @@ Result<json> passport_json(Repositories& r, const db::PieceRecord& piece) {
   return out;
 }
 
-ApiReply picture_of(Repositories& r, const PanelLibrary& library, PieceId id, int width) {
+QueryPool::Answer picture_of(Repositories& r, const PanelLibrary& library, PieceId id, int width) {
   const auto piece = r.jobs.find_piece(id);
   if (!piece) return ApiReply::error(piece.error());
   if (!piece->panel)
@@ -156,9 +156,10 @@ ApiReply picture_of(Repositories& r, const PanelLibrary& library, PieceId id, in
   const auto mask = seen_as(r, *piece);
   if (!mask) return ApiReply::error(mask.error());
   if (*mask) panel->map_file = (**mask).map_file;
-  const auto map = library.load_map(*panel);
-  if (!map) return ApiReply::error(map.error());
-  return png_reply(draw_piece(*map, *piece, width));
+  return [&library, panel = *panel, piece = *piece, width](Repositories&) {
+    const auto map = library.load_map(panel);
+    return map ? png_reply(draw_piece(*map, piece, width)) : ApiReply::error(map.error());
+  };
 }
 
 Result<json> place_json(Repositories& r, const PanelId& panel, const Point<PanelFrame>& place) {

@@ -167,17 +167,18 @@ template <class F>
 void about_plan(QueryPool& queries, const ApiRequest& request, const Reply& reply, F work) {
   auto id = request.path_number("id");
   if (!id) return reply(ApiReply::error(id.error()));
-  queries.ask(request, reply, [work, plan = db::PlanId{*id}](Repositories& r) -> ApiReply { return work(r, plan); });
+  queries.ask(request, reply,
+              [work, plan = db::PlanId{*id}](Repositories& r) -> QueryPool::Answer { return work(r, plan); });
 }
 
 void reply_plan_preview(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const auto width = query.whole("width", ranges::kShownWidth);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  about_plan(s.pictures, request, reply, [s, width](Repositories& r, db::PlanId id) {
-    auto plan = r.plans.find(id);
+  about_plan(s.pictures, request, reply, [s, width](Repositories& r, db::PlanId id) -> QueryPool::Answer {
+    const auto plan = r.plans.find(id);
     if (!plan) return ApiReply::error(plan.error());
-    return preview_reply(s.panel_library, plan->preview_file, width);
+    return preview_answer(s.panel_library, plan->preview_file, width);
   });
 }
 

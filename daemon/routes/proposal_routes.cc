@@ -50,26 +50,33 @@ Result<json> proposals_json(Repositories& r, bool all, const Page& page) {
 }
 
 // The scan at most so wide, with what it would do to the stock.
-ApiReply draw(Repositories& r, const PanelLibrary& library, db::ProposalId id, int width) {
+ApiReply draw(const PanelLibrary& library, const db::ProposalRecord& proposal, const std::string& mask_before,
+              int width) {
+  const auto map = library.load_small(proposal.map_file, width);
+  if (!map) return ApiReply::error(map.error());
+  const auto mask = library.load_small(proposal.mask_file, width);
+  if (!mask) return ApiReply::error(mask.error());
+  // Where that one is lost the proposal says so.
+  const auto before = mask_before.empty() ? Result<PanelLibrary::SmallPicture>(PanelLibrary::SmallPicture{})
+                                          : library.load_small(mask_before, width);
+  return png_reply(draw_proposal(map->pixels, mask->pixels, before ? before->pixels : cv::Mat()));
+}
+
+QueryPool::Answer picture_of(Repositories& r, const PanelLibrary& library, db::ProposalId id, int width) {
   const auto proposal = r.proposals.find(id);
   if (!proposal) return ApiReply::error(proposal.error());
   if (proposal->decision)
     return ApiReply::error(
         Error{ErrorCode::kNotFound, fmt::format("proposal {} was {}: its pictures are kept only until then", id.value,
                                                 db::to_string(proposal->decision->verdict))});
-  const auto map = library.load_small(proposal->map_file, width);
-  if (!map) return ApiReply::error(map.error());
-  const auto mask = library.load_small(proposal->mask_file, width);
-  if (!mask) return ApiReply::error(mask.error());
-  cv::Mat before;
+  std::string before;
   if (proposal->panel) {
     const auto panel = r.panels.find(*proposal->panel);
     if (!panel) return ApiReply::error(panel.error());
-    const auto now = library.load_small(panel->mask_file, width);
-    if (!now) return ApiReply::error(now.error());
-    before = now->pixels;
+    before = panel->mask_file;
   }
-  return png_reply(draw_proposal(map->pixels, mask->pixels, before));
+  return
+      [&library, proposal = *proposal, before, width](Repositories&) { return draw(library, proposal, before, width); };
 }
 
 void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply) {
@@ -80,7 +87,7 @@ void reply_picture(const StockServices& s, const ApiRequest& request, const Repl
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   s.pictures.ask(request, reply,
                  [s, id = db::ProposalId{*number}, width = static_cast<int>(width.value_or(1600))](Repositories& r) {
-                   return draw(r, s.panel_library, id, width);
+                   return picture_of(r, s.panel_library, id, width);
                  });
 }
 

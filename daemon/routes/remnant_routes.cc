@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
@@ -96,40 +99,43 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   return out;
 }
 
-// What is left of a panel, looked at.
+// What is left of a panel.
 struct Leftover {
   db::PanelRecord panel;
+  std::vector<db::AllocationRecord> live;
   Remnant remnant;
-  cv::Mat picture;
 };
 
-Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId& id, int width,
-                         Beside beside = Beside::kPale) {
+Result<Leftover> left_of(Repositories& r, const StockServices& s, const PanelId& id) {
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
-  const auto allocations = r.ledger.live_allocations(id);
+  auto allocations = r.ledger.live_allocations(id);
   if (!allocations) return allocations.error();
   auto remnant = s.remnants.of(r, *panel);
   if (!remnant) return remnant.error();
   if (!*remnant)
     return Error{ErrorCode::kStorage,
                  fmt::format("the mask of panel {} cannot be read: restore it from a backup", id.value)};
-  auto picture = picture_of_remnant(s.panel_library, *panel, *allocations, **remnant, width, beside);
-  if (!picture) return picture.error();
-  return Leftover{std::move(*panel), std::move(**remnant), std::move(*picture)};
+  return Leftover{std::move(*panel), std::move(*allocations), std::move(**remnant)};
+}
+
+// What `told` tells of what is left of the panel, which is counted before, and drawn after: both may take seconds, and
+// the moment that it is told of none.
+template <class Told>
+std::invoke_result_t<Told> told_of_left(Repositories& r, const StockServices& s, const PanelId& id, Told told) {
+  if (const auto panel = r.panels.find(id)) static_cast<void>(s.remnants.count(r, *panel));
+  return db::at_one_moment(r.connection, told);
 }
 
 // A picture that was drawn when the remnant was booked.
-ApiReply booked_picture(Repositories& r, const StockServices& s, const PanelId& id, std::int64_t number) {
+QueryPool::Answer booked_picture(Repositories& r, const StockServices& s, const PanelId& id, std::int64_t number) {
   const auto booked = r.remnants.find(id, {number});
   if (!booked) return ApiReply::error(booked.error());
   if (booked->picture_file.empty())
     return ApiReply::error({ErrorCode::kNotFound, fmt::format("remnant {} of panel {} could not be drawn when it was "
                                                               "booked",
                                                               number, id.value)});
-  auto bytes = s.panel_library.load_bytes(booked->picture_file);
-  if (!bytes) return ApiReply::error(bytes.error());
-  return ApiReply::bytes(std::move(*bytes), "image/png");
+  return preview_answer(s.panel_library, booked->picture_file, {});
 }
 
 Result<json> remnants_json(Repositories& r, const PanelId& id, int limit) {
@@ -156,23 +162,29 @@ void reply_remnant(const StockServices& s, const ApiRequest& request, const Repl
   const int width = static_cast<int>(query.whole("width", ranges::kShownWidth).value_or(1600));
   const auto booked = query.whole("booked", {1, 9e15});
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, width, booked](Repositories& r) {
-    if (booked) return booked_picture(r, s, id, *booked);
-    const auto left = look_at(r, s, id, width);
-    return left ? png_reply(left->picture) : ApiReply::error(left.error());
-  });
+  s.pictures.ask(
+      request, reply, [s, id = PanelId{request.path_param("id")}, width, booked](Repositories& r) -> QueryPool::Answer {
+        if (booked) return booked_picture(r, s, id, *booked);
+        return [s, id, width](Repositories& later) {
+          const auto left = told_of_left(later, s, id, [&] { return left_of(later, s, id); });
+          if (!left) return ApiReply::error(left.error());
+          const auto picture = picture_of_remnant(s.panel_library, left->panel, left->live, left->remnant, width);
+          return picture ? png_reply(*picture) : ApiReply::error(picture.error());
+        };
+      });
 }
 
 std::string square_cm(double mm2) { return fmt::format("{:.0f} cm2", mm2 / 100); }
 
-Result<PanelLabel> label_of(Repositories& r, const StockServices& s, const PanelId& id) {
-  auto left = look_at(r, s, id, kLabelPicture, Beside::kBlank);
+// Without its picture.
+Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const StockServices& s, const PanelId& id) {
+  auto left = left_of(r, s, id);
   if (!left) return left.error();
   const auto figures = s.figures.of(r, left->panel);
   if (!figures) return figures.error();
   const auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
-  PanelLabel label{id.value, {}, std::move(left->picture)};
+  PanelLabel label{id.value, {}, {}};
   if (left->panel.name != id.value) label.lines.push_back(left->panel.name);
   std::vector<std::string> woods, tags;
   for (const auto& [material, free] : left->remnant.woods)
@@ -192,19 +204,26 @@ Result<PanelLabel> label_of(Repositories& r, const StockServices& s, const Panel
   if (*booked && (*booked)->run)
     label.lines.push_back(fmt::format("after run {}, {}", (*booked)->run->value, (*booked)->at.substr(0, 10)));
   if (left->panel.parent) label.lines.push_back("remnant of " + left->panel.parent->value);
-  return label;
+  return std::pair(std::move(label), std::move(*left));
 }
 
 void reply_label(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const std::string wanted = query.word("format", {"pdf", "svg", "png"}).value_or("pdf");
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, wanted](Repositories& r) {
-    const auto label = label_of(r, s, id);
-    if (!label) return ApiReply::error(label.error());
-    auto bytes = draw_label(*label, planner::page_format(wanted));
-    if (!bytes) return ApiReply::error(bytes.error());
-    return ApiReply::bytes(std::move(*bytes), planner::content_type_of(planner::page_format(wanted)));
+  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, wanted](Repositories&) {
+    return [s, id, wanted](Repositories& r) {
+      auto told = told_of_left(r, s, id, [&] { return label_of(r, s, id); });
+      if (!told) return ApiReply::error(told.error());
+      auto& [label, left] = *told;
+      const auto picture =
+          picture_of_remnant(s.panel_library, left.panel, left.live, left.remnant, kLabelPicture, Beside::kBlank);
+      if (!picture) return ApiReply::error(picture.error());
+      label.picture = *picture;
+      auto bytes = draw_label(label, planner::page_format(wanted));
+      if (!bytes) return ApiReply::error(bytes.error());
+      return ApiReply::bytes(std::move(*bytes), planner::content_type_of(planner::page_format(wanted)));
+    };
   });
 }
 

@@ -86,8 +86,18 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
   return out;
 }
 
+// Looks at its mask where that is needed to tell of it; then all of it is known.
+void count_panel(Repositories& r, const StockServices& s, const PanelId& id) {
+  const auto panel = r.panels.find(id);
+  if (!panel) return;
+  static_cast<void>(s.figures.book(r, *panel));
+  static_cast<void>(s.figures.free(r, *panel));
+  static_cast<void>(s.remnants.count(r, *panel));
+}
+
 // What is known of a panel is told at once. What must be counted in its mask waits with the pictures, or a client that
-// asks for all panels would keep the others from what takes milliseconds.
+// asks for all panels would keep the others from what takes milliseconds; it is counted between two moments, and told
+// of the second one.
 void reply_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   const PanelId id{request.path_param("id")};
   const auto unknown = std::make_shared<bool>(false);
@@ -98,9 +108,15 @@ void reply_panel(const StockServices& s, const ApiRequest& request, const Reply&
   };
   s.queries.ask(
       request,
-      [s, request, reply, unknown, tell](ApiReply told) {
-        if (*unknown) return s.pictures.ask(request, reply, tell);
-        reply(std::move(told));
+      [s, id, request, reply, unknown, tell](ApiReply told) {
+        if (!*unknown) return reply(std::move(told));
+        s.pictures.ask(request, reply, [s, id, tell](Repositories&) -> QueryPool::Answer {
+          return [s, id, tell](Repositories& r) {
+            count_panel(r, s, id);
+            auto out = db::at_one_moment(r.connection, [&]() -> Result<ApiReply> { return tell(r); });
+            return out ? *std::move(out) : ApiReply::error(out.error());
+          };
+        });
       },
       [s, id, unknown, tell](Repositories& r) {
         const auto panel = r.panels.find(id);
@@ -176,27 +192,34 @@ Result<std::string> etag_of(Repositories& r, const db::PanelRecord& panel, const
   return "\"" + sha256_hex(std::as_bytes(std::span(text))).substr(0, 32) + "\"";
 }
 
-ApiReply draw_panel(Repositories& r, const PanelLibrary& library, const PictureWanted& wanted) {
+ApiReply draw_panel(const PanelLibrary& library, const db::PanelRecord& panel,
+                    const std::vector<db::AllocationRecord>& live, const PictureWanted& wanted) {
+  const auto map = library.load_small(panel.map_file, wanted.width);
+  if (!map) return ApiReply::error(map.error());
+  if (!wanted.stock) return png_reply(map->pixels);
+  const auto mask = library.load_small(panel.mask_file, wanted.width);
+  if (!mask) return ApiReply::error(mask.error());
+  const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
+  return png_reply(draw_stock(wood, mask->pixels, live));
+}
+
+QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library, const PictureWanted& wanted) {
   const auto panel = r.panels.find(wanted.panel);
   if (!panel) return ApiReply::error(panel.error());
-  auto etag = etag_of(r, *panel, wanted);
+  const auto etag = etag_of(r, *panel, wanted);
   if (!etag) return ApiReply::error(etag.error());
-  if (etag_matches(wanted.if_none_match, *etag)) return ApiReply::not_modified(std::move(*etag));
-  const auto map = library.load_small(panel->map_file, wanted.width);
-  if (!map) return ApiReply::error(map.error());
-  ApiReply reply;
+  if (etag_matches(wanted.if_none_match, *etag)) return ApiReply::not_modified(*etag);
+  std::vector<db::AllocationRecord> booked;
   if (wanted.stock) {
-    const auto live = r.ledger.live_allocations(wanted.panel);
+    auto live = r.ledger.live_allocations(wanted.panel);
     if (!live) return ApiReply::error(live.error());
-    const auto mask = library.load_small(panel->mask_file, wanted.width);
-    if (!mask) return ApiReply::error(mask.error());
-    const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
-    reply = png_reply(draw_stock(wood, mask->pixels, *live));
-  } else {
-    reply = png_reply(map->pixels);
+    booked = std::move(*live);
   }
-  if (reply.status == 200) reply.etag = std::move(*etag);
-  return reply;
+  return [&library, panel = *panel, booked = std::move(booked), wanted, etag = *etag](Repositories&) {
+    ApiReply reply = draw_panel(library, panel, booked, wanted);
+    if (reply.status == 200) reply.etag = etag;
+    return reply;
+  };
 }
 
 void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply, bool stock) {
@@ -206,8 +229,9 @@ void reply_picture(const StockServices& s, const ApiRequest& request, const Repl
   PictureWanted wanted{PanelId{request.path_param("id")},
                        static_cast<int>(width.value_or(stock ? 1600 : std::numeric_limits<int>::max())), stock,
                        request.if_none_match};
-  s.pictures.ask(request, reply,
-                 [s, wanted = std::move(wanted)](Repositories& r) { return draw_panel(r, s.panel_library, wanted); });
+  s.pictures.ask(request, reply, [s, wanted = std::move(wanted)](Repositories& r) {
+    return picture_of_panel(r, s.panel_library, wanted);
+  });
 }
 
 // A change to a panel, after which everybody looks at it again.

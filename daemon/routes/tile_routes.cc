@@ -30,19 +30,22 @@ PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role aski
                                                    : PanelLibrary::MissingTiles::kMake;
 }
 
-// Answers with what `made` makes of the panel's map, unless the client has it.
+// Answers with what `made` makes of the panel's map, unless the client has it. That takes seconds where the tiles are
+// not there.
 template <class Made>
 void reply_of_map(const StockServices& s, const ApiRequest& request, const Reply& reply, std::string what, Made made) {
   s.pictures.ask(request, reply,
                  [id = PanelId{request.path_param("id")}, known = request.if_none_match, what = std::move(what),
-                  asking = request.caller.role, made = std::move(made)](Repositories& r) {
+                  asking = request.caller.role, made = std::move(made)](Repositories& r) -> QueryPool::Answer {
                    const auto panel = r.panels.find(id);
                    if (!panel) return ApiReply::error(panel.error());
                    std::string etag = tile_etag(*panel, what);
                    if (etag_matches(known, etag)) return ApiReply::not_modified(std::move(etag));
-                   ApiReply out = made(*panel, missing_tiles(*panel, asking));
-                   if (out.status == 200) out.etag = std::move(etag);
-                   return out;
+                   return [panel = *panel, etag = std::move(etag), asking, made](Repositories&) {
+                     ApiReply out = made(panel, missing_tiles(panel, asking));
+                     if (out.status == 200) out.etag = etag;
+                     return out;
+                   };
                  });
 }
 

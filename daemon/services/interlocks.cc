@@ -10,12 +10,12 @@
 #include "daemon/services/bed_pictures.h"
 #include "daemon/services/cell_alarms.h"
 #include "daemon/services/device_places.h"
+#include "daemon/unit/disk_room.h"
 
 namespace veneer::daemon {
 namespace {
 
 constexpr std::uintmax_t kLittleRoom = 2'000'000'000;  // bytes: some scans of large panels, and a backup of them
-constexpr std::uintmax_t kNoRoom = 10'000'000;         // bytes: what the database takes at once for a run
 constexpr std::chrono::hours kOldBackup{7 * 24};
 
 using enum InterlockState;
@@ -141,8 +141,7 @@ Interlock disk_lock(const std::optional<std::uintmax_t>& free_bytes) {
   if (!free_bytes) return {"disk", kUnknown, "the disk has not said how much room is left", ""};
   const std::string room = fmt::format("{:.1f} GB are free", static_cast<double>(*free_bytes) / 1e9);
   if (*free_bytes >= kLittleRoom) return {"disk", kGood, room, ""};
-  if (*free_bytes < kNoRoom)
-    return {"disk", kBlocks, "the disk is nearly full, and soon no cut can be booked", "Make room on the disk."};
+  if (!check_room(free_bytes)) return {"disk", kBlocks, kDiskIsNearlyFull, "Make room on the disk."};
   return {"disk", kWarns, room, "Make room on the disk before it is full: a cut cannot be booked on a full one."};
 }
 

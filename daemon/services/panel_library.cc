@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "base/files.h"
@@ -244,19 +245,24 @@ Status PanelLibrary::make_tiles(const cv::Mat& map, const std::filesystem::path&
   return Ok();
 }
 
-// Of a map from before tiles were kept, or whose tiles were removed, they are made now.
-Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file, MissingTiles missing) const {
-  auto tiles = tiles_file(map_file);
-  std::error_code failed;
-  if (std::filesystem::exists(tiles, failed)) {
+// The file is opened, not asked for first: others' tiles may take its place at any time. What was just made is read
+// before they may.
+template <class Read>
+std::invoke_result_t<Read, const std::filesystem::path&> PanelLibrary::read_tiles(const std::string& map_file,
+                                                                                  MissingTiles missing,
+                                                                                  Read read) const {
+  const auto tiles = tiles_file(map_file);
+  const auto told = [](const auto& answer) { return answer.ok() || answer.error().code == ErrorCode::kNotFound; };
+  if (auto kept = read(tiles); told(kept)) {
+    std::error_code failed;
     std::filesystem::last_write_time(tiles, std::filesystem::file_time_type::clock::now(), failed);  // looked at
-    return tiles;
+    return kept;
   }
   if (missing == MissingTiles::kRefuse)
     return Error{ErrorCode::kRefused,
                  "this map is not kept in tiles any more: an operator who looks at it closely has them made again"};
-  const std::lock_guard lock(tiles_mutex_);  // others' tiles do not wait for it
-  if (std::filesystem::exists(tiles, failed)) return tiles;
+  const std::lock_guard lock(tiles_mutex_);
+  if (auto made = read(tiles); told(made)) return made;  // by somebody else meanwhile
   if (!has_room_for_tiles())
     return Error{ErrorCode::kStorage, fmt::format("the disk of {} has too little room left to show a map closely: make "
                                                   "room on it",
@@ -264,18 +270,18 @@ Result<std::filesystem::path> PanelLibrary::tiles_of(const std::string& map_file
   const auto whole = load_picture(map_file);
   if (!whole) return whole.error();
   if (const Status written = make_tiles(*whole, tiles); !written) return written.error();
-  return tiles;
+  return read(tiles);
 }
 
 Result<std::vector<cv::Size>> PanelLibrary::tile_levels(const std::string& map_file, MissingTiles missing) const {
-  const auto tiles = tiles_of(map_file, missing);
-  return tiles ? planner::read_pyramid_levels(*tiles) : tiles.error();
+  return read_tiles(map_file, missing, planner::read_pyramid_levels);
 }
 
 Result<std::string> PanelLibrary::load_tile(const std::string& map_file, int level, int column, int row,
                                             MissingTiles missing) const {
-  const auto tiles = tiles_of(map_file, missing);
-  return tiles ? planner::read_pyramid_tile(*tiles, level, column, row) : tiles.error();
+  return read_tiles(map_file, missing, [&](const std::filesystem::path& tiles) {
+    return planner::read_pyramid_tile(tiles, level, column, row);
+  });
 }
 
 Result<PanelLibrary::SmallPicture> PanelLibrary::make_smaller(const std::string& file, int width_px) const {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -64,9 +65,10 @@ class PanelLibrary {
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
   // hundred million pixels only those are read that are looked at. The levels' sizes, and one tile, a JPEG file.
-  // Where they are not there yet they are made, one map's after the other, which takes seconds; those of maps that
-  // nobody has looked at for the longest time give way to them. kNotFound: the map has no such tile; kRefused: they are
-  // not there and are not to be made; kStorage: also while the disk has little room.
+  // Where they are not there, or cannot be read, they are made, one map's after the other, which takes seconds; those
+  // of maps that nobody has looked at for the longest time give way to them, and are made again for who looks just
+  // then. kNotFound: the map has no such tile; kRefused: they are not there and are not to be made; kStorage: also
+  // while the disk has little room.
   enum class MissingTiles { kMake, kRefuse };
   Result<std::vector<cv::Size>> tile_levels(const std::string& map_file,
                                             MissingTiles missing = MissingTiles::kMake) const;
@@ -115,7 +117,10 @@ class PanelLibrary {
   bool has_small(const std::string& file, const std::filesystem::path& own) const;
   bool has_room_for_tiles() const;
   std::filesystem::path tiles_file(const std::string& map_file) const;
-  Result<std::filesystem::path> tiles_of(const std::string& map_file, MissingTiles missing) const;
+  // What `read` makes of the map's tiles, which are made before where it can read none.
+  template <class Read>
+  std::invoke_result_t<Read, const std::filesystem::path&> read_tiles(const std::string& map_file, MissingTiles missing,
+                                                                      Read read) const;
   Status make_tiles(const cv::Mat& map, const std::filesystem::path& tiles) const;  // tiles_mutex_ is held
 
   std::filesystem::path data_dir_;

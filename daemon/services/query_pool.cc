@@ -103,10 +103,11 @@ void QueryPool::run(int number, db::Database database) {
 }
 
 ApiReply QueryPool::worked(const Question& question, Repositories& repositories) {
-  if (!question.only_reads) return question.work(repositories);
-  auto reply =
-      db::at_one_moment(repositories.connection, [&]() -> Result<ApiReply> { return question.work(repositories); });
-  return reply ? *std::move(reply) : ApiReply::error(reply.error());
+  const auto asked = [&]() -> Result<Answer> { return question.work(repositories); };
+  Result<Answer> answer = question.only_reads ? db::at_one_moment(repositories.connection, asked) : asked();
+  if (!answer) return ApiReply::error(answer.error());
+  if (const auto* making = std::get_if<Making>(&*answer)) return (*making)(repositories);
+  return std::get<ApiReply>(*std::move(answer));
 }
 
 ApiReply QueryPool::made(const Question& question, Repositories& repositories) {

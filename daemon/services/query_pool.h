@@ -1,8 +1,9 @@
 // Answers to questions: read-only work for a client that waits, off the reactor and beside the one thread that writes.
 //
 // Every thread has a read-only connection of its own and sees the last commit; nothing it does delays a write. Whatever
-// a GET asks, it is told of one moment, so that its figures agree; other methods see what they had written. What is
-// built and serialised for a client is built here. The work is bounded: what waits for a client that has gone is
+// a GET asks, it is told of one moment, so that its figures agree; other methods see what they had written. While that
+// moment lasts the log beside the database only grows: what takes long, as pictures do, is made when it is over. What
+// is built and serialised for a client is built here. The work is bounded: what waits for a client that has gone is
 // dropped, and a client that finds the queue full gets 503 with Retry-After. Operators have a queue of their own, which
 // goes first, and the last free thread of several is theirs, so that a crowd of viewers never shuts them out.
 //
@@ -19,6 +20,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "base/result.h"
@@ -36,8 +38,12 @@ class QueryPool {
     std::size_t max_waiting = 32;  // of viewers, and as many of operators
     CellDevices devices = {};
   };
+  // What is made of what was asked, once the moment is over: for what decodes or draws. What it asks itself it is told
+  // of as many moments as it asks questions.
+  using Making = std::function<ApiReply(Repositories&)>;
+  using Answer = std::variant<ApiReply, Making>;
   // Runs on one of the threads. It may look at request.gone (copied by whoever made it) when it takes long.
-  using Work = std::function<ApiReply(Repositories&)>;
+  using Work = std::function<Answer(Repositories&)>;
 
   // Fails as db::Database::open_for_reading does.
   static Result<std::unique_ptr<QueryPool>> open(const std::filesystem::path& file, Options options);

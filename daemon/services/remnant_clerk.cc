@@ -52,36 +52,52 @@ void RemnantClerk::count_for_searches(Repositories& reading) {
   }
 }
 
-Result<db::RemnantRecord> RemnantClerk::counted(Repositories& reading, const db::RemnantBook::Due& due) {
-  const auto panel = reading.panels.find(due.panel);
+// Looks at its pictures, which takes long; what is asked of the database is of no moment that lasts.
+Status RemnantClerk::count(Repositories& reading, const PanelId& id) {
+  const auto panel = reading.panels.find(id);
+  if (!panel) return panel.error();
+  const auto counted = remnants_.count(reading, *panel);
+  if (!counted) return counted.error();
+  if (!*counted) return Error{ErrorCode::kStorage, fmt::format("the mask of panel {} cannot be read", id.value)};
+  static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
+  return Ok();
+}
+
+Result<RemnantClerk::Left> RemnantClerk::left(Repositories& reading, const db::RemnantBook::Due& due) {
+  auto panel = reading.panels.find(due.panel);
   if (!panel) return panel.error();
   const auto counted = remnants_.count(reading, *panel);
   if (!counted) return counted.error();
   if (!*counted) return Error{ErrorCode::kStorage, fmt::format("the mask of panel {} cannot be read", due.panel.value)};
-  const auto live = reading.ledger.live_allocations(due.panel);
+  auto live = reading.ledger.live_allocations(due.panel);
   if (!live) return live.error();
   db::RemnantRecord record = to_record(due.panel, panel->mask_version, (*counted)->of, (*counted)->remnant);
   record.run = due.run;
   record.at = utc_timestamp();
-  const auto picture = picture_of_remnant(library_, *panel, *live, (*counted)->remnant, kKeptWidth);
-  const auto stored = picture ? library_.store_picture(*picture, "panels/" + due.panel.value, "remnant")
-                              : Result<PanelLibrary::Stored>(picture.error());
-  if (stored) record.picture_file = stored->file;
-  static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
   for (const WoodWanted& wanted : Remnants::usual_searches()) {
     if (stopping_) return Error{ErrorCode::kCancelled, "the daemon ends"};
     const auto area = remnants_.fitting(reading, *panel, wanted);
     if (!area) return area.error();
     record.fitting.push_back({name_of(wanted), *area});
   }
-  return record;
+  return Left{std::move(*panel), std::move(*live), std::move((*counted)->remnant), std::move(record)};
+}
+
+std::string RemnantClerk::picture_of(const Left& left) const {
+  const auto picture = picture_of_remnant(library_, left.panel, left.live, left.remnant, kKeptWidth);
+  if (!picture) return {};
+  const auto stored = library_.store_picture(*picture, "panels/" + left.panel.id.value, "remnant");
+  return stored ? stored->file : std::string();
 }
 
 // What cannot be read or written now is due again at the next look.
 void RemnantClerk::book(DatabaseReader& reader, const db::RemnantBook::Due& due) {
-  const auto record = reader.at_one_moment([&](Repositories& r) { return counted(r, due); });
-  if (!record) return log_->debug("no remnant of panel {} is booked: {}", due.panel.value, record.error().message);
-  const Status booked = database_.call([&](Repositories& r) { return r.remnants.book(*record); });
+  const Status counted = count(reader.repositories(), due.panel);
+  auto told =
+      counted ? reader.at_one_moment([&](Repositories& r) { return left(r, due); }) : Result<Left>(counted.error());
+  if (!told) return log_->debug("no remnant of panel {} is booked: {}", due.panel.value, told.error().message);
+  told->record.picture_file = picture_of(*told);
+  const Status booked = database_.call([&](Repositories& r) { return r.remnants.book(told->record); });
   if (!booked) log_->debug("the remnant of panel {} is not booked: {}", due.panel.value, booked.error().message);
 }
 

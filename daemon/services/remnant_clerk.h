@@ -7,6 +7,8 @@
 #pragma once
 
 #include <atomic>
+#include <string>
+#include <vector>
 
 #include "base/log.h"
 #include "daemon/services/panel_library.h"
@@ -30,8 +32,16 @@ class RemnantClerk {
   void book_due();
 
  private:
-  // All of it of one moment: what is free, its picture, and what fits in there.
-  Result<db::RemnantRecord> counted(Repositories& reading, const db::RemnantBook::Due& due);
+  struct Left {
+    db::PanelRecord panel;
+    std::vector<db::AllocationRecord> live;
+    Remnant remnant;
+    db::RemnantRecord record;  // without a picture
+  };
+  Status count(Repositories& reading, const PanelId& panel);
+  // All of it of one moment: what is free, and what fits in there. Counted before, or where wood was booked since.
+  Result<Left> left(Repositories& reading, const db::RemnantBook::Due& due);
+  std::string picture_of(const Left& left) const;  // its file, or ""
   void book(DatabaseReader& reader, const db::RemnantBook::Due& due);
   void count_for_searches(Repositories& reading);
 

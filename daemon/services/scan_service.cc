@@ -279,15 +279,11 @@ Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerMode
   wanted.earlier_mask = library_.path_of(masks->front().seen_file).string();
   work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
   // What was wood at first stays to be asked after, though a later scan did not see it any more; the newest has what
-  // people gave back since. Where the first one is lost, all of the sheet is asked after.
-  const std::string first_mask = library_.path_of(masks->back().mask_file).string(),
-                    newest_mask = library_.path_of(masks->front().mask_file).string();
-  std::error_code none;
-  if (std::filesystem::exists(first_mask, none)) {
-    wanted.wood_masks = {first_mask};
-    if (newest_mask != first_mask) wanted.wood_masks.push_back(newest_mask);
-    work.readable.insert(work.readable.end(), wanted.wood_masks.begin(), wanted.wood_masks.end());
-  }
+  // people gave back since.
+  wanted.wood_masks = {library_.path_of(masks->back().mask_file).string()};
+  if (masks->front().mask_file != masks->back().mask_file)
+    wanted.wood_masks.push_back(library_.path_of(masks->front().mask_file).string());
+  work.readable.insert(work.readable.end(), wanted.wood_masks.begin(), wanted.wood_masks.end());
   // Wood that is told as gone is in no later mask, and is told until it is booked.
   const auto told = database_.call([&](Repositories& r) { return r.differences.of(known.panel->id); });
   if (!told) return told.error();

@@ -35,6 +35,8 @@ struct UnitParts {
   DatabaseThread& database;
   BedView& bed;
   RunPlanner& planner;
+  // Whether what is cut could be booked, as far as is known (disk_room.h); none: nobody is asked.
+  std::function<Status()> may_book = {};
 };
 
 // Counts what is over, so that replies meant for it find out. Copies of a Moment outlive the Epoch.

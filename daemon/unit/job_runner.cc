@@ -156,6 +156,7 @@ void JobRunner::clear(Reply reply) {
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
   if (!after(view_.state, CellCommand::kStart) || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
+  if (const Status may = may_book(); !may) return reply(may);
   if (const Status may = check_cuts_stock(options_, limits_); !may) return reply(may);
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
@@ -182,6 +183,8 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
                                                        }));
                          }));
 }
+
+Status JobRunner::may_book() const { return parts().may_book ? parts().may_book() : Ok(); }
 
 void JobRunner::await_panel() {
   enter(CellState::kSuspended);
@@ -323,6 +326,7 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
   if (activity_) return reply(busy_aside());
   if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  if (const Status may = may_book(); !may) return reply(may);
   owed_.judge(*wait_.found());  // none is owed beyond the next run
   auto run = std::make_unique<PanelRun>(host(), view_.job->id, who, *wait_.found(), wait_.setup_pieces(),
                                         !wait_.is_last_setup(), kept_);

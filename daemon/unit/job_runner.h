@@ -123,6 +123,7 @@ class JobRunner : private ActivityHost {
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
   Status all_is_booked() const;  // kConflict while what was cut last is not
+  Status may_book() const;       // whether what a run cuts could be
   bool may_look_for_owed() const;
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);

@@ -23,7 +23,7 @@ TEST(Disk, ThatIsFullSaysSo) {
     disk.fill();
     return sentence_of(write_text(directory / "map.png", 100'000));
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_EQ(*said, "cannot write " + (directory / "map.png").string() +
                        ", because its disk is full: make room on the disk, then try again");
 }
@@ -34,7 +34,7 @@ TEST(Disk, ThatFillsUpWithTheFileItselfSaysSo) {
     const std::string refused = sentence_of(write_text(directory / "map.png", 4 << 20));
     return refused + " / " + sentence_of(write_text(directory / "small.png", 100'000));
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_EQ(*said, "cannot write " + (directory / "map.png").string() +
                        ", because its disk is full: make room on the disk, then try again / written");
 }
@@ -45,7 +45,7 @@ TEST(Disk, ThatIsMountedReadOnlySaysSo) {
     disk.make_read_only();
     return sentence_of(write_text(directory / "panels" / "map.png", 10));
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_EQ(*said, "cannot write " + (directory / "panels" / "map.png").string() +
                        ", because its disk is mounted read-only: mount it for writing, and look at the disk first if "
                        "nobody mounted it so");

@@ -26,7 +26,7 @@ TEST(DatabaseDisk, FullAtTheFirstStart) {
     disk.fill();
     return opening(file);
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_THAT(*said, HasSubstr("disk is full"));
   EXPECT_THAT(*said, HasSubstr(file.string()));
 }
@@ -45,7 +45,7 @@ TEST(DatabaseDisk, FullWhileItIsAtWorkAndThenNot) {
     const Status again = Audit(database).append({0, kNow, "test", "fill", "more"});
     return refused + (again && database.check_integrity() ? " / written" : " / refused");
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_THAT(*said, HasSubstr("disk is full"));
   EXPECT_THAT(*said, HasSubstr(file.string()));
   EXPECT_THAT(*said, HasSubstr(" / written"));
@@ -59,7 +59,7 @@ TEST(DatabaseDisk, ReadOnly) {
     disk.make_read_only();
     return opening(file);
   });
-  if (!said) GTEST_SKIP() << "nobody may mount a disk here";
+  VENEER_REQUIRE_DISK(said);
   EXPECT_THAT(*said, HasSubstr("because its disk is mounted read-only: mount it for writing"));
 }
 

@@ -1,14 +1,24 @@
 // The database against a model of it, which knows areas as sets of unit cells (tests/db/modelled_cell.h).
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <string>
 
 #include "tests/db/modelled_cell.h"
 #include "tests/db/tried_transactions.h"
 
 namespace veneer::db {
 namespace {
+
+// Drawn so seldom that a few sequences may leave them out: credentials are ended and recipes removed only where there
+// are some, what was kept for a recut is booked another way, and most leases are ended by what takes their wood. The
+// 10,000 of './dev soak ledger' leave out nothing.
+constexpr std::array kSeldom = {"Accounts::end(", "Materials::remove_recipe(", "JobStore::book_piece(",
+                                "Leases::expire("};
+constexpr int kMany = 1000;  // sequences
 
 TEST(LedgerModel, TheDatabaseAgreesWithTheModelWhateverIsDone) {
   TriedTransactions tried;
@@ -33,7 +43,13 @@ TEST(LedgerModel, TheDatabaseAgreesWithTheModelWhateverIsDone) {
   if (sequences < 60) return;  // somebody looks at one that failed
   EXPECT_GT(made_again_at_once, 0);
   for (const auto& command : ModelledCell::commands()) EXPECT_GT(given[command.name], 0) << command.name;
-  for (const std::string& place : tried.left_out()) std::printf("never committed: %s\n", place.c_str());
+  auto left_out = tried.left_out();
+  if (sequences < kMany)
+    std::erase_if(left_out, [](const std::string& place) {
+      return std::ranges::any_of(kSeldom,
+                                 [&](const char* function) { return place.find(function) != std::string::npos; });
+    });
+  EXPECT_THAT(left_out, ::testing::IsEmpty()) << "a transaction that the model does not know";
 }
 
 }  // namespace

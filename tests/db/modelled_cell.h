@@ -38,6 +38,7 @@ class ModelledCell : public ModelledPeople {
         {"scan_or_stray", 3, &ModelledCell::scan_or_stray},
         {"enter_part", 3, &ModelledCell::enter_part},
         {"redo", 5, &ModelledCell::redo},
+        {"cut_some_and_redo", 3, &ModelledCell::cut_some_and_redo},
         {"write_off", 1, &ModelledCell::write_off},
         {"retire_or_restore", 4, &ModelledCell::retire_or_restore},
         {"find_differences", 1, &ModelledCell::find_differences},
@@ -52,7 +53,7 @@ class ModelledCell : public ModelledPeople {
         {"look_at_a_piece", 1, &ModelledCell::look_at_a_piece},
         {"propose", 2, &ModelledCell::propose},
         {"decide_proposal", 2, &ModelledCell::decide_proposal},
-        {"edit_mask", 1, &ModelledCell::edit_mask},
+        {"edit_mask", 3, &ModelledCell::edit_mask},
         {"merge", 2, &ModelledCell::merge},
         {"forget_cuts", 1, &ModelledCell::forget_cuts},
         {"archive", 1, &ModelledCell::archive},
@@ -179,13 +180,15 @@ class ModelledCell : public ModelledPeople {
     AllocationState state = AllocationState::kReserved;
     std::set<Cell> cells;
     bool box = false;
-    bool outlined = true;  // the outline lies in it
+    std::optional<Cell> outline = std::nullopt;  // where the piece's outline lies, if in it
   };
   std::vector<Wood> wood_on(int panel) const {
     std::vector<Wood> out;
     const auto add = [&](const ModelPiece& piece, bool box) {
       if (piece.panel == panel && piece.state != AllocationState::kReleased)
-        out.push_back({piece.state, piece.cells, box, piece.cells.contains(piece.outline_cell())});
+        out.push_back(
+            {piece.state, piece.cells, box,
+             piece.cells.contains(piece.outline_cell()) ? std::optional(piece.outline_cell()) : std::nullopt});
     };
     for (const ModelJob& job : jobs_)
       for (const ModelPiece& piece : job.pieces) add(piece, false);
@@ -199,6 +202,13 @@ class ModelledCell : public ModelledPeople {
   }
 
  private:
+  // Of a run that is over, mostly: several pieces are needed for some to be made again at once.
+  void cut_some_and_redo() {
+    if (!run_) start_run();
+    for (int pieces = 0; pieces < 4; ++pieces) mark_cutting(), book();
+    if (run_) finish(false);
+    redo();
+  }
   void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
   void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
   void restoration_or_scan() { *in_range(0, 6) == 0 ? note_restoration() : scan_again(); }

@@ -39,12 +39,13 @@ class ModelledPeople : public ModelledFacts {
       VENEER_EXPECT_OK(accounts.end_all());
       return credentials_.clear();
     }
-    if (what < 3 && !credentials_.empty()) {
+    if (what < 4 && !credentials_.empty()) {
       const auto index = *in_range<std::size_t>(0, credentials_.size());
       VENEER_EXPECT_OK(accounts.end({credentials_[index].secret}));
       credentials_.erase(credentials_.begin() + static_cast<std::ptrdiff_t>(index));
       return;
     }
+    if (users_.empty()) change_users();
     const ModelCredential wanted{fmt::format("{:064}", ++secrets_), *rc::gen::element<std::string>("anna", "ben"),
                                  *rc::gen::arbitrary<bool>()};
     // One person's tokens have names of their own.

@@ -116,9 +116,13 @@ class ModelledPlans : public ModelledWood {
   // They get other wood, all of them or none.
   void redo() {
     if (jobs_.empty()) return;
-    ModelJob& job = *mostly(jobs_, [](const ModelJob& one) {
-      return one.state != JobState::kRunning &&
-             (one.any(AllocationState::kScrap) || one.any(AllocationState::kReleased));
+    const bool at_once = *rc::gen::arbitrary<bool>();
+    ModelJob& job = *mostly(jobs_, [&](const ModelJob& one) {
+      const auto lost = std::ranges::count_if(one.pieces, [](const ModelPiece& piece) {
+        return piece.state == AllocationState::kScrap || piece.state == AllocationState::kReleased;
+      });
+      const auto cut = std::ranges::count(one.pieces, AllocationState::kCut, &ModelPiece::state);
+      return one.state != JobState::kRunning && (at_once ? lost + cut > 1 : lost > 0);
     });
     const auto indices = to_make_again(job);
     ModelPlan plan;
@@ -128,7 +132,7 @@ class ModelledPlans : public ModelledWood {
     for (const std::size_t index : indices) {
       const AllocationState state = job.pieces[index].state;
       ModelPiece& wanted = plan.pieces.emplace_back(job.pieces[index]);
-      for (int tries = 0; tries < 8; ++tries) {  // where there is wood, mostly
+      for (int tries = 0; tries < 32; ++tries) {  // where there is wood, mostly
         wanted.panel = any_panel();
         wanted.cells = random_cells();
         if (!known_[wanted.panel].retired && !is_to_scan(wanted.panel) &&

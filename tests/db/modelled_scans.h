@@ -184,8 +184,9 @@ class ModelledScans : public ModelledPanels {
 
   // What people gave back to a mask or withheld, and took back.
   void edit_mask() {
-    const int panel = any_panel();
-    ModelPanel& known = known_[panel];
+    const auto counts = [](bool edit) { return edit; };
+    ModelPanel& known = *mostly(known_, [&](const ModelPanel& one) { return std::ranges::any_of(one.edits, counts); });
+    const int panel = static_cast<int>(&known - known_.data());
     const ModelScan scan = known.seen.back();
     const MaskRecord made{0, scan.map, scan.mask + "-painted", "hash", moment(++tick_), {}, scan.mask};
     // Somebody else may have been faster.

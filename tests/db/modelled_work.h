@@ -105,12 +105,7 @@ class ModelledWork : public ModelledPlans {
     if (!run_) return;
     ModelJob& job = jobs_[run_->job];
     if (*rc::gen::arbitrary<bool>()) {
-      const bool more = *in_range(0, 4) != 0;
-      const bool allowed = !job.any(AllocationState::kCutting);
-      RC_ASSERT(cell_.jobs().finish_run(run_->id, more, kLater).ok() == allowed);
-      if (!allowed) return;
-      const bool goes_on = more && job.any(AllocationState::kReserved);
-      job.state = job.after(goes_on ? JobState::kRunning : JobState::kStopped);
+      finish(*in_range(0, 4) != 0);
     } else {
       // The next pieces of this run, which the beam may have begun, and others that it may have hit.
       std::vector<ModelPiece*> suspects;
@@ -123,7 +118,16 @@ class ModelledWork : public ModelledPlans {
       suspect_what_was_cutting(job);
       doubt(neighbours);
       job.state = job.after(JobState::kAborted);
+      run_.reset();
     }
+  }
+  void finish(bool more) {
+    ModelJob& job = jobs_[run_->job];
+    const bool allowed = !job.any(AllocationState::kCutting);
+    RC_ASSERT(cell_.jobs().finish_run(run_->id, more, kLater).ok() == allowed);
+    if (!allowed) return;
+    const bool goes_on = more && job.any(AllocationState::kReserved);
+    job.state = job.after(goes_on ? JobState::kRunning : JobState::kStopped);
     run_.reset();
   }
   void settle() {
@@ -167,6 +171,11 @@ class ModelledWork : public ModelledPlans {
   }
   void end_between_panels() {
     if (jobs_.empty()) return;
+    // Mostly a panel is over just now, and the next one not loaded yet.
+    if (!run_ && *in_range(0, 4) != 0) {
+      start_run();
+      if (run_) finish(true);
+    }
     ModelJob& job = *mostly(jobs_, [&](const ModelJob& one) {
       return one.state == JobState::kRunning && !(run_ && &jobs_[run_->job] == &one);
     });

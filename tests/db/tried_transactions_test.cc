@@ -1,5 +1,5 @@
 // Faults and power cuts are tried on a day at the cell (a_day.h): what it does not do they never meet, so it leaves no
-// transaction of the stores out. Of kills their own test says it; the model's tells what it left out.
+// transaction of the stores out. Of kills and of the model their own tests say it.
 #include <gmock/gmock.h>
 
 #include "tests/db/a_day.h"

@@ -22,7 +22,13 @@ class HangingFile {
   HangingFile(const HangingFile&) = delete;
   HangingFile& operator=(const HangingFile&) = delete;
   ~HangingFile() {
-    if (pipe_ >= 0) ::close(pipe_);
+    for (const int end : {pipe_, waited_})
+      if (end >= 0) ::close(end);
+  }
+  // Until somebody has opened it, who reads nothing yet.
+  void await_reader() {
+    waited_ = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (waited_ < 0) throw std::runtime_error("the pipe " + file_.string() + " cannot be opened");
   }
   // Whoever waits reads nonsense, as does whoever opens it from now on.
   void let_go() {
@@ -31,6 +37,7 @@ class HangingFile {
     std::filesystem::rename(file_, was);
     std::ofstream(file_) << "nonsense";
     pipe_ = ::open(was.c_str(), O_RDWR | O_CLOEXEC);
+    if (waited_ >= 0) ::close(std::exchange(waited_, -1));
     constexpr std::array<char, 60'000> kNonsense{};  // enough for all who wait, and less than a pipe holds
     if (pipe_ < 0 || ::write(pipe_, kNonsense.data(), kNonsense.size()) < 0)
       throw std::runtime_error("the pipe " + was.string() + " cannot be written");
@@ -38,7 +45,7 @@ class HangingFile {
 
  private:
   std::filesystem::path file_;
-  int pipe_ = -1;
+  int pipe_ = -1, waited_ = -1;
 };
 
 }  // namespace veneer::testing

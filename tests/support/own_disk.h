@@ -1,8 +1,10 @@
 // A small disk of the test's own, which can become full or read-only: a tmpfs that only a child process sees. Needs the
-// system's leave (root, or user namespaces).
+// system's leave (root, or user namespaces). Without it such tests are skipped, which ctest tells; where the variable
+// VENEER_MOUNTS is set they fail, so that whoever knows that a machine gives it never loses them unseen.
 #pragma once
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/wait.h>
@@ -16,6 +18,14 @@
 #include <string>
 
 namespace veneer::testing {
+
+// At once after OwnDisk::run(), in a test.
+#define VENEER_REQUIRE_DISK(said)                                                                            \
+  if (said) {                                                                                                \
+  } else if (std::getenv("VENEER_MOUNTS") != nullptr) { /* NOLINT(concurrency-mt-unsafe): nothing sets it */ \
+    FAIL() << "nobody may mount a disk here, and VENEER_MOUNTS says that it must be possible";               \
+  } else                                                                                                     \
+    GTEST_SKIP() << "nobody may mount a disk here: run this as root, or allow user namespaces"
 
 class OwnDisk {
  public:

@@ -85,6 +85,19 @@ TEST_F(ProposalRoutes, AreLookedAtAndAccepted) {
   EXPECT_EQ(get("/proposals/9")["error"]["code"], "not_found");
 }
 
+// Somebody has to look at just these.
+TEST_F(ProposalRoutes, OfAPanelWhoseMaskIsLostAreShownAllTheSame) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  SeenSheet again = seen(301, {{"unproven-mask", "its mask is lost"}});
+  again.panel = PanelId{"P-0001"}, again.after = 1;
+  const auto waiting = cell->proposals->propose(std::move(again), "uid 1000");
+  ASSERT_TRUE(waiting && waiting->proposal);
+  const auto panel = cell->database->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
+  ASSERT_TRUE(std::filesystem::remove(cell->panel_library.path_of(panel->mask_file)));
+  const ApiReply picture = ask("GET", fmt::format("/api/v1/proposals/{}/picture.png", waiting->proposal->value));
+  EXPECT_EQ(picture.status, 200) << picture.body;
+}
+
 TEST_F(ProposalRoutes, AreRefused) {
   const auto number = propose(301);
   EXPECT_EQ(post(fmt::format("/proposals/{}/refuse", number), {{"note", std::string(501, 'x')}}).status, 400);

@@ -2,6 +2,8 @@
 
 #include "planner/pictures/pictures.h"
 #include "tests/daemon/routes/panel_cell.h"
+#include "tests/support/hanging_file.h"
+#include "tests/support/whole_checkpoint.h"
 
 namespace veneer::daemon {
 namespace {
@@ -54,6 +56,25 @@ TEST_F(TileRoutes, OfARetiredPanelAreMadeForAnOperatorOnly) {
   EXPECT_EQ(tile("level=0&column=0&row=0").status, 200);
   role = Role::kViewer;
   EXPECT_EQ(tile("level=0&column=0&row=0").status, 200) << "they are there by now";
+}
+
+// What is written meanwhile, by a run that cuts, need not wait for it in the log beside the database.
+TEST_F(TileRoutes, AreMadeWhileTheLogCanBeEmptied) {
+  until_what_is_left_is_booked("P-0001"), until_what_is_left_is_booked("P-0002");
+  ASSERT_EQ(tile("level=0&column=0&row=0").status, 200);
+  std::filesystem::path tiles;
+  for (const auto& kept : std::filesystem::directory_iterator(cell->panel_library.small_dir()))
+    if (kept.path().string().ends_with("-tiles.tif")) tiles = kept.path();
+  ASSERT_FALSE(tiles.empty());
+  std::filesystem::remove(tiles);
+  veneer::testing::HangingFile hangs(tiles);
+  const auto answer = begin_asking("GET", "/api/v1/panels/P-0002/map-tile.jpg?level=0&column=0&row=0");
+  hangs.await_reader();
+  EXPECT_TRUE(veneer::testing::checkpoint_completes(*cell->database));
+  hangs.let_go();
+  while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  EXPECT_EQ((*answer)->status, 200) << (*answer)->body;
 }
 
 TEST_F(TileRoutes, RefuseWhatIsNoTile) {

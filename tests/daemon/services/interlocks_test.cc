@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/services/device_places.h"
+#include "daemon/unit/disk_room.h"
 
 namespace veneer::daemon {
 namespace {
@@ -167,6 +168,8 @@ TEST(Interlocks, OnAFullDiskNothingIsCut) {
   EXPECT_EQ(chain.link("disk").state, InterlockState::kBlocks);
   EXPECT_EQ(chain.link("disk").sentence + " | " + chain.link("disk").remedy,
             "the disk is nearly full, and soon no cut can be booked | Make room on the disk.");
+  EXPECT_THAT(check_room(chain.facts.free_bytes).error().message, ::testing::StartsWith(chain.link("disk").sentence))
+      << "as Start says it";
 }
 
 TEST(Interlocks, AScannersCertificateKeepsNobodyFromCutting) {

@@ -1,10 +1,13 @@
 #include "daemon/services/panel_library.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
-
+#include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
 
 #include "daemon/orders/stored_picture.h"
 #include "tests/support/temp_directory.h"
@@ -159,6 +162,27 @@ TEST_F(SmallPictures, TilesThatNobodyLookedAtForTheLongestTimeGiveWay) {
   EXPECT_TRUE(is_kept(first));
   EXPECT_FALSE(is_kept(second));
   EXPECT_TRUE(is_kept(third));
+}
+
+// They give way to others' between a look for them and their opening, or a disk spoils them: what is there cannot be
+// opened, or is none.
+TEST_F(SmallPictures, TilesThatCannotBeReadAreMadeAgain) {
+  const std::string map = store(600, 30, {10, 90, 200});
+  ASSERT_TRUE(library_.tile_levels(map));
+  const auto tiles = std::filesystem::directory_iterator(library_.small_dir())->path();
+  const auto nobody_can_open = [&] { ASSERT_EQ(::mknod(tiles.c_str(), S_IFSOCK | 0600, 0), 0); };
+  const auto holds_nothing = [&] { std::ofstream(tiles) << ""; };
+  for (const std::function<void()>& spoil : {std::function<void()>(nobody_can_open), {holds_nothing}}) {
+    std::filesystem::remove(tiles);
+    spoil();
+    EXPECT_EQ(library_.load_tile(map, 0, 0, 0, PanelLibrary::MissingTiles::kRefuse).error().code, ErrorCode::kRefused);
+    const auto tile = library_.load_tile(map, 0, 0, 0);
+    EXPECT_TRUE(tile) << tile.error().message;
+    std::filesystem::remove(tiles);
+    spoil();
+    const auto levels = library_.tile_levels(map);
+    EXPECT_TRUE(levels) << levels.error().message;
+  }
 }
 
 TEST_F(SmallPictures, TilesAreNotMadeForWhoMayNotHaveThemMade) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/temp_directory.h"
+#include "tests/support/whole_checkpoint.h"
 
 namespace veneer::daemon {
 namespace {
@@ -15,12 +16,13 @@ namespace {
 // A question that holds its thread until it is let go.
 class Blocked {
  public:
+  ApiReply made(Repositories&) {
+    begun_.set_value();
+    released_.get_future().wait();
+    return ApiReply::json({{"late", true}});
+  }
   QueryPool::Work work() {
-    return [this](Repositories&) {
-      begun_.set_value();
-      released_.get_future().wait();
-      return ApiReply::json({{"late", true}});
-    };
+    return [this](Repositories& r) { return made(r); };
   }
   void await() { begun_.get_future().wait(); }
   void release() { released_.set_value(); }
@@ -107,6 +109,27 @@ TEST_F(QueryPoolTest, AQuestionIsToldOfOneMoment) {
     EXPECT_EQ(seen["before"], entries);
     EXPECT_EQ(seen["after"], entries);
   }
+}
+
+TEST_F(QueryPoolTest, WhatIsMadeOfAnAnswerKeepsTheLogFromBeingEmptiedNoLonger) {
+  Blocked asking, making;
+  auto pool = open(2);
+  ApiRequest question = from(Role::kOperator);
+  question.method = "GET";
+  const auto count_and = [](Blocked& then) { return [&then](Repositories& r) { return count_jobs(r), then.made(r); }; };
+  pool->ask(question, keep(), count_and(asking));
+  asking.await();
+  EXPECT_FALSE(testing::checkpoint_completes(*database)) << "it is told of one moment";
+  asking.release();
+  pool->ask(question, keep(), [&](Repositories& r) -> QueryPool::Answer {
+    return count_jobs(r), QueryPool::Making([&](Repositories& later) { return making.made(later); });
+  });
+  making.await();
+  EXPECT_TRUE(testing::checkpoint_completes(*database));
+  making.release();
+  pool->close();
+  ASSERT_EQ(replies.size(), 2U);
+  for (const ApiReply& reply : replies) EXPECT_EQ(reply.status, 200);
 }
 
 TEST_F(QueryPoolTest, AChangeSeesWhatItHadWritten) {

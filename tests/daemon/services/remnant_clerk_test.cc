@@ -6,10 +6,13 @@
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <thread>
 
 #include "base/log.h"
+#include "tests/support/hanging_file.h"
 #include "tests/support/panel_shapes.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/whole_checkpoint.h"
 
 namespace veneer::daemon {
 namespace {
@@ -22,11 +25,11 @@ constexpr int kMaskColumns = 360, kMaskRows = 240;
 const PanelId kMaple{"P-0001"};
 
 template <class T>
-T must(Result<T> result) {
+T made_sure(Result<T> result) {
   if (!result) throw std::runtime_error(result.error().message);
   return std::move(*result);
 }
-void must(const Status& status) {
+void made_sure(const Status& status) {
   if (!status) throw std::runtime_error(status.error().message);
 }
 
@@ -35,23 +38,23 @@ class RemnantClerkTest : public ::testing::Test {
   // A daemon's stay.
   struct Life {
     explicit Life(const fs::path& data)
-        : database(must(DatabaseThread::open(data / "veneerd.db", reactor))),
+        : database(made_sure(DatabaseThread::open(data / "veneerd.db", reactor))),
           panel_library(data),
           memory(data / "memory.json"),
           remnants(panel_library, memory),
           clerk(*database, panel_library, remnants, memory, make_null_logger()) {}
     template <class Work>
     auto with(Work work) {
-      return must(database->call(work));
+      return made_sure(database->call(work));
     }
     std::vector<db::RemnantRecord> booked() {
       return with([](Repositories& r) { return r.remnants.list(kMaple, 10); });
     }
     std::optional<Remnant> told() {
-      return with([&](Repositories& r) { return remnants.of(r, must(r.panels.find(kMaple))); });
+      return with([&](Repositories& r) { return remnants.of(r, made_sure(r.panels.find(kMaple))); });
     }
     SquareMillimetres found(const WoodWanted& wanted) {
-      return with([&](Repositories& r) { return remnants.fitting(r, must(r.panels.find(kMaple)), wanted); });
+      return with([&](Repositories& r) { return remnants.fitting(r, made_sure(r.panels.find(kMaple)), wanted); });
     }
 
     boost::asio::io_context reactor;
@@ -66,10 +69,10 @@ class RemnantClerkTest : public ::testing::Test {
     Life stay(data());
     db::PanelRecord panel;
     panel.id = kMaple, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
-    const auto picture = must(
+    const auto picture = made_sure(
         stay.panel_library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
-    must(stay.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
+    made_sure(stay.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
     picture_ = data() / picture.file;
   }
   // A piece of 8 mm in the lower left corner.
@@ -82,10 +85,10 @@ class RemnantClerkTest : public ::testing::Test {
     db::NewPlan plan;
     plan.name = "n", plan.plan_json = plan.options_json = "{}";
     plan.pieces = {piece}, plan.planned_on = {{kMaple, 1}};
-    const JobId job = must(r.jobs.create(plan, kThen));
-    const db::RunId run = must(r.jobs.start_run(job, kMaple, {}, Millimetres(0.05), kThen));
-    must(r.jobs.mark_cutting({1}, kThen));
-    must(r.jobs.book_piece({1}, kThen));
+    const JobId job = made_sure(r.jobs.create(plan, kThen));
+    const db::RunId run = made_sure(r.jobs.start_run(job, kMaple, {}, Millimetres(0.05), kThen));
+    made_sure(r.jobs.mark_cutting({1}, kThen));
+    made_sure(r.jobs.book_piece({1}, kThen));
     return r.jobs.finish_run(run, false, kThen);
   }
   fs::path data() const { return directory_ / "data"; }
@@ -105,7 +108,7 @@ TEST_F(RemnantClerkTest, BooksWhatARunLeavesWithItsPicture) {
   EXPECT_FALSE(stay.booked()[0].run) << "of its first scan";
   stay.clerk.book_due();
   EXPECT_EQ(stay.booked().size(), 1U) << "nothing is due";
-  must(stay.database->call(&cut_a_piece));
+  made_sure(stay.database->call(&cut_a_piece));
   stay.clerk.book_due();
   const auto booked = stay.booked();
   ASSERT_EQ(booked.size(), 2U);
@@ -113,14 +116,14 @@ TEST_F(RemnantClerkTest, BooksWhatARunLeavesWithItsPicture) {
   ASSERT_EQ(booked[0].woods.size(), 1U);
   EXPECT_LT(booked[0].woods[0].free + SquareMillimetres(64), booked[1].woods[0].free);
   EXPECT_LT(booked[0].square->size, booked[1].square->size);
-  const auto picture = must(stay.panel_library.load_picture(booked[0].picture_file));
+  const auto picture = made_sure(stay.panel_library.load_picture(booked[0].picture_file));
   EXPECT_EQ(picture.size(), cv::Size(kMaskColumns, kMaskRows));
 }
 
 TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
   {
     Life stay(data());
-    must(stay.database->call(&cut_a_piece));
+    made_sure(stay.database->call(&cut_a_piece));
     stay.clerk.book_due();
   }
   lose_pictures();
@@ -135,7 +138,7 @@ TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
   EXPECT_EQ(next.found({{}, {}, Millimetres(9)}), SquareMillimetres(0))
       << "of these the stock's memory told, and now it is lost";
   // Other wood than what was counted.
-  must(next.database->call([](Repositories& r) {
+  made_sure(next.database->call([](Repositories& r) {
     return r.ledger.write_off(kMaple, Region<PanelFrame>(panel_square(20, 5, 6)), "burnt", kThen);
   }));
   EXPECT_FALSE(next.told());
@@ -161,7 +164,7 @@ TEST_F(RemnantClerkTest, CountsAgainWhenOtherWoodIsFree) {
   {
     Life stay(data());
     stay.clerk.book_due();
-    must(stay.database->call([](Repositories& r) {
+    made_sure(stay.database->call([](Repositories& r) {
       return r.ledger.write_off(kMaple, Region<PanelFrame>(panel_square(20, 5, 6)), "burnt", kThen);
     }));
     stay.clerk.book_due();
@@ -170,6 +173,21 @@ TEST_F(RemnantClerkTest, CountsAgainWhenOtherWoodIsFree) {
   lose_pictures();
   Life next(data());
   EXPECT_NEAR(next.found({{}, {}, Millimetres(15)}).count(), 20 * 20, 10);
+}
+
+TEST_F(RemnantClerkTest, DrawsWhileTheLogCanBeEmptied) {
+  Life stay(data());
+  made_sure(stay.database->call([&](Repositories& r) {
+    const auto panel = made_sure(r.panels.find(kMaple));
+    return r.panels.add_mask(kMaple, {0, "panels/map-that-hangs.png", panel.mask_file, panel.map_hash, kThen}, 1);
+  }));
+  testing::HangingFile map(data() / "panels" / "map-that-hangs.png");
+  std::thread clerk([&] { stay.clerk.book_due(); });
+  map.await_reader();
+  EXPECT_TRUE(testing::checkpoint_completes(*stay.database));
+  map.let_go();
+  clerk.join();
+  EXPECT_FALSE(stay.booked().empty());
 }
 
 TEST_F(RemnantClerkTest, WhatCannotBeReadIsDueAgain) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -38,8 +39,8 @@ class JobRunnerTest : public ::testing::Test {
   }
 
   void make_runner() {
-    runner_ = std::make_unique<JobRunner>(io_, UnitParts{laser_, *database_, bed_, bed_}, options_, make_null_logger(),
-                                          [] {});
+    runner_ = std::make_unique<JobRunner>(io_, UnitParts{laser_, *database_, bed_, bed_, may_book_}, options_,
+                                          make_null_logger(), [] {});
   }
 
   // As the next start of the program finds the cell.
@@ -175,6 +176,7 @@ class JobRunnerTest : public ::testing::Test {
   tests::SimLaser laser_{io_};
   LaidBed bed_{io_};
   RunnerOptions options_;
+  std::function<Status()> may_book_;
   std::unique_ptr<JobRunner> runner_;
 };
 
