@@ -79,11 +79,12 @@ class AreaRaster {
                 CV_32SC1, cv::Scalar::all(0)),
         joints_(labels_.size(), CV_8UC1, cv::Scalar::all(0)) {}
 
-  void fill(const std::vector<DrawingPoint>& outline) {
+  // A region, closed or not. What is not filled lets the joints under it be seen.
+  void fill(const DrawnLine& line) {
     std::vector<std::vector<cv::Point>> rings(1);
-    for (const DrawingPoint& p : outline) rings[0].push_back(pixel(p));
+    for (const DrawingPoint& p : line.points) rings[0].push_back(pixel(p));
     cv::fillPoly(labels_, rings, cv::Scalar::all(++regions_), cv::LINE_8, kPointBits);
-    cv::fillPoly(joints_, rings, cv::Scalar::all(0), cv::LINE_8, kPointBits);
+    if (line.filled) cv::fillPoly(joints_, rings, cv::Scalar::all(0), cv::LINE_8, kPointBits);
   }
 
   // A joint ends where what it parts does, to within what counts as closed.
@@ -154,7 +155,7 @@ Result<cv::Mat> areas_of_svg(const std::string& text) {
   for (const DrawnLine& line : drawing->lines) {
     const auto ends = straight(line);
     if (!ends)
-      raster.fill(line.points);
+      raster.fill(line);
     else if (!line.colour.empty())
       raster.part(*ends);
   }

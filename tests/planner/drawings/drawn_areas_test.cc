@@ -89,6 +89,20 @@ TEST(DrawnAreas, AStraightLineThatIsSeenIsAJoint) {
   EXPECT_EQ(areas_under("", "<line y1='5' x2='10' y2='5'/>"), 1U) << "the square lies over it";
 }
 
+TEST(DrawnAreas, OnlyWhatIsFilledHidesAJoint) {
+  const auto areas_of = [](const std::string& over) {
+    const auto areas = areas_of_file(
+        "<svg width='10mm' height='10mm' viewBox='0 0 10 10'><g stroke='black'>"
+        "<line y1='5' x2='10' y2='5'/><rect width='10' height='10' " +
+            over + "/></g></svg>",
+        "windows");
+    EXPECT_TRUE(areas.ok()) << areas.error().message;
+    return areas.ok() ? colours_of(*areas).size() : 0;
+  };
+  EXPECT_EQ(areas_of("fill='none'"), 2U);
+  EXPECT_EQ(areas_of("fill='red'"), 1U);
+}
+
 TEST(DrawnAreas, ALineFarBeyondAllRegionsIsRefused) {
   const auto areas = areas_of_file(
       "<svg width='10mm' height='10mm' viewBox='0 0 10 10'><rect width='10' height='10'/>"
