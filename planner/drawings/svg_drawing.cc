@@ -98,13 +98,18 @@ class ElementLengths {
   std::string refusal_;
 };
 
-// All that a drawing's <style> elements say, wherever they stand.
+// All that a drawing's <style> elements say, wherever they stand, but for those that are for print alone.
 class StyleCollector : public pugi::xml_tree_walker {
  public:
   bool for_each(pugi::xml_node& node) override {
-    const std::string_view type = node.attribute("type").value(), media = node.attribute("media").value();
     if (node.type() != pugi::node_element || local_name(node) != "style") return true;
-    if ((!type.empty() && type != "text/css") || (!media.empty() && media != "all" && media != "screen")) return true;
+    const std::string type = word_of(node, "type"), media = word_of(node, "media");
+    if (media == "print") return true;
+    if (!type.empty() && type != "text/css")
+      status = unread("type", type);
+    else if (!media.empty() && media != "all" && media != "screen")
+      status = unread("media", media);
+    if (!status.ok()) return false;
     std::string css;
     for (const pugi::xml_node& part : node.children()) css += part.value();  // one may be CDATA
     status = sheet.add(css);
@@ -112,7 +117,25 @@ class StyleCollector : public pugi::xml_tree_walker {
   }
   StyleSheet sheet;
   Status status = Ok();
+
+ private:
+  static std::string word_of(const pugi::xml_node& node, const char* attribute) {
+    return lower_case(trimmed(node.attribute(attribute).value()));
+  }
+  static Error unread(const char* attribute, const std::string& value) {
+    return unreadable(
+        fmt::format("the drawing's style sheet has the {} \"{}\", which is not read: save the drawing with strokes and "
+                    "fills as attributes of its elements (presentation attributes), not in a style sheet",
+                    attribute, value.substr(0, 40)));
+  }
 };
+
+// What an element says of the heeded properties, by their names.
+using Properties = std::map<std::string_view, std::string>;
+std::string said(const Properties& properties, std::string_view name) {
+  const auto found = properties.find(name);
+  return found == properties.end() ? std::string() : found->second;
+}
 
 class SvgReader {
  public:
@@ -126,8 +149,8 @@ class SvgReader {
     bool filled = true;
     int depth = 0;  // of groups
   };
-  std::string property(const pugi::xml_node& node, const char* name) const;
-  void paint(const pugi::xml_node& node, Inherited& into) const;
+  Result<Properties> properties_of(const pugi::xml_node& node) const;
+  static void paint(const Properties& says, Inherited& into);
   Status page(const pugi::xml_node& svg, Inherited& into);
   Status children(const pugi::xml_node& node, const Inherited& from);
   Status element(const pugi::xml_node& node, Inherited from);
@@ -143,24 +166,32 @@ class SvgReader {
 Result<Drawing> SvgReader::read(const pugi::xml_node& svg) {
   Inherited from;
   if (const Status good = page(svg, from); !good.ok()) return good.error();
-  paint(svg, from);
+  const auto says = properties_of(svg);
+  if (!says.ok()) return says.error();
+  paint(*says, from);
   if (const Status good = children(svg, from); !good.ok()) return good.error();
   if (drawing_.lines.empty()) return unreadable("the drawing has no lines");
   return std::move(drawing_);
 }
 
 // By style="...", a style sheet or as an attribute, the first of them that says it.
-std::string SvgReader::property(const pugi::xml_node& node, const char* name) const {
-  const std::string tag = local_name(node);
-  std::string styled = sheet_.property(
-      {tag, node.attribute("id").value(), node.attribute("class").value(), node.attribute("style").value()}, name);
-  return styled.empty() ? node.attribute(name).value() : styled;
+Result<Properties> SvgReader::properties_of(const pugi::xml_node& node) const {
+  const std::string tag = local_name(node), style = without_comments(node.attribute("style").value());
+  const StyledElement element{tag, node.attribute("id").value(), node.attribute("class").value(), style};
+  Properties out;
+  for (const std::string_view name : kHeededProperties) {
+    std::string_view value = sheet_.property(element, name);
+    if (value.empty()) value = trimmed(node.attribute(name.data()).value());
+    if (const Status good = check_length(name, value); !good.ok()) return good.error();
+    if (!value.empty()) out.emplace(name, value);
+  }
+  return out;
 }
 
-void SvgReader::paint(const pugi::xml_node& node, Inherited& into) const {
-  if (const std::string colour = property(node, "stroke"); !colour.empty() && colour != "inherit")
+void SvgReader::paint(const Properties& says, Inherited& into) {
+  if (const std::string colour = said(says, "stroke"); !colour.empty() && colour != "inherit")
     into.colour = colour_word(colour);
-  if (const std::string fill = property(node, "fill"); !fill.empty() && fill != "inherit")
+  if (const std::string fill = said(says, "fill"); !fill.empty() && fill != "inherit")
     into.filled = !colour_word(fill).empty();
 }
 
@@ -213,11 +244,14 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
                                                               {"switch", "a choice of drawings: keep one of them"}};
   const std::string name = local_name(node);
   if (name.find(':') != std::string::npos || kSkipped.contains(name)) return Ok();
-  if (property(node, "display") == "none" || property(node, "visibility") == "hidden") return Ok();
+  const auto says = properties_of(node);
+  if (!says.ok()) return says.error();
+  const std::string visibility = lower_case(said(*says, "visibility"));
+  if (lower_case(said(*says, "display")) == "none" || visibility == "hidden" || visibility == "collapse") return Ok();
   if (const auto refused = kRefused.find(name); refused != kRefused.end())
     return unreadable("the drawing has " + refused->second + ", and save it again");
   for (const char* cut : {"clip-path", "mask"})
-    if (const std::string how = property(node, cut); !how.empty() && how != "none")
+    if (const std::string how = said(*says, cut); !how.empty() && lower_case(how) != "none")
       return unreadable(
           fmt::format("the drawing has a {}, and the laser would burn what it hides: release it and cut the "
                       "lines, then save it again",
@@ -226,7 +260,7 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   if (!transform)
     return unreadable(fmt::format("the transform \"{}\" does not read", node.attribute("transform").value()));
   from.mm_from_user = from.mm_from_user * *transform;
-  paint(node, from);
+  paint(*says, from);
   if (name != "g" && name != "a") return shape(node, name, from);
   const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
   const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
