@@ -130,6 +130,15 @@ class StyleCollector : public pugi::xml_tree_walker {
   }
 };
 
+// Whether a width or an opacity is more than 0; words and the like say nothing.
+std::optional<bool> is_some(std::string_view value) {
+  if (value.starts_with('+')) value.remove_prefix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+  return number > 0;
+}
+
 // What an element says of the heeded properties, by their names.
 using Properties = std::map<std::string_view, std::string>;
 std::string said(const Properties& properties, std::string_view name) {
@@ -147,7 +156,10 @@ class SvgReader {
     SvgMatrix mm_from_user;
     std::string layer, colour;
     bool filled = true;
-    int depth = 0;  // of groups
+    bool wide = true, inked = true;  // the stroke
+    bool covering = true;            // the fill
+    bool seen = true;                // all of it; what is within a group that is not seen is not, either
+    int depth = 0;                   // of groups
   };
   Result<Properties> properties_of(const pugi::xml_node& node) const;
   static void paint(const Properties& says, Inherited& into);
@@ -193,6 +205,10 @@ void SvgReader::paint(const Properties& says, Inherited& into) {
     into.colour = colour_word(colour);
   if (const std::string fill = said(says, "fill"); !fill.empty() && fill != "inherit")
     into.filled = !colour_word(fill).empty();
+  into.wide = is_some(said(says, "stroke-width")).value_or(into.wide);
+  into.inked = is_some(said(says, "stroke-opacity")).value_or(into.inked);
+  into.covering = is_some(said(says, "fill-opacity")).value_or(into.covering);
+  into.seen = into.seen && is_some(said(says, "opacity")).value_or(true);
 }
 
 // Its size and its viewBox, with y turned up.
@@ -324,8 +340,8 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
     DrawnLine line;
     line.points = std::move(points);
     line.layer = from.layer;
-    line.colour = from.colour;
-    line.filled = from.filled && name != "line";
+    if (from.wide && from.inked && from.seen) line.colour = from.colour;
+    line.filled = from.filled && from.covering && from.seen && name != "line";
     drawing_.lines.push_back(std::move(line));
   }
   return Ok();

@@ -15,9 +15,10 @@
 
 namespace veneer::planner {
 
-// What reading a drawing heeds. Fonts, widths of strokes and the like change no line.
-inline constexpr std::array<std::string_view, 6> kHeededProperties = {"display", "visibility", "clip-path",
-                                                                      "mask",    "stroke",     "fill"};
+// What reading a drawing heeds. Fonts, dashes and the like change no line.
+inline constexpr std::array<std::string_view, 10> kHeededProperties = {
+    "display", "visibility",   "clip-path",      "mask",         "stroke",
+    "fill",    "stroke-width", "stroke-opacity", "fill-opacity", "opacity"};
 // Characters of the value of one of them: colours and references are shorter.
 inline constexpr std::size_t kLongestValue = 200;
 

@@ -101,6 +101,8 @@ TEST(DrawnAreas, OnlyWhatIsFilledHidesAJoint) {
     return areas.ok() ? colours_of(*areas).size() : 0;
   };
   EXPECT_EQ(areas_of("fill='none'"), 2U);
+  EXPECT_EQ(areas_of("fill='red' fill-opacity='0'"), 2U);
+  EXPECT_EQ(areas_of("opacity='0'"), 2U);
   EXPECT_EQ(areas_of("fill='red'"), 1U);
 }
 

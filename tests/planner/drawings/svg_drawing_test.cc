@@ -258,6 +258,25 @@ TEST(SvgDrawing, LeavesOutWhatIsHiddenHoweverItIsWritten) {
         << how;
 }
 
+TEST(SvgDrawing, KnowsStrokesThatNobodySees) {
+  const auto colour = [](const std::string& how, const std::string& around = "") {
+    const Drawing d = svg("<style>.a{stroke-width:0} .b{stroke-opacity:0} .c{opacity:0}</style><g stroke='red' " +
+                          around + "><path d='M0 0H9' " + how + "/></g>");
+    return d.lines.empty() ? "left out" : d.lines[0].colour;
+  };
+  for (const char* unseen : {"stroke-width='0'", "stroke-width=' +0.0mm'", "stroke-opacity='0'", "stroke-opacity='0%'",
+                             "opacity='0'", "opacity='-1'", "style='Stroke-Width:0px !important'",
+                             "style='stroke-opacity:.0'", "style='opacity:0'", "class='a'", "class='b'", "class='c'"}) {
+    EXPECT_EQ(colour(unseen), "") << unseen;
+    EXPECT_EQ(colour("", unseen), "") << unseen;
+  }
+  for (const char* seen :
+       {"stroke-width='0.1'", "stroke-opacity='.5'", "opacity='1%'", "opacity='auto'", "stroke-width='nan'"})
+    EXPECT_EQ(colour(seen), "#ff0000") << seen;
+  EXPECT_EQ(colour("stroke-width='1' stroke-opacity='1'", "stroke-width='0' stroke-opacity='0'"), "#ff0000");
+  EXPECT_EQ(colour("opacity='1'", "opacity='0'"), "") << "a group is as seen as it says, whatever is in it";
+}
+
 TEST(SvgDrawing, ReadsStyleElementsUnlessTheyAreForPrintAlone) {
   const auto with = [](const std::string& says, const std::string& path = "class='a'") {
     return refusal("<style " + says + ">.a{display:none}</style><path d='M0 0H9' " + path + "/>");
