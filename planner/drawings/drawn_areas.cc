@@ -151,6 +151,12 @@ Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name) {
   return areas;
 }
 
+std::string_view ending_of(std::string_view bytes) {
+  if (is_drawing(bytes)) return ".svg";
+  if (bytes.starts_with("\x89PNG")) return ".png";
+  return bytes.starts_with("\xff\xd8\xff") ? ".jpg" : "";
+}
+
 Result<cv::Mat> areas_of_svg(const std::string& text) {
   Result<Drawing> drawing = read_svg(text);
   if (!drawing.ok()) return drawing.error();

@@ -48,6 +48,13 @@ TEST(DrawnAreas, APictureIsTakenAsItIs) {
   EXPECT_EQ(cv::norm(*areas, drawn, cv::NORM_INF), 0);
 }
 
+TEST(DrawnAreas, AFilesEndingIsToldByItsBytes) {
+  EXPECT_EQ(ending_of(halves("\xef\xbb\xbf\n")), ".svg");
+  EXPECT_EQ(ending_of(*encode_png(cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(9)))), ".png");
+  EXPECT_EQ(ending_of("\xff\xd8\xff\xe0"), ".jpg");
+  EXPECT_EQ(ending_of("else"), "");
+}
+
 TEST(DrawnAreas, RefusalsNameTheFile) {
   const auto refusal = [](const std::string& bytes) {
     const auto areas = areas_of_file(bytes, "lead lines");
