@@ -65,7 +65,7 @@ function planCard(plan, begun) {
       report.cutting_s > 0 && fact(t("plan.time"), t("plan.time_about", {span: span(report.cutting_s)})),
       ...woodOf(plan), ...speciesOf(plan),
       fact(t("plan.asked"), t("plan.options", {size: options.size_mm, patch: options.patch_mm, layout: t(`layout.${options.layout}`)})),
-      plan.segmentation && fact(t("plan.drawing"), link(plan.segmentation, t("plan.drawing.save"), {download: `plan-${plan.id}-drawing`})),
+      plan.segmentation && fact(t("plan.drawing"), link(plan.segmentation, t("plan.drawing.save"), {download: true})),
       report.without_lead > 0 && fact(t("plan.without_lead"), String(report.without_lead)),
       ...(report.warnings || []).map((warning) => fact(t("plan.warning"), warning, true)),
       ...plan.outdated_panels.map((panel) => fact(t("plan.warning"), t("plan.outdated", {panel}), true))),

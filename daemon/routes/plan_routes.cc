@@ -11,6 +11,7 @@
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/services/plan_wood.h"
+#include "planner/drawings/drawn_areas.h"
 
 namespace veneer::daemon {
 namespace {
@@ -185,17 +186,29 @@ void reply_plan_preview(const JobServices& s, const ApiRequest& request, const R
 // As it was sent; for saving, not for showing: an SVG may hold a script.
 ApiReply drawing_reply(const JobServices& s, const db::PlanRecord& plan) {
   const auto drawing = kept_drawing(plan.options_json);
-  if (!drawing)
+  if (!drawing) {
+    const json options = json::parse(plan.options_json, nullptr, false);
+    // Earlier versions forgot the drawing of a plan that changes another.
+    if (options.is_object() && options.value("layout", json()) == "segmentation")
+      return ApiReply::error({ErrorCode::kNotFound,
+                              fmt::format("no drawing of plan {} was kept: its pieces are areas of the picture itself, "
+                                          "or of a file that was sent, so look for that one",
+                                          plan.id.value)});
     return ApiReply::error(
         {ErrorCode::kNotFound,
          fmt::format("plan {} was made of no drawing: see its options for its layout", plan.id.value)});
+  }
   if (drawing->file.empty())
     return ApiReply::error(
         {ErrorCode::kNotFound, fmt::format("the drawing of plan {} was not kept by the version of veneerd that made "
                                            "it: look for the file that was sent",
                                            plan.id.value)});
   auto bytes = s.panel_library.load_bytes(drawing->file);
-  return bytes ? ApiReply::bytes(std::move(*bytes), "application/octet-stream") : ApiReply::error(bytes.error());
+  if (!bytes) return ApiReply::error(bytes.error());
+  const std::string name = fmt::format("plan-{}-drawing{}", plan.id.value, planner::ending_of(*bytes));
+  ApiReply reply = ApiReply::bytes(std::move(*bytes), "application/octet-stream");
+  reply.headers.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
+  return reply;
 }
 
 // One of many: what was painted for it, up to some thousand characters each, only the plan itself tells.

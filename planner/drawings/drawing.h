@@ -20,7 +20,7 @@ using DrawingPoint = std::array<double, 2>;  // mm
 struct DrawnLine {
   std::vector<DrawingPoint> points;
   std::string layer;    // the layer's label or the outermost group's id; "" without
-  std::string colour;   // of the stroke, "#rrggbb"; "" when it has none
+  std::string colour;   // of the stroke, "#rrggbb"; "" when none is seen
   bool filled = false;  // so that its inside is seen, closed or not; in an SVG
   // As a file of strokes says; an SVG has none of these.
   std::optional<double> speed_mm_s, power;

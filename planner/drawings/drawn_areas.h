@@ -15,6 +15,9 @@ namespace veneer::planner {
 // refuses it.
 Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name);
 
+// ".svg", ".png" or ".jpg", by which a program knows such a file; "" of other bytes.
+std::string_view ending_of(std::string_view bytes);
+
 // CV_8UC3, the inside of each line in a colour of its own, what was drawn later over what was drawn before; what lies
 // in none of them has one too. An open line that is filled is closed, as a viewer does. A straight one, filled or not,
 // has no inside: it is a joint where it has a colour, and parts the areas that it crosses from border to border; one

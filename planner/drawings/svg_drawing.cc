@@ -98,13 +98,18 @@ class ElementLengths {
   std::string refusal_;
 };
 
-// All that a drawing's <style> elements say, wherever they stand.
+// All that a drawing's <style> elements say, wherever they stand, but for those that are for print alone.
 class StyleCollector : public pugi::xml_tree_walker {
  public:
   bool for_each(pugi::xml_node& node) override {
-    const std::string_view type = node.attribute("type").value(), media = node.attribute("media").value();
     if (node.type() != pugi::node_element || local_name(node) != "style") return true;
-    if ((!type.empty() && type != "text/css") || (!media.empty() && media != "all" && media != "screen")) return true;
+    const std::string type = word_of(node, "type"), media = word_of(node, "media");
+    if (media == "print") return true;
+    if (!type.empty() && type != "text/css")
+      status = unread("type", type);
+    else if (!media.empty() && media != "all" && media != "screen")
+      status = unread("media", media);
+    if (!status.ok()) return false;
     std::string css;
     for (const pugi::xml_node& part : node.children()) css += part.value();  // one may be CDATA
     status = sheet.add(css);
@@ -112,7 +117,34 @@ class StyleCollector : public pugi::xml_tree_walker {
   }
   StyleSheet sheet;
   Status status = Ok();
+
+ private:
+  static std::string word_of(const pugi::xml_node& node, const char* attribute) {
+    return lower_case(trimmed(node.attribute(attribute).value()));
+  }
+  static Error unread(const char* attribute, const std::string& value) {
+    return unreadable(
+        fmt::format("the drawing's style sheet has the {} \"{}\", which is not read: save the drawing with strokes and "
+                    "fills as attributes of its elements (presentation attributes), not in a style sheet",
+                    attribute, value.substr(0, 40)));
+  }
 };
+
+// Whether a width or an opacity is more than 0; words and the like say nothing.
+std::optional<bool> is_some(std::string_view value) {
+  if (value.starts_with('+')) value.remove_prefix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+  return number > 0;
+}
+
+// What an element says of the heeded properties, by their names.
+using Properties = std::map<std::string_view, std::string>;
+std::string said(const Properties& properties, std::string_view name) {
+  const auto found = properties.find(name);
+  return found == properties.end() ? std::string() : found->second;
+}
 
 class SvgReader {
  public:
@@ -124,10 +156,13 @@ class SvgReader {
     SvgMatrix mm_from_user;
     std::string layer, colour;
     bool filled = true;
-    int depth = 0;  // of groups
+    bool wide = true, inked = true;  // the stroke
+    bool covering = true;            // the fill
+    bool seen = true;                // all of it; what is within a group that is not seen is not, either
+    int depth = 0;                   // of groups
   };
-  std::string property(const pugi::xml_node& node, const char* name) const;
-  void paint(const pugi::xml_node& node, Inherited& into) const;
+  Result<Properties> properties_of(const pugi::xml_node& node) const;
+  static void paint(const Properties& says, Inherited& into);
   Status page(const pugi::xml_node& svg, Inherited& into);
   Status children(const pugi::xml_node& node, const Inherited& from);
   Status element(const pugi::xml_node& node, Inherited from);
@@ -143,25 +178,37 @@ class SvgReader {
 Result<Drawing> SvgReader::read(const pugi::xml_node& svg) {
   Inherited from;
   if (const Status good = page(svg, from); !good.ok()) return good.error();
-  paint(svg, from);
+  const auto says = properties_of(svg);
+  if (!says.ok()) return says.error();
+  paint(*says, from);
   if (const Status good = children(svg, from); !good.ok()) return good.error();
   if (drawing_.lines.empty()) return unreadable("the drawing has no lines");
   return std::move(drawing_);
 }
 
 // By style="...", a style sheet or as an attribute, the first of them that says it.
-std::string SvgReader::property(const pugi::xml_node& node, const char* name) const {
-  const std::string tag = local_name(node);
-  std::string styled = sheet_.property(
-      {tag, node.attribute("id").value(), node.attribute("class").value(), node.attribute("style").value()}, name);
-  return styled.empty() ? node.attribute(name).value() : styled;
+Result<Properties> SvgReader::properties_of(const pugi::xml_node& node) const {
+  const std::string tag = local_name(node), style = without_comments(node.attribute("style").value());
+  const StyledElement element{tag, node.attribute("id").value(), node.attribute("class").value(), style};
+  Properties out;
+  for (const std::string_view name : kHeededProperties) {
+    std::string_view value = sheet_.property(element, name);
+    if (value.empty()) value = trimmed(node.attribute(name.data()).value());
+    if (const Status good = check_length(name, value); !good.ok()) return good.error();
+    if (!value.empty()) out.emplace(name, value);
+  }
+  return out;
 }
 
-void SvgReader::paint(const pugi::xml_node& node, Inherited& into) const {
-  if (const std::string colour = property(node, "stroke"); !colour.empty() && colour != "inherit")
+void SvgReader::paint(const Properties& says, Inherited& into) {
+  if (const std::string colour = said(says, "stroke"); !colour.empty() && colour != "inherit")
     into.colour = colour_word(colour);
-  if (const std::string fill = property(node, "fill"); !fill.empty() && fill != "inherit")
+  if (const std::string fill = said(says, "fill"); !fill.empty() && fill != "inherit")
     into.filled = !colour_word(fill).empty();
+  into.wide = is_some(said(says, "stroke-width")).value_or(into.wide);
+  into.inked = is_some(said(says, "stroke-opacity")).value_or(into.inked);
+  into.covering = is_some(said(says, "fill-opacity")).value_or(into.covering);
+  into.seen = into.seen && is_some(said(says, "opacity")).value_or(true);
 }
 
 // Its size and its viewBox, with y turned up.
@@ -213,11 +260,14 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
                                                               {"switch", "a choice of drawings: keep one of them"}};
   const std::string name = local_name(node);
   if (name.find(':') != std::string::npos || kSkipped.contains(name)) return Ok();
-  if (property(node, "display") == "none" || property(node, "visibility") == "hidden") return Ok();
+  const auto says = properties_of(node);
+  if (!says.ok()) return says.error();
+  const std::string visibility = lower_case(said(*says, "visibility"));
+  if (lower_case(said(*says, "display")) == "none" || visibility == "hidden" || visibility == "collapse") return Ok();
   if (const auto refused = kRefused.find(name); refused != kRefused.end())
     return unreadable("the drawing has " + refused->second + ", and save it again");
   for (const char* cut : {"clip-path", "mask"})
-    if (const std::string how = property(node, cut); !how.empty() && how != "none")
+    if (const std::string how = said(*says, cut); !how.empty() && lower_case(how) != "none")
       return unreadable(
           fmt::format("the drawing has a {}, and the laser would burn what it hides: release it and cut the "
                       "lines, then save it again",
@@ -226,7 +276,7 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   if (!transform)
     return unreadable(fmt::format("the transform \"{}\" does not read", node.attribute("transform").value()));
   from.mm_from_user = from.mm_from_user * *transform;
-  paint(node, from);
+  paint(*says, from);
   if (name != "g" && name != "a") return shape(node, name, from);
   const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
   const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
@@ -290,8 +340,8 @@ Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, con
     DrawnLine line;
     line.points = std::move(points);
     line.layer = from.layer;
-    line.colour = from.colour;
-    line.filled = from.filled && name != "line";
+    if (from.wide && from.inked && from.seen) line.colour = from.colour;
+    line.filled = from.filled && from.covering && from.seen && name != "line";
     drawing_.lines.push_back(std::move(line));
   }
   return Ok();

@@ -9,9 +9,12 @@
 namespace veneer::planner {
 namespace {
 
-// What reading a drawing heeds. Fonts, widths of strokes and the like change no line.
-constexpr std::array<std::string_view, 6> kHeeded = {"display", "visibility", "clip-path", "mask", "stroke", "fill"};
 constexpr std::string_view kBlanks = " \t\r\n\f";
+constexpr std::string_view kEndsOfAtWord = " \t\r\n\f;{\"'(";
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+// `word` is in small letters.
+bool same_word(std::string_view text, std::string_view word) { return std::ranges::equal(text, word, {}, lower); }
 
 Error unread(const std::string& what) {
   return {ErrorCode::kInvalidArgument,
@@ -20,29 +23,31 @@ Error unread(const std::string& what) {
                       what)};
 }
 
-std::string_view without_blanks(std::string_view text) {
-  const std::size_t from = text.find_first_not_of(kBlanks);
-  if (from == std::string_view::npos) return {};
-  return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
-}
-
 // Calls `take` with each part between separators, without the blanks around it, but for empty ones.
 template <class F>
 void for_each_part(std::string_view text, std::string_view separators, F take) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of(separators), text.size());
-    if (const std::string_view part = without_blanks(text.substr(0, end)); !part.empty()) take(part);
+    if (const std::string_view part = trimmed(text.substr(0, end)); !part.empty()) take(part);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
 }
 
-// The last declaration of the property counts.
-std::optional<std::string_view> declared(std::string_view declarations, std::string_view name) {
-  std::optional<std::string_view> out;
+struct Declared {
+  std::string_view value;  // without what follows a '!'
+  bool important = false;
+};
+
+// The last declaration of the property counts, of those that are important if one is.
+std::optional<Declared> declared(std::string_view declarations, std::string_view name) {
+  std::optional<Declared> out;
   for_each_part(declarations, ";", [&](std::string_view entry) {
     const std::size_t colon = entry.find(':');
-    if (colon != std::string_view::npos && without_blanks(entry.substr(0, colon)) == name)
-      out = without_blanks(entry.substr(colon + 1));
+    if (colon == std::string_view::npos || !same_word(trimmed(entry.substr(0, colon)), name)) return;
+    const std::string_view value = entry.substr(colon + 1);
+    const std::size_t mark = value.find('!');
+    const bool important = mark != std::string_view::npos && same_word(trimmed(value.substr(mark + 1)), "important");
+    if (!out || important || !out->important) out = {trimmed(value.substr(0, mark)), important};
   });
   return out;
 }
@@ -64,6 +69,45 @@ bool is_simple(std::string_view selector) {
 }
 
 // CSS within XML may stand in the marks of a comment of HTML, which mean nothing.
+std::string without_marks_of_html(std::string css) {
+  for (const std::string_view mark : {"<!--", "-->"})
+    for (std::size_t at = 0; (at = css.find(mark, at)) != std::string::npos;)
+      css.replace(at, mark.size(), mark.size(), ' ');
+  return css;
+}
+
+// Behind the ';' or the block that ends an at-rule, which may have blocks within; quoted text is none of these.
+std::size_t end_of_at_rule(std::string_view css) {
+  char quote = 0;
+  int depth = 0;
+  for (std::size_t at = 0; at < css.size(); ++at) {
+    const char c = css[at];
+    if (quote != 0 && c == '\\')
+      ++at;  // whatever is next is quoted
+    else if (quote != 0)
+      quote = c == quote ? 0 : quote;
+    else if (c == '"' || c == '\'')
+      quote = c;
+    else if (c == '{')
+      ++depth;
+    else if ((c == '}' && --depth <= 0) || (c == ';' && depth == 0))
+      return at + 1;
+  }
+  return css.size();
+}
+
+// Those that say nothing of how a line is seen on a screen, at rest.
+bool changes_no_line(std::string_view at_rule) {
+  constexpr std::array<std::string_view, 7> kPassedOver = {
+      "@font-face", "@charset", "@namespace", "@keyframes", "@-webkit-keyframes", "@page", "@counter-style"};
+  const std::size_t end = std::min(at_rule.find_first_of(kEndsOfAtWord), at_rule.size());
+  const std::string name = lower_case(at_rule.substr(0, end));
+  if (name == "@media") return same_word(trimmed(at_rule.substr(end, at_rule.find_first_of(";{") - end)), "print");
+  return std::ranges::find(kPassedOver, name) != kPassedOver.end();
+}
+
+}  // namespace
+
 std::string without_comments(std::string_view css) {
   std::string out;
   while (!css.empty()) {
@@ -72,24 +116,36 @@ std::string without_comments(std::string_view css) {
     const std::size_t end = css.find("*/", std::min(begin + 2, css.size()));
     css.remove_prefix(end == std::string_view::npos ? css.size() : end + 2);
   }
-  for (const std::string_view mark : {"<!--", "-->"})
-    for (std::size_t at = 0; (at = out.find(mark, at)) != std::string::npos;)
-      out.replace(at, mark.size(), mark.size(), ' ');
   return out;
 }
 
-}  // namespace
+std::string_view trimmed(std::string_view text) {
+  const std::size_t from = text.find_first_not_of(kBlanks);
+  if (from == std::string_view::npos) return {};
+  return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(), lower);
+  return out;
+}
+
+Status check_length(std::string_view name, std::string_view value) {
+  if (value.size() <= kLongestValue) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the drawing has a {} of more than {} characters: give a shorter one, and save it again",
+                           name, kLongestValue)};
+}
 
 Status StyleSheet::add(std::string_view css) {
-  const std::string text = without_comments(css);
-  for (std::string_view left = without_blanks(text); !left.empty(); left = without_blanks(left)) {
+  const std::string text = without_marks_of_html(without_comments(css));
+  for (std::string_view left = trimmed(text); !left.empty(); left = trimmed(left)) {
     if (left.front() == '@') {
-      const std::string_view name = left.substr(0, left.find_first_of(" \t\r\n\f;{\"'("));
-      if (name != "@font-face" && name != "@charset" && name != "@namespace")
-        return unread(fmt::format("the rule {}", name));
-      const std::size_t block = left.find_first_of(";{");
-      const std::size_t last = block != std::string_view::npos && left[block] == '{' ? left.find('}', block) : block;
-      left.remove_prefix(last == std::string_view::npos ? left.size() : last + 1);
+      if (!changes_no_line(left))
+        return unread(
+            fmt::format("the rule {}", left.substr(0, std::min<std::size_t>(left.find_first_of(kEndsOfAtWord), 40))));
+      left.remove_prefix(end_of_at_rule(left));
       continue;
     }
     const std::size_t open = left.find('{');
@@ -104,44 +160,50 @@ Status StyleSheet::add(std::string_view css) {
 }
 
 Status StyleSheet::add_rule(std::string_view selectors, std::string_view declarations) {
-  std::string_view bad;
-  for (const std::string_view name : kHeeded) {
-    const auto value = declared(declarations, name);
-    if (!value) continue;
-    if (value->find('!') != std::string_view::npos) bad = *value;
-    for_each_part(selectors, ",", [&](std::string_view selector) {
-      if (!is_simple(selector)) bad = selector;
-      if (!bad.empty() || ++selectors_ > kMostSelectors) return;
-      rules_[fmt::format("{} {}", name, selector)] = {std::string(*value), selectors_};
-    });
-    if (!bad.empty()) return unread(fmt::format("\"{}\"", bad.substr(0, 40)));
-    if (selectors_ > kMostSelectors) return unread(fmt::format("more than {} rules", kMostSelectors));
+  Rule said;
+  for (std::size_t i = 0; i < kHeededProperties.size(); ++i) {
+    const auto what = declared(declarations, kHeededProperties[i]);
+    if (!what) continue;
+    if (what->important) return unread(fmt::format("\"{} !important\"", what->value.substr(0, 40)));
+    if (const Status good = check_length(kHeededProperties[i], what->value); !good.ok()) return good;
+    said.values[i] = std::make_shared<const std::string>(what->value);
   }
+  if (std::ranges::none_of(said.values, [](const auto& value) { return value != nullptr; })) return Ok();
+  std::string_view bad;
+  for_each_part(selectors, ",", [&](std::string_view selector) {
+    if (bad.empty() && !is_simple(selector)) bad = selector;
+    if (!bad.empty() || ++selectors_ > kMostSelectors) return;
+    Rule& known = rules_[std::string(selector)];
+    for (std::size_t i = 0; i < kHeededProperties.size(); ++i)
+      if (said.values[i]) known.values[i] = said.values[i], known.order[i] = selectors_;
+  });
+  if (!bad.empty()) return unread(fmt::format("\"{}\"", bad.substr(0, 40)));
+  if (selectors_ > kMostSelectors) return unread(fmt::format("more than {} selectors", kMostSelectors));
   return Ok();
 }
 
-const StyleSheet::Value* StyleSheet::rule(std::string_view name, std::string_view before,
-                                          std::string_view selector) const {
-  const auto found = rules_.find(fmt::format("{} {}{}", name, before, selector));
+const StyleSheet::Rule* StyleSheet::rule(std::string_view before, std::string_view selector) const {
+  const auto found = rules_.find(fmt::format("{}{}", before, selector));
   return found == rules_.end() ? nullptr : &found->second;
 }
 
-std::string StyleSheet::property(const StyledElement& element, std::string_view name) const {
-  if (const auto own = declared(element.style, name))
-    return std::string(without_blanks(own->substr(0, own->find("!important"))));
+std::string_view StyleSheet::property(const StyledElement& element, std::string_view name) const {
+  if (const auto own = declared(element.style, name)) return own->value;
   if (rules_.empty()) return {};
+  const auto at = static_cast<std::size_t>(std::ranges::find(kHeededProperties, name) - kHeededProperties.begin());
+  const auto says = [&](const Rule* rule) { return rule != nullptr && rule->values[at] != nullptr; };
   // From what is said of fewest elements to what is said of all.
-  if (const Value* by_id = element.id.empty() ? nullptr : rule(name, "#", element.id)) return by_id->text;
+  if (const Rule* by_id = element.id.empty() ? nullptr : rule("#", element.id); says(by_id)) return *by_id->values[at];
   for (const std::string& before : {fmt::format("{}.", element.tag), std::string(".")}) {
-    const Value* last = nullptr;
+    const Rule* last = nullptr;
     for_each_part(element.classes, kBlanks, [&](std::string_view one) {
-      const Value* found = rule(name, before, one);
-      if (found != nullptr && (last == nullptr || found->order > last->order)) last = found;
+      const Rule* found = rule(before, one);
+      if (says(found) && (last == nullptr || found->order[at] > last->order[at])) last = found;
     });
-    if (last != nullptr) return last->text;
+    if (last != nullptr) return *last->values[at];
   }
   for (const std::string_view all : {element.tag, std::string_view("*")})
-    if (const Value* found = rule(name, "", all)) return found->text;
+    if (const Rule* found = rule("", all); says(found)) return *found->values[at];
   return {};
 }
 

@@ -1,5 +1,6 @@
 // Jobs as the API has them, on a cell whose laser is a file.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <future>
 
@@ -61,6 +62,7 @@ TEST_F(JobRoutes, APlanTellsWhereTheDrawingOfItsPiecesIs) {
   add({{"segmentation_bytes", 6}, {"segmentation_file", kept->file}});
   add({{"segmentation_bytes", nullptr}});
   add({{"segmentation_bytes", 6}});
+  add({{"segmentation_bytes", nullptr}, {"layout", "segmentation"}});  // of no drawing, or changed by an old version
   const json plan = body_of(ask("GET", "/api/v1/plans/1"));
   EXPECT_EQ(plan["options"], json({{"segmentation_bytes", 6}}));
   ASSERT_TRUE(plan["segmentation"].is_string()) << plan;
@@ -68,7 +70,10 @@ TEST_F(JobRoutes, APlanTellsWhereTheDrawingOfItsPiecesIs) {
   EXPECT_EQ(drawing.status, 200) << drawing.body;
   EXPECT_EQ(drawing.body, "<svg/>");
   EXPECT_EQ(drawing.content_type, "application/octet-stream") << "no page whose scripts would run";
-  for (const auto& [id, why] : {std::pair(2, "plan 2 was made of no drawing"), std::pair(3, "was not kept")}) {
+  EXPECT_THAT(drawing.headers, ::testing::Contains(std::pair<std::string, std::string>(
+                                   "Content-Disposition", "attachment; filename=\"plan-1-drawing.svg\"")));
+  for (const auto& [id, why] : {std::pair(2, "plan 2 was made of no drawing"), std::pair(3, "was not kept"),
+                                std::pair(4, "no drawing of plan 4 was kept")}) {
     const std::string path = fmt::format("/api/v1/plans/{}", id);
     EXPECT_EQ(body_of(ask("GET", path))["segmentation"], json());
     const ApiReply none = ask("GET", path + "/segmentation");

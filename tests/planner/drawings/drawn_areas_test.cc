@@ -1,6 +1,7 @@
 // Which pieces a file's areas become: an SVG drawing's regions, or a picture's colours.
 #include "planner/drawings/drawn_areas.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <opencv2/core.hpp>
@@ -47,6 +48,13 @@ TEST(DrawnAreas, APictureIsTakenAsItIs) {
   EXPECT_EQ(cv::norm(*areas, drawn, cv::NORM_INF), 0);
 }
 
+TEST(DrawnAreas, AFilesEndingIsToldByItsBytes) {
+  EXPECT_EQ(ending_of(halves("\xef\xbb\xbf\n")), ".svg");
+  EXPECT_EQ(ending_of(*encode_png(cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(9)))), ".png");
+  EXPECT_EQ(ending_of("\xff\xd8\xff\xe0"), ".jpg");
+  EXPECT_EQ(ending_of("else"), "");
+}
+
 TEST(DrawnAreas, RefusalsNameTheFile) {
   const auto refusal = [](const std::string& bytes) {
     const auto areas = areas_of_file(bytes, "lead lines");
@@ -87,6 +95,43 @@ TEST(DrawnAreas, AStraightLineThatIsSeenIsAJoint) {
   EXPECT_EQ(areas_under("<path d='M 0 5 H 4 H 10' stroke='none'/>"), 1U) << "nobody sees it";
   EXPECT_EQ(areas_under("<path d='M 0 5 H 4 H 7'/>"), 1U) << "it parts nothing";
   EXPECT_EQ(areas_under("", "<line y1='5' x2='10' y2='5'/>"), 1U) << "the square lies over it";
+}
+
+TEST(DrawnAreas, OnlyWhatIsFilledHidesAJoint) {
+  const auto areas_of = [](const std::string& over) {
+    const auto areas = areas_of_file(
+        "<svg width='10mm' height='10mm' viewBox='0 0 10 10'><g stroke='black'>"
+        "<line y1='5' x2='10' y2='5'/><rect width='10' height='10' " +
+            over + "/></g></svg>",
+        "windows");
+    EXPECT_TRUE(areas.ok()) << areas.error().message;
+    return areas.ok() ? colours_of(*areas).size() : 0;
+  };
+  EXPECT_EQ(areas_of("fill='none'"), 2U);
+  EXPECT_EQ(areas_of("fill='red' fill-opacity='0'"), 2U);
+  EXPECT_EQ(areas_of("opacity='0'"), 2U);
+  EXPECT_EQ(areas_of("fill='red'"), 1U);
+}
+
+// It is scaled freely, so that its millimetres say nothing of how fine it is.
+TEST(DrawnAreas, ADrawingMayHaveAnyScale) {
+  std::string squares;
+  for (int i = 0; i < 400; ++i)
+    squares += fmt::format("<rect x='{:.2f}' y='{:.2f}' width='0.05' height='0.05'/>", i % 20 * 0.05, i / 20 * 0.05);
+  const auto areas_with = [&](const std::string& more) {
+    const auto areas = areas_of_file("<svg viewBox='0 0 1 1'>" + squares + more + "</svg>", "windows");
+    EXPECT_TRUE(areas.ok()) << areas.error().message;
+    return areas.ok() ? colours_of(*areas).size() : 0;
+  };
+  EXPECT_EQ(areas_with(""), 400U);
+  // In the middle of a square each, 0.02 from its borders: they part nothing.
+  EXPECT_EQ(areas_with("<path stroke='red' d='M 0.02 0.025 H 0.03'/>"), 400U);
+  EXPECT_EQ(areas_with("<path stroke='red' d='M 0 0.025 H 0.05'/>"), 401U);
+  const auto open = areas_of_file(
+      "<svg viewBox='0 0 1 1'>" + squares + "<path fill='none' stroke='red' d='M 0.2 0.2 H 0.3 V 0.3'/></svg>",
+      "windows");
+  ASSERT_FALSE(open.ok()) << "its ends are far apart in this drawing";
+  EXPECT_THAT(open.error().message, HasSubstr("encloses nothing"));
 }
 
 TEST(DrawnAreas, ALineFarBeyondAllRegionsIsRefused) {

@@ -247,6 +247,74 @@ TEST(SvgDrawing, HeedsStyleSheets) {
   EXPECT_EQ(filled, "00000010");
 }
 
+TEST(SvgDrawing, LeavesOutWhatIsHiddenHoweverItIsWritten) {
+  for (const char* how : {"style='DISPLAY: None'", "display='NONE'", "display=' none '", "visibility='Hidden'",
+                          "visibility='collapse'", "style='display:none ! important'",
+                          "style='display:none!IMPORTANT;display:inline'", "style='/* a; */display/**/:none'",
+                          "style='display:inline;/*display:inline*/Display:none'", "class='a'", "class='b'"})
+    EXPECT_THAT(
+        refusal(std::string("<style>.a{Display:None} .b{VISIBILITY:/**/HIDDEN}</style><path d='M0 0H9' ") + how + "/>"),
+        HasSubstr("no lines"))
+        << how;
+}
+
+TEST(SvgDrawing, KnowsStrokesThatNobodySees) {
+  const auto colour = [](const std::string& how, const std::string& around = "") {
+    const Drawing d = svg("<style>.a{stroke-width:0} .b{stroke-opacity:0} .c{opacity:0}</style><g stroke='red' " +
+                          around + "><path d='M0 0H9' " + how + "/></g>");
+    return d.lines.empty() ? "left out" : d.lines[0].colour;
+  };
+  for (const char* unseen : {"stroke-width='0'", "stroke-width=' +0.0mm'", "stroke-opacity='0'", "stroke-opacity='0%'",
+                             "opacity='0'", "opacity='-1'", "style='Stroke-Width:0px !important'",
+                             "style='stroke-opacity:.0'", "style='opacity:0'", "class='a'", "class='b'", "class='c'"}) {
+    EXPECT_EQ(colour(unseen), "") << unseen;
+    EXPECT_EQ(colour("", unseen), "") << unseen;
+  }
+  for (const char* seen :
+       {"stroke-width='0.1'", "stroke-opacity='.5'", "opacity='1%'", "opacity='auto'", "stroke-width='nan'"})
+    EXPECT_EQ(colour(seen), "#ff0000") << seen;
+  EXPECT_EQ(colour("stroke-width='1' stroke-opacity='1'", "stroke-width='0' stroke-opacity='0'"), "#ff0000");
+  EXPECT_EQ(colour("opacity='1'", "opacity='0'"), "") << "a group is as seen as it says, whatever is in it";
+}
+
+TEST(SvgDrawing, ReadsStyleElementsUnlessTheyAreForPrintAlone) {
+  const auto with = [](const std::string& says, const std::string& path = "class='a'") {
+    return refusal("<style " + says + ">.a{display:none}</style><path d='M0 0H9' " + path + "/>");
+  };
+  for (const char* read : {"", "type=''", "type=' Text/CSS '", "media='ALL'", "media=' screen '"})
+    EXPECT_THAT(with(read), HasSubstr("no lines")) << read;
+  EXPECT_EQ(with("media='Print'"), "taken");
+  for (const char* unread : {"screen, print", "not print", "(min-width: 1px)", "print and (color)"})
+    EXPECT_THAT(with(std::string("media='") + unread + "'"), HasSubstr(std::string("the media \"") + unread + "\""));
+  EXPECT_THAT(with("type='text/less'"), HasSubstr("the type \"text/less\", which is not read"));
+}
+
+TEST(SvgDrawing, PassesOverRulesThatChangeNoLine) {
+  for (const char* rule :
+       {"@keyframes turn { from { display: none } to { display: inline } }", "@-webkit-keyframes a{from{fill:none}}",
+        "@page { margin: 0; @top-left { content: '}' } }", "@counter-style own { symbols: '}' }",
+        "@media print { path { display: inline } g > path { fill: red } }", "@MEDIA Print{*{display:inline}}",
+        "@font-face{src:url(a)}", "@charset 'a;{';", "@namespace url(a);"})
+    EXPECT_THAT(refusal(std::string("<style>") + rule + " path{display:none}</style><path d='M0 0H9'/>"),
+                HasSubstr("no lines"))
+        << rule;
+}
+
+TEST(SvgDrawing, RefusesValuesThatAreLongerThanAny) {
+  const std::string longest(200, 'a'), longer(201, 'a');
+  const auto says = [](const std::string& value, const std::string& where) {
+    return where == "sheet"   ? refusal("<style>path{stroke:" + value + "}</style><path d='M0 0H9'/>")
+           : where == "style" ? refusal("<path d='M0 0H9' style='stroke:" + value + "'/>")
+           : where == "group" ? refusal("<g stroke='" + value + "'><path d='M0 0H9'/></g>")
+                              : refusal("<path d='M0 0H9' stroke='" + value + "'/>");
+  };
+  for (const char* where : {"sheet", "style", "group", "attribute"}) {
+    EXPECT_EQ(says(longest, where), "taken") << where;
+    EXPECT_THAT(says(longer, where), HasSubstr("a stroke of more than 200 characters")) << where;
+  }
+  EXPECT_THAT(refusal("<style>path{font-family:" + longer + "}</style><path d='M0 0H9'/>"), "taken");
+}
+
 TEST(SvgDrawing, HeedsHowTheWholePageIsDrawn) {
   const Drawing d =
       svg("<path d='M0 0H9V9'/>", R"(width="9mm" height="9mm" viewBox="0 0 9 9" fill="none" stroke="red")");
@@ -257,17 +325,24 @@ TEST(SvgDrawing, HeedsHowTheWholePageIsDrawn) {
 
 TEST(SvgDrawing, RefusesStyleSheetsThatItCannotHeed) {
   const auto of_style = [](const std::string& css) { return refusal("<style>" + css + "</style><path d='M0 0H9'/>"); };
-  for (const char* rule : {"g > .a", ".a.b", "path:first-child", "[id=a]", ".a\31"}) {
+  for (const char* rule : {"g > .a", ".a.b", "path:first-child", "[id=a]", ".a\\31"}) {
     EXPECT_THAT(of_style(std::string(rule) + "{fill:none}"),
                 HasSubstr(std::string("\"") + rule + "\", which is not read"));
     EXPECT_EQ(of_style(std::string(rule) + "{font-size:3px}"), "taken") << "which changes no line";
   }
-  EXPECT_THAT(of_style("@media print { path { display:none } }"), HasSubstr("the rule @media, which is not read"));
+  for (const char* rule : {"@media screen { path { display:none } }", "@import url(a.css);", "@supports (a:b) {}",
+                           "@layer own;", "@media print and (color) {}"})
+    EXPECT_THAT(of_style(rule), ::testing::MatchesRegex(".*the rule @[a-z]+, which is not read.*")) << rule;
   EXPECT_THAT(of_style(".a { stroke: red"), HasSubstr("which is not read: save the drawing with strokes"));
-  EXPECT_THAT(of_style(".a { stroke: red !important }"), HasSubstr("red !important"));
-  std::string many;
-  for (int i = 0; i <= 10'000; ++i) many += fmt::format(".a{}{{fill:none}}", i);
-  EXPECT_THAT(of_style(many), HasSubstr("more than 10000 rules"));
+  for (const char* value : {"red !important", "red! IMPORTANT", "red !important; stroke: blue"})
+    EXPECT_THAT(of_style(fmt::format(".a {{ stroke: {} }}", value)), HasSubstr("\"red"));
+  const auto many = [](int selectors) {
+    std::string out = ".a";
+    for (int i = 1; i < selectors; ++i) out += fmt::format(",.a{}", i);
+    return out + "{fill:none;stroke:red}";
+  };
+  EXPECT_EQ(of_style(many(100'000)), "taken");
+  EXPECT_THAT(of_style(many(100'001)), HasSubstr("more than 100000 selectors"));
   EXPECT_THAT(refusal("<style media='print'>g > .a{fill:none}</style><path d='M0 0H9'/>"), "taken");
   const auto beside = read_svg("<?xml-stylesheet href='a.css'?><svg width='9mm' height='9mm'><path d='M0 0H9'/></svg>");
   ASSERT_FALSE(beside.ok());
