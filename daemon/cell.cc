@@ -279,9 +279,15 @@ void Cell::look_for_lost_choice() {
                   [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
 }
 
+// What a disk said that has hung since is no reason to refuse for good.
+std::optional<std::uintmax_t> Cell::free_bytes() const {
+  constexpr std::chrono::minutes kTold = 3 * kLookAtStore;
+  return std::chrono::steady_clock::now() - free_bytes_told_ <= kTold ? free_bytes_ : std::nullopt;
+}
+
 // Who made room need not wait for the next look.
 Status Cell::may_book() {
-  Status may = check_room(free_bytes_);
+  Status may = check_room(free_bytes());
   if (!may) look_at_store();
   return may;
 }

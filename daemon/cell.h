@@ -150,7 +150,8 @@ class Cell {
   NextStep next() const;
   nlohmann::json interlocks_json(const LaserStatus& laser, bool tell_why) const;
   void look_at_store();
-  Status may_book();  // what a run cuts, as far as the data's disk has said
+  std::optional<std::uintmax_t> free_bytes() const;  // nothing while the data's disk has not said, or not for long
+  Status may_book();                                 // what a run cuts, as far as the data's disk has said
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
@@ -170,7 +171,8 @@ class Cell {
 
   const NotedCamera* noted_camera_ = nullptr;  // of devices
   const NotedScanner* noted_scanner_ = nullptr;
-  std::optional<std::uintmax_t> free_bytes_;  // on the data's disk; nothing while it has not said
+  std::optional<std::uintmax_t> free_bytes_;  // on the data's disk, as it said last
+  std::chrono::steady_clock::time_point free_bytes_told_;
   bool looks_at_store_ = false;
   std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
 

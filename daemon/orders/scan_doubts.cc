@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* kUnproven = "unproven-";
 constexpr const char* kLight = "light";
+constexpr const char* kLostMap = "lost-map";
 
 // How much longer than printed things are along the scanner's x and y; nothing where the tags lie so that they do not
 // tell the two apart.
@@ -150,6 +151,16 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
   if (off > kRefused) return Error{ErrorCode::kRefused, told};
   return std::vector<ScanWarning>{{"dpi", told}};
 }
+
+ScanWarning doubt_of_lost_map(const std::filesystem::path& file) {
+  return {
+      kLostMap,
+      fmt::format("{}, the oldest map of this panel, is spoilt, so the scan was compared with a later one, and wood "
+                  "that was gone by then is not told as missing: put the file back from a backup and scan again",
+                  file.filename().string())};
+}
+
+bool is_lost_map(const ScanWarning& warning) { return warning.name == kLostMap; }
 
 ScanWarning doubt_of_lost_mask(const std::filesystem::path& file) {
   return {"lost-mask",

@@ -44,9 +44,12 @@ bool is_unproven(const ScanWarning& warning);
 
 // Of a later scan of a show face, for which a picture that was kept is lost: it is not there, cannot be read, or is of
 // another size.
+//   lost-map       the oldest map: a later one shows what was gone by then as if it had never been there
 //   lost-mask      a mask that says what was wood: all of the sheet is asked after
 //   unproven-mask  the mask or map until now: whatever the scan calls wood may be what was known to be none, so that
 //                  somebody looks first
+ScanWarning doubt_of_lost_map(const std::filesystem::path& file);
+bool is_lost_map(const ScanWarning& warning);
 ScanWarning doubt_of_lost_mask(const std::filesystem::path& file);
 ScanWarning doubt_of_lost_look(const std::filesystem::path& file);
 

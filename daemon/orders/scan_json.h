@@ -7,7 +7,7 @@
 namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, width, height, maps,
                                    wood_masks, told_gone, earlier_map, earlier_mask, gone, held, suspects, retag)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanView, tile, warnings)

@@ -147,20 +147,53 @@ std::optional<Raster<PanelFrame>> believed_wood(const RegisterScans& order, cons
   return wood;
 }
 
+struct OldMap {
+  std::string file;
+  Raster<PanelFrame> map;
+};
+
+// The oldest map that can be read and is as large as the panel: a size that a file alone tells would be that of a new
+// map and mask. The database keeps whole micrometres, and a map begun pixels.
+Result<OldMap> oldest_map(const RegisterScans& order, std::vector<ScanWarning>& warnings) {
+  constexpr double kRounded = 0.01;  // pixels
+  const auto fits = [](int pixels, Millimetres length) {
+    const double begun = pixels - kMapResolution.to_px(length).count();
+    return begun > -kRounded && begun < 1 + kRounded;
+  };
+  for (const std::string& file : order.maps) {
+    auto map = read_stored_raster(file);
+    if (map && map->pixels.type() == CV_8UC3 && fits(map->pixels.cols, order.width) &&
+        fits(map->pixels.rows, order.height)) {
+      if (file != order.maps.front()) warnings.push_back(doubt_of_lost_map(order.maps.front()));
+      return OldMap{file, *std::move(map)};
+    }
+  }
+  return Error{
+      ErrorCode::kStorage,
+      fmt::format("no map of this panel can be read, and a scan of it is compared with one: put {} back from a "
+                  "backup and scan again",
+                  order.maps.empty() ? order.earlier_map : order.maps.front())};
+}
+
 // The mask of a panel that had one: what was not usable then is not now, where both that mask and its map are left.
-Result<calib::VeneerMask> mask_again(const RegisterScans& order, std::optional<Raster<PanelFrame>> before,
-                                     const Raster<PanelFrame>& map, PanelRead& out) {
+Result<calib::VeneerMask> mask_again(const RegisterScans& order, OldMap oldest, const Raster<PanelFrame>& map,
+                                     PanelRead& out) {
   const auto usable = read_kept(order.earlier_mask, map, CV_8UC1);
-  if (order.earlier_map != order.first_map) {
+  std::optional<Raster<PanelFrame>> before = std::move(oldest.map);
+  if (order.earlier_map != oldest.file) {
     before.reset();  // there is no room for two more maps of a large panel
     before = read_kept(order.earlier_map, map, map.pixels.type());
   }
   std::optional<calib::EarlierLook> look;
+  std::optional<ScanWarning> lost;
   if (usable && before)
     look.emplace(calib::EarlierLook{*before, *usable});
   else
-    out.warnings.push_back(doubt_of_lost_look(usable ? order.earlier_map : order.earlier_mask));
+    lost = doubt_of_lost_look(usable ? order.earlier_map : order.earlier_mask);
   auto mask = calib::mask_veneer(map, *order.known, {}, look ? &*look : nullptr);
+  // It may be for want of that look.
+  if (!mask && lost) return Error{mask.error().code, fmt::format("{}; {}", mask.error().message, lost->text)};
+  if (lost) out.warnings.push_back(*std::move(lost));
   if (mask && usable) compare_wood(order, *usable, mask->usable, out);
   return mask;
 }
@@ -169,25 +202,26 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
                         const std::filesystem::path& folder, const TaskProgress& progress, PanelRead& out) {
   progress(0.55, "stitching");
   // With what was there at first: wood that is gone is told by each scan until it is booked, not by the next one only.
-  auto before = read_stored_raster(order.first_map);
-  if (!before) return before.error();
+  auto oldest = oldest_map(order, out.warnings);
+  if (!oldest) return oldest.error();
+  const Raster<PanelFrame>& before = oldest->map;
   Box<PanelFrame> area;
   area.add({});
-  area.add(before->from_pixels(before->pixels.cols, 0));
+  area.add(before.from_pixels(before.pixels.cols, 0));
   auto map = stitch(order, registration, area);
   if (!map) return map.error();
   progress(0.72, "comparing with the ledger");
   const auto wood = believed_wood(order, *map, out.warnings);
   calib::ReconcileOptions options;
   for (const auto& suspect : order.suspects) options.uncertain.push_back(suspect);
-  auto compared = calib::reconcile(*before, *map, order.gone, *order.known, options, wood ? &*wood : nullptr);
+  auto compared = calib::reconcile(before, *map, order.gone, *order.known, options, wood ? &*wood : nullptr);
   if (!compared) return compared.error();
   std::ranges::move(doubts_of_comparison(*compared), std::back_inserter(out.warnings));
   out.differences = std::move(compared->differences);
   for (const auto& suspect : order.suspects)
     out.suspects_gone.push_back(calib::share_gone(compared->gone_mask, suspect, kBesideTheKerf));
   progress(0.82, "finding usable wood");
-  const auto mask = mask_again(order, *std::move(before), *map, out);
+  const auto mask = mask_again(order, *std::move(oldest), *map, out);
   if (!mask) return mask.error();
   std::ranges::move(doubts_of_mask(*mask), std::back_inserter(out.warnings));
   return write_panel(*map, *mask, folder, out);

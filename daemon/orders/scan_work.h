@@ -48,10 +48,12 @@ struct RegisterScans {
   Face face = Face::kShow;
   std::optional<calib::PanelFiducials> known;  // none: a panel's first scan
   std::set<int> foreign_tags;
-  // Of a show face that was known: the oldest map left, masks of which any calls wood what the ledger takes for wood,
-  // its map and mask until now, and what the ledger holds for cut. Where a mask is lost all of the sheet may be wood;
+  // Of a show face that was known: the panel's size, its maps from the oldest one on, masks of which any calls wood
+  // what the ledger takes for wood, its map and mask until now, and what the ledger holds for cut. The scan is compared
+  // with the oldest map that can be read and is of the panel's size. Where a mask is lost all of the sheet may be wood;
   // where what counts until now is, somebody has to look (scan_doubts.h).
-  std::string first_map;
+  Millimetres width{0}, height{0};
+  std::vector<std::string> maps;
   std::vector<std::string> wood_masks;
   std::vector<Region<PanelFrame>> told_gone;  // wood that an earlier scan did not see, and that is not booked
   std::string earlier_map, earlier_mask;

@@ -1,6 +1,7 @@
 // Scans, and what they propose until somebody accepts it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/api/page.h"
@@ -49,6 +50,25 @@ Result<json> proposals_json(Repositories& r, bool all, const Page& page) {
   return out;
 }
 
+// Whose warnings say that the mask until now is lost: then there is nothing to hold the new one against.
+bool tells_of_lost_mask(const db::ProposalRecord& proposal) {
+  return std::ranges::any_of(json::parse(proposal.warnings_json), [](const json& warning) {
+    return warning["name"] == "lost-mask" || warning["name"] == "unproven-mask";
+  });
+}
+
+// The mask until now, at most so wide; nothing of a new panel, or where the proposal says that it is lost.
+Result<cv::Mat> mask_until_now(const PanelLibrary& library, const db::ProposalRecord& proposal, const std::string& file,
+                               int width) {
+  if (file.empty()) return cv::Mat();
+  const auto mask = library.load_small(file, width);
+  if (mask && mask->pixels.type() == CV_8UC1) return mask->pixels;
+  if (tells_of_lost_mask(proposal)) return cv::Mat();
+  if (!mask) return mask.error();
+  return Error{ErrorCode::kStorage, fmt::format("{} is no mask: restore it from a backup or scan the panel again",
+                                                library.path_of(file).string())};
+}
+
 // The scan at most so wide, with what it would do to the stock.
 ApiReply draw(const PanelLibrary& library, const db::ProposalRecord& proposal, const std::string& mask_before,
               int width) {
@@ -56,10 +76,9 @@ ApiReply draw(const PanelLibrary& library, const db::ProposalRecord& proposal, c
   if (!map) return ApiReply::error(map.error());
   const auto mask = library.load_small(proposal.mask_file, width);
   if (!mask) return ApiReply::error(mask.error());
-  // Where that one is lost the proposal says so.
-  const auto before = mask_before.empty() ? Result<PanelLibrary::SmallPicture>(PanelLibrary::SmallPicture{})
-                                          : library.load_small(mask_before, width);
-  return png_reply(draw_proposal(map->pixels, mask->pixels, before ? before->pixels : cv::Mat()));
+  const auto before = mask_until_now(library, proposal, mask_before, width);
+  if (!before) return ApiReply::error(before.error());
+  return png_reply(draw_proposal(map->pixels, mask->pixels, *before));
 }
 
 QueryPool::Answer picture_of(Repositories& r, const PanelLibrary& library, db::ProposalId id, int width) {

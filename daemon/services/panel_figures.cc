@@ -28,20 +28,24 @@ Result<double> PanelFigures::area_of(Repositories& r, db::AllocationId allocatio
   return areas_[allocation.value] = area->count();
 }
 
-Result<std::optional<double>> PanelFigures::free_of(Repositories& r, const db::PanelRecord& panel,
-                                                    const std::string& state) {
-  if (const auto known = memory_.find(panel.id, "free", state)) return std::optional(known->at(0));
-  const auto allocations = r.ledger.live_allocations(panel.id);
-  if (!allocations) return allocations.error();
+// Wood may be booked or given back between any two questions that are not of one moment: what is counted is kept under
+// the name of what it was counted of, or a lease that ends soon would leave a count without its wood for the panel that
+// has it again.
+Result<std::optional<PanelFigures::Free>> PanelFigures::free_of(Repositories& r, const db::PanelRecord& panel,
+                                                                const std::string& wood) {
+  if (const auto known = memory_.find(panel.id, "free", wood)) return std::optional(Free{known->at(0), wood});
   // No plan can use a panel whose mask cannot be read; the others are listed all the same.
   const auto mask = library_.load_mask(panel);
-  if (!mask) return std::optional<double>();
+  if (!mask) return std::optional<Free>();
+  const auto allocations = r.ledger.live_allocations(panel.id);
+  if (!allocations) return allocations.error();
   std::vector<Region<PanelFrame>> areas;
   areas.reserve(allocations->size());
   for (const auto& allocation : *allocations) areas.push_back(allocation.area);
-  const double area = wood_area(free_wood(*mask, areas, Millimetres(0))).count();
-  memory_.keep_for_long(panel.id, "free", state, {area});
-  return std::optional(area);
+  const Free free{wood_area(free_wood(*mask, areas, Millimetres(0))).count(),
+                  StockMemory::name_of_wood(panel, *allocations)};
+  memory_.keep_for_long(panel.id, "free", free.wood, {free.area});
+  return std::optional(free);
 }
 
 Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::PanelRecord& panel) {
@@ -59,14 +63,18 @@ Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::Pane
     (gone ? wood.cut : wood.reserved) += *area;
     ++wood.pieces;
   }
+  const StockMemory::State counted = StockMemory::name_of(panel, *live);
+  bool of_one_moment = true;
   if (!live->empty()) {
-    const auto free = free_of(r, panel, state->wood);
+    const auto free = free_of(r, panel, counted.wood);
     if (!free) return free.error();
     if (!*free) return wood;
-    wood.free = **free;
+    wood.free = (*free)->area;
+    of_one_moment = (*free)->wood == counted.wood;
   }
-  memory_.keep(panel.id, "booked", state->booked,
-               {wood.free, wood.reserved, wood.cut, static_cast<double>(wood.pieces)});
+  if (of_one_moment)
+    memory_.keep(panel.id, "booked", counted.booked,
+                 {wood.free, wood.reserved, wood.cut, static_cast<double>(wood.pieces)});
   return wood;
 }
 

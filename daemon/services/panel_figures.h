@@ -57,8 +57,12 @@ class PanelFigures {
   };
   Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel);
   Result<double> area_of(Repositories& r, db::AllocationId allocation);
-  // Nothing when its mask cannot be read, this time.
-  Result<std::optional<double>> free_of(Repositories& r, const db::PanelRecord& panel, const std::string& state);
+  struct Free {
+    double area = 0;   // mm2
+    std::string wood;  // StockMemory::State::wood of what it was counted of
+  };
+  // Of the wood so named, or of what is free by now; nothing when its mask cannot be read, this time.
+  Result<std::optional<Free>> free_of(Repositories& r, const db::PanelRecord& panel, const std::string& wood);
   Booked booked_on(const db::PanelRecord& panel);
   void keep_booked(const PanelId& panel, const Booked& booked);
 

@@ -106,7 +106,8 @@ ApiReply QueryPool::worked(const Question& question, Repositories& repositories)
   const auto asked = [&]() -> Result<Answer> { return question.work(repositories); };
   Result<Answer> answer = question.only_reads ? db::at_one_moment(repositories.connection, asked) : asked();
   if (!answer) return ApiReply::error(answer.error());
-  if (const auto* making = std::get_if<Making>(&*answer)) return (*making)(repositories);
+  if (const auto* making = std::get_if<Making>(&*answer))
+    return question.gone.stop_requested() ? ApiReply() : (*making)(repositories);  // it takes long, for nobody
   return std::get<ApiReply>(*std::move(answer));
 }
 

@@ -265,19 +265,20 @@ Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerMode
   const auto masks = database_.call([&](Repositories& r) { return r.panels.masks(known.panel->id); });
   if (!masks) return masks.error();
   // A cell that was restored may have lost the old ones: then the oldest that is left, since a later one shows what
-  // is gone by then as if it had never been there.
-  const auto is_left = [&](const db::MaskRecord& mask) {
+  // is gone by then as if it had never been there. What is left may be spoilt: then the next one.
+  for (auto mask = masks->rbegin(); mask != masks->rend(); ++mask) {
     std::error_code none;
-    return std::filesystem::exists(library_.path_of(mask.map_file), none);
-  };
-  const auto oldest = std::find_if(masks->rbegin(), masks->rend(), is_left);
-  const std::string& first = oldest == masks->rend() ? known.panel->map_file : oldest->map_file;
-  known.later_map = first != masks->back().map_file;
-  wanted.first_map = library_.path_of(first).string();
+    const auto map = library_.path_of(mask->map_file);
+    if (std::ranges::count(wanted.maps, map.string()) == 0 && std::filesystem::exists(map, none))
+      wanted.maps.push_back(map.string());
+  }
+  known.later_map = wanted.maps.empty() || wanted.maps.front() != library_.path_of(masks->back().map_file);
+  wanted.width = known.panel->width, wanted.height = known.panel->height;
   wanted.earlier_map = library_.path_of(known.panel->map_file).string();
   // What people painted is a layer over what scans see.
   wanted.earlier_mask = library_.path_of(masks->front().seen_file).string();
-  work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
+  work.readable.insert(work.readable.end(), wanted.maps.begin(), wanted.maps.end());
+  work.readable.insert(work.readable.end(), {wanted.earlier_map, wanted.earlier_mask});
   // What was wood at first stays to be asked after, though a later scan did not see it any more; the newest has what
   // people gave back since.
   wanted.wood_masks = {library_.path_of(masks->back().mask_file).string()};
@@ -357,10 +358,11 @@ Result<ScanOutcome> ScanService::propose(const ScanRequest& request, const Known
   if (!mask_file) return mask_file.error();
   auto tiles = store_tiles(Face::kShow);
   if (!tiles) return tiles.error();
+  const bool later_map = known.later_map || std::ranges::any_of(read.warnings, is_lost_map);
   // A saw cuts where it has to.
   if (known.parent) std::erase_if(read.warnings, [](const ScanWarning& warning) { return warning.name == "size"; });
   SeenSheet seen{std::move(read), std::move(*tiles), map_file->file,         map_file->sha256, mask_file->file, {}, 0,
-                 known.later_map, known.parent,      known.parent_fiducials, known.suspects};
+                 later_map,       known.parent,      known.parent_fiducials, known.suspects};
   if (known.panel) {
     seen.panel = known.panel->id, seen.after = known.panel->mask_version;
     // The first scan fixed its frame.

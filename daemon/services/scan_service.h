@@ -62,7 +62,7 @@ class ScanService {
     calib::PanelFiducials fiducials;
     std::set<int> foreign_tags;
     Face face = Face::kShow;
-    bool later_map = false;  // its first map is lost: the scan is compared with a later one
+    bool later_map = false;  // its first map is not there: the scan is compared with a later one
     // Of a sheet that is new: the sawn panel that it is a part of.
     std::optional<PanelId> parent;
     calib::PanelFiducials parent_fiducials;

@@ -88,17 +88,22 @@ Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::Pane
   }
   const auto live = r.ledger.live_states(panel.id);
   if (!live) return live.error();
-  std::string wood = panel.mask_file, booked = panel.mask_file;
-  for (const auto& [allocation, state] : *live) {
-    add_to(wood, allocation);
-    booked += fmt::format(" {} {}", allocation.value, static_cast<int>(state));
-  }
   const std::lock_guard lock(mutex_);
   Kept& kept = panels_[panel.id];
   kept.mask_file = panel.mask_file;
-  kept.state = {word_of(wood), word_of(booked)};
+  kept.state = name_of(panel, *live);
   kept.counted_at = *newest;
   return kept.state;
+}
+
+StockMemory::State StockMemory::name_of(const db::PanelRecord& panel,
+                                        const std::vector<std::pair<db::AllocationId, db::AllocationState>>& live) {
+  std::string wood = panel.mask_file, booked = panel.mask_file;
+  for (const auto& [allocation, state] : live) {
+    add_to(wood, allocation);
+    booked += fmt::format(" {} {}", allocation.value, static_cast<int>(state));
+  }
+  return {word_of(wood), word_of(booked)};
 }
 
 std::string StockMemory::name_of_wood(const db::PanelRecord& panel, const std::vector<db::AllocationRecord>& live) {

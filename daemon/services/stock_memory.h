@@ -14,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -31,7 +32,11 @@ class StockMemory {
     std::string booked;  // also when what is booked is in another state
   };
   Result<State> state_of(Repositories& r, const db::PanelRecord& panel);
-  // State::wood of a panel on which this is booked.
+  // The state of a panel on which this is booked: what is counted of it is kept under this name. state_of() may tell of
+  // what another reader saw later.
+  static State name_of(const db::PanelRecord& panel,
+                       const std::vector<std::pair<db::AllocationId, db::AllocationState>>& live);
+  // Its State::wood.
   static std::string name_of_wood(const db::PanelRecord& panel, const std::vector<db::AllocationRecord>& live);
 
   // What was kept of a panel under a name, when it was counted of the same.

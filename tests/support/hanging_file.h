@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace veneer::testing {
@@ -25,10 +28,14 @@ class HangingFile {
     for (const int end : {pipe_, waited_})
       if (end >= 0) ::close(end);
   }
-  // Until somebody has opened it, who reads nothing yet.
+  // Until somebody has opened it, who reads nothing yet. Throws where nobody does.
   void await_reader() {
-    waited_ = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC);
-    if (waited_ < 0) throw std::runtime_error("the pipe " + file_.string() + " cannot be opened");
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while ((waited_ = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK)) < 0) {
+      if (errno != ENXIO || std::chrono::steady_clock::now() > deadline)
+        throw std::runtime_error("nobody reads the pipe " + file_.string());
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
   }
   // Whoever waits reads nonsense, as does whoever opens it from now on.
   void let_go() {

@@ -6,6 +6,7 @@
 
 #include "calib/tag_detector.h"
 #include "cli/render.h"
+#include "daemon/orders/stored_picture.h"
 #include "daemon/services/mask_painter.h"
 #include "planner/pictures/pictures.h"
 #include "tests/support/routed_cell.h"
@@ -85,17 +86,28 @@ TEST_F(ProposalRoutes, AreLookedAtAndAccepted) {
   EXPECT_EQ(get("/proposals/9")["error"]["code"], "not_found");
 }
 
-// Somebody has to look at just these.
-TEST_F(ProposalRoutes, OfAPanelWhoseMaskIsLostAreShownAllTheSame) {
+// Somebody has to look at just these; where nobody was told that the mask is lost, green and red are not left out.
+TEST_F(ProposalRoutes, OfAPanelWhoseMaskIsLostAreShownWhereTheySaySo) {
   ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
-  SeenSheet again = seen(301, {{"unproven-mask", "its mask is lost"}});
-  again.panel = PanelId{"P-0001"}, again.after = 1;
-  const auto waiting = cell->proposals->propose(std::move(again), "uid 1000");
-  ASSERT_TRUE(waiting && waiting->proposal);
   const auto panel = cell->database->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
-  ASSERT_TRUE(std::filesystem::remove(cell->panel_library.path_of(panel->mask_file)));
-  const ApiReply picture = ask("GET", fmt::format("/api/v1/proposals/{}/picture.png", waiting->proposal->value));
-  EXPECT_EQ(picture.status, 200) << picture.body;
+  const auto mask = cell->panel_library.path_of(panel->mask_file);
+  int width = 300;  // another one each time, or it is known
+  const auto picture_of = [&](const std::string& warning) {
+    SeenSheet again = seen(301, {{"unproven-1", "nobody could tell"}, {warning, "somebody looks"}});
+    again.panel = PanelId{"P-0001"}, again.after = 1;
+    const auto waiting = cell->proposals->propose(std::move(again), "uid 1000");
+    if (!waiting || !waiting->proposal) throw std::runtime_error("it does not wait");
+    std::filesystem::remove_all(cell->panel_library.small_dir());
+    return ask("GET", fmt::format("/api/v1/proposals/{}/picture.png?width={}", waiting->proposal->value, ++width))
+        .status;
+  };
+  EXPECT_EQ(picture_of("light"), 200);
+  ASSERT_TRUE(write_stored_picture(cv::Mat(kRows, kColumns, CV_8UC3, cv::Scalar(1, 2, 3)), mask));
+  EXPECT_EQ(picture_of("light"), 500);
+  EXPECT_EQ(picture_of("lost-mask"), 200);
+  ASSERT_TRUE(std::filesystem::remove(mask));
+  EXPECT_EQ(picture_of("light"), 500);
+  for (const char* told : {"unproven-mask", "lost-mask"}) EXPECT_EQ(picture_of(told), 200) << told;
 }
 
 TEST_F(ProposalRoutes, AreRefused) {

@@ -102,6 +102,34 @@ TEST_F(LostMasks, WhereTheNewestOneIsLostNothingIsTakenForThereAndNothingIsFreeB
   EXPECT_EQ(accepted->differences->size(), 1U);
 }
 
+// A file may be of another panel, or broken off; a new map and mask are as large as the panel all the same.
+TEST_F(LostMasks, WhereTheFirstMapIsSpoiltTheScanIsComparedWithTheNextOne) {
+  const auto masks = database_->call([](Repositories& r) { return r.panels.masks(PanelId{"P-0001"}); });
+  ASSERT_TRUE(masks.ok());
+  const auto first_map = library_.path_of(masks->back().map_file);
+  ASSERT_NE(first_map, library_.path_of(panel().map_file));
+  lose_wood();
+  const cv::Size size = whole(first_map).size();
+  for (const auto& spoil :
+       {std::function(make_odd), {[](const auto& file) { std::filesystem::resize_file(file, 100); }}}) {
+    spoil(first_map);
+    const auto again = look();
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_THAT(names_of(again->warnings), ElementsAre("lost-map"));
+    EXPECT_THAT(again->warnings.at(0).text, HasSubstr(first_map.filename().string()));
+    ASSERT_TRUE(again->differences);
+    EXPECT_EQ(again->differences->size(), 1U);
+    EXPECT_EQ(whole(library_.path_of(panel().mask_file)).size(), size);
+  }
+  const auto all = database_->call([](Repositories& r) { return r.panels.masks(PanelId{"P-0001"}); });
+  ASSERT_TRUE(all.ok());
+  for (const auto& later : *all)
+    if (const auto map = library_.path_of(later.map_file); map != first_map) std::filesystem::remove(map);
+  const auto none = look();
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error().message, AllOf(HasSubstr(first_map.filename().string()), HasSubstr("from a backup")));
+}
+
 TEST_F(LostMasks, WhereTheNewestOneOrItsMapIsNotThereSomebodyLooks) {
   const auto newest_map = library_.path_of(panel().map_file);
   lay(sheet_, 1.9);

@@ -69,6 +69,22 @@ class QueryPoolTest : public ::testing::Test {
   std::vector<ApiReply> replies;
 };
 
+TEST_F(QueryPoolTest, MakesNothingForWhoHasGoneMeanwhile) {
+  auto pool = open(1);
+  for (const bool goes : {false, true}) {
+    std::stop_source gone;
+    std::atomic<bool> made = false;
+    wait_for(*pool, from(Role::kViewer, gone.get_token()), [&](Repositories&) -> QueryPool::Answer {
+      if (goes) gone.request_stop();
+      return [&](Repositories&) {
+        made = true;
+        return ApiReply();
+      };
+    });
+    EXPECT_EQ(made, !goes);
+  }
+}
+
 TEST_F(QueryPoolTest, ABlockedReaderDelaysNoWriteAndSeesOnlyWhatIsCommitted) {
   Blocked blocked;  // outlives the pool, which may still be running it
   auto pool = open(1);

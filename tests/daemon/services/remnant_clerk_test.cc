@@ -182,7 +182,7 @@ TEST_F(RemnantClerkTest, DrawsWhileTheLogCanBeEmptied) {
     return r.panels.add_mask(kMaple, {0, "panels/map-that-hangs.png", panel.mask_file, panel.map_hash, kThen}, 1);
   }));
   testing::HangingFile map(data() / "panels" / "map-that-hangs.png");
-  std::thread clerk([&] { stay.clerk.book_due(); });
+  std::jthread clerk([&] { stay.clerk.book_due(); });
   map.await_reader();
   EXPECT_TRUE(testing::checkpoint_completes(*stay.database));
   map.let_go();

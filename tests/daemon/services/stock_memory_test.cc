@@ -137,6 +137,23 @@ TEST_F(StockMemoryTest, OfAnotherHistoryIsNotTold) {
   }
 }
 
+// The panel's state is named by whoever saw most of the ledger; what another one counts meanwhile is of less.
+TEST_F(StockMemoryTest, IsOfTheWoodThatWasCountedThoughOtherWoodIsBookedMeanwhile) {
+  Life stay(data());
+  auto other = must(db::Database::open_for_reading(data() / "veneerd.db"));
+  Repositories reader(other);
+  const auto counted = db::at_one_moment(other, [&]() -> Result<double> {
+    const auto panel = must(reader.panels.find({"P-0001"}));
+    stay.write_off(20);
+    must(stay.memory.state_of(stay.r, panel));
+    return stay.figures.free(reader, panel);
+  });
+  EXPECT_NEAR(must(counted), kWholeMask - 36, 3);
+  EXPECT_NEAR(stay.free(), kWholeMask - 72, 5);
+  EXPECT_NEAR(must(stay.figures.of(stay.r, stay.panel())).reserved + must(stay.figures.of(stay.r, stay.panel())).cut,
+              72, 1);
+}
+
 // What was free while it was counted is what it is kept under.
 TEST_F(StockMemoryTest, NamesWoodByWhatIsBookedOnIt) {
   Life stay(data());
