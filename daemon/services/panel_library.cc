@@ -240,7 +240,7 @@ std::filesystem::path PanelLibrary::tiles_file(const std::string& map_file) cons
 }
 
 Status PanelLibrary::make_tiles(const cv::Mat& map, const std::filesystem::path& tiles) const {
-  if (const Status written = planner::write_tile_pyramid(map, tiles); !written) return written;
+  if (Status written = planner::write_tile_pyramid(map, tiles); !written) return written;
   forget_oldest(small_dir(), kTilesEnd, most_tile_bytes_, tiles);
   return Ok();
 }

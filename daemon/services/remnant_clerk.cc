@@ -80,7 +80,7 @@ Result<RemnantClerk::Left> RemnantClerk::left(Repositories& reading, const db::R
     if (!area) return area.error();
     record.fitting.push_back({name_of(wanted), *area});
   }
-  return Left{std::move(*panel), std::move(*live), std::move((*counted)->remnant), std::move(record)};
+  return Left{std::move(*panel), std::move(*live), (*counted)->remnant, std::move(record)};
 }
 
 std::string RemnantClerk::picture_of(const Left& left) const {

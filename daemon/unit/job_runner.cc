@@ -425,7 +425,7 @@ Status JobRunner::all_is_booked() const {
 
 Status JobRunner::at_rest() const {
   const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
-  if (const Status booked = all_is_booked(); !booked) return booked;
+  if (Status booked = all_is_booked(); !booked) return booked;
   switch (view_.state) {
     case CellState::kStopped:
     case CellState::kIdle:

@@ -331,7 +331,7 @@ Status SvgReader::draw_shape(const pugi::xml_node& node, const std::string& name
 
 Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, const Inherited& from) {
   LineDrawer draw(from.mm_from_user, most_points_ - points_);
-  if (const Status good = draw_shape(node, name, draw); !good.ok()) return good;
+  if (Status good = draw_shape(node, name, draw); !good.ok()) return good;
   if (draw.is_full())
     return unreadable(
         fmt::format("the drawing has more than {} points: draw it smaller, or with fewer curves", most_points_));

@@ -152,7 +152,7 @@ Status StyleSheet::add(std::string_view css) {
     const std::size_t close = open == std::string_view::npos ? open : left.find_first_of("{}", open + 1);
     if (close == std::string_view::npos || left[close] == '{')
       return unread(fmt::format("\"{}\"", left.substr(0, std::min<std::size_t>(left.size(), 40))));
-    if (const Status added = add_rule(left.substr(0, open), left.substr(open + 1, close - open - 1)); !added.ok())
+    if (Status added = add_rule(left.substr(0, open), left.substr(open + 1, close - open - 1)); !added.ok())
       return added;
     left.remove_prefix(close + 1);
   }
@@ -165,7 +165,7 @@ Status StyleSheet::add_rule(std::string_view selectors, std::string_view declara
     const auto what = declared(declarations, kHeededProperties[i]);
     if (!what) continue;
     if (what->important) return unread(fmt::format("\"{} !important\"", what->value.substr(0, 40)));
-    if (const Status good = check_length(kHeededProperties[i], what->value); !good.ok()) return good;
+    if (Status good = check_length(kHeededProperties[i], what->value); !good.ok()) return good;
     said.values[i] = std::make_shared<const std::string>(what->value);
   }
   if (std::ranges::none_of(said.values, [](const auto& value) { return value != nullptr; })) return Ok();
