@@ -25,6 +25,7 @@ cv::Rect2d box_of(const std::vector<PlanePoint>& path, double around) {
 // The same for every place of every strip.
 std::vector<std::vector<double>> along(const std::vector<EdgeStrip>& strips, double value) {
   std::vector<std::vector<double>> out;
+  out.reserve(strips.size());
   for (const EdgeStrip& strip : strips) out.emplace_back(strip.size(), value);
   return out;
 }

@@ -53,6 +53,7 @@ class Distances {
     cv::Mat away(window.size(), CV_8UC1, cv::Scalar(255));
     for (const std::vector<PlanePoint>& path : paths) {
       std::vector<cv::Point> corners;
+      corners.reserve(path.size());
       for (const PlanePoint& p : path)
         corners.emplace_back(cvRound((p.x - window.x - 0.5) * (1 << kShift)),
                              cvRound((p.y - window.y - 0.5) * (1 << kShift)));
@@ -199,7 +200,7 @@ std::vector<double> EdgeStrip::cheapest(const Costs& costs, double stride, doubl
   const auto places = static_cast<std::size_t>(2 * middle + 1);
   constexpr double kNever = std::numeric_limits<double>::infinity();
   std::vector<double> total(places * kLeanStates, kNever), next(total.size());
-  std::vector<std::int8_t> came(parts * total.size(), 0);
+  std::vector<std::int16_t> came(parts * total.size(), 0);
   for (std::size_t part = 0; part < parts; ++part) {
     std::fill(next.begin(), next.end(), kNever);
     const double from = static_cast<double>(part) * length;
@@ -220,7 +221,7 @@ std::vector<double> EdgeStrip::cheapest(const Costs& costs, double stride, doubl
             static_cast<std::size_t>(there) * kLeanStates + static_cast<std::size_t>(lean + kLeanLimit);
         next[state] =
             best + cost_of_part(costs, from, from + length, (place - middle) * quantum, (there - middle) * quantum);
-        came[part * total.size() + state] = static_cast<std::int8_t>(best_was);
+        came[part * total.size() + state] = static_cast<std::int16_t>(best_was);
       }
     }
     std::swap(total, next);

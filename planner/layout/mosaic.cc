@@ -62,6 +62,7 @@ std::vector<double> mean_angles(const cv::Mat& labels, std::size_t count, const 
       mean.cos += std::cos(four), mean.sin += std::sin(four);
     }
   std::vector<double> out;
+  out.reserve(means.size());
   for (const Mean& mean : means) out.push_back(std::atan2(mean.sin, mean.cos) / 4);
   return out;
 }

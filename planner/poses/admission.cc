@@ -13,6 +13,7 @@ Result<std::vector<bool>> admitted(const PlacedOutlines& wished, const PlacedOut
   for (bool anew = true; anew;) {
     anew = false;
     std::vector<FreeWood> wood;
+    wood.reserve(panels.size());
     for (const MatchPanel& panel : panels) wood.push_back(panel.wood.untouched());
     for (std::size_t i = 0; i < count; ++i) {
       if (stop.stop_requested()) return cancelled();
