@@ -29,8 +29,8 @@ struct ReconcileOptions {
   // Borders may differ by this: beside what is booked that much more wood may be missing untold.
   Millimetres tolerance{0.3};
   // Smaller ones may be dust; a screw's hole has 7. Of a loss beside what is booked the tolerance is not seen, so this
-  // is less than the smallest loss that is told for sure, 3 mm2. Of what is gone small ones are told only if they
-  // differ much.
+  // is less than the smallest loss that is to be told, 3 mm2. Of what is gone small ones are told only if they differ
+  // much.
   SquareMillimetres smallest{2.0};
   Millimetres narrowest{0.5};  // thinner ones are noise at borders
   // Pieces of which nobody knows whether they were cut out: nothing is learnt from them.
@@ -57,7 +57,7 @@ struct Reconciliation {
 // light of the whole sheet at once.
 // kInvalidArgument when the maps do not compare.
 //
-// Memory, over the two maps: up to 14 kB a square millimetre of a tile of 340 mm, and 16 bytes a pixel of 6 px/mm of
+// Memory, over the two maps: up to 14 kB a square millimetre of a tile of 340 mm, and 17 bytes a pixel of 6 px/mm of
 // the sheet; below 3 GB at 209 million pixels.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,

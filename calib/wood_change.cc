@@ -296,10 +296,10 @@ WoodChange find_changes(const UnchangedLook& look, const cv::Mat& now, const cv:
   gone = mostly(gone, most > kHigh);
   // Windows and the scanner's blur widen what is narrow, and a hair on the glass would pass for a slot: its border is
   // where the difference falls to a part of what it is at its middle.
-  cv::Mat broad;
+  cv::Mat broad, at_the_middle;
   cv::morphologyEx(gone, broad, cv::MORPH_OPEN, round_kernel(kNarrow * px_per_mm));
-  cv::dilate(by, most_by, round_kernel(kNarrow * px_per_mm));
-  gone &= broad | (by > kFlank * most_by);
+  cv::dilate(by, at_the_middle, round_kernel(kNarrow * px_per_mm));
+  gone &= broad | (by > kFlank * at_the_middle);
   WoodChange out{gone, {}};
   same.convertTo(out.unlikeness, CV_8U);
   return out;
