@@ -255,6 +255,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}\n", prepared.error().message);
     return 1;
   }
+  const EmptyBed bed(data.path());
   Table table;
   bool good = true;
   for (const ClientLoadKind& kind : client_loads()) {

@@ -114,6 +114,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}\n", prepared.error().message);
     return 1;
   }
+  const EmptyBed bed(data.path());
   nlohmann::json rows = nlohmann::json::array();
   bool good = true;
   for (const StopLoadKind& kind : stop_loads()) {
