@@ -54,6 +54,7 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
 }
 
 constexpr std::chrono::minutes kLookAtStore(1);
+static_assert(DiskRoom::kBelieved > 2 * kLookAtStore);  // one look that comes late makes it forget nothing
 
 struct EndedLeases {
   std::vector<std::string> sentences;
@@ -152,6 +153,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       kept_alarms_(config.store.data_dir / kAlarmsName, log),
       kept_tasks_(config.store.data_dir / kTasksName, log),
       keeper_(std::make_unique<Worker>("keeper", 10)),
+      room_(real_clock),
       look_timer_(io) {}
 
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
@@ -279,15 +281,9 @@ void Cell::look_for_lost_choice() {
                   [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
 }
 
-// What a disk said that has hung since is no reason to refuse for good.
-std::optional<std::uintmax_t> Cell::free_bytes() const {
-  constexpr std::chrono::minutes kTold = 3 * kLookAtStore;
-  return std::chrono::steady_clock::now() - free_bytes_told_ <= kTold ? free_bytes_ : std::nullopt;
-}
-
 // Who made room need not wait for the next look.
 Status Cell::may_book() {
-  Status may = check_room(free_bytes());
+  Status may = check_room(room_.free_bytes());
   if (!may) look_at_store();
   return may;
 }

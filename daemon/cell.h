@@ -46,6 +46,7 @@
 #include "daemon/services/task_audit.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/store/database_thread.h"
+#include "daemon/unit/disk_room.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/workers/work_runner.h"
 #include "daemon/workers/worker_processes.h"
@@ -150,8 +151,7 @@ class Cell {
   NextStep next() const;
   nlohmann::json interlocks_json(const LaserStatus& laser, bool tell_why) const;
   void look_at_store();
-  std::optional<std::uintmax_t> free_bytes() const;  // nothing while the data's disk has not said, or not for long
-  Status may_book();                                 // what a run cuts, as far as the data's disk has said
+  Status may_book();  // what a run cuts, as far as the data's disk has said
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
@@ -171,8 +171,7 @@ class Cell {
 
   const NotedCamera* noted_camera_ = nullptr;  // of devices
   const NotedScanner* noted_scanner_ = nullptr;
-  std::optional<std::uintmax_t> free_bytes_;  // on the data's disk, as it said last
-  std::chrono::steady_clock::time_point free_bytes_told_;
+  DiskRoom room_;  // on the data's disk
   bool looks_at_store_ = false;
   std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
 

@@ -99,7 +99,7 @@ nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) co
   facts.scanner = noted_scanner_->last();
   facts.picture_fresh = bed_pictures->last_fresh();
   facts.stock_refusal = runner->options().stock_refusal;
-  facts.free_bytes = free_bytes();
+  facts.free_bytes = room_.free_bytes();
   facts.backups = backup_disk->seen();
   facts.backups_silent = backup_disk->silence();
   facts.now = std::chrono::system_clock::now();
@@ -121,7 +121,7 @@ void Cell::look_at_store() {
     boost::asio::post(reactor, [this, alive, free] {
       if (alive.expired()) return;
       looks_at_store_ = false;
-      free_bytes_ = free, free_bytes_told_ = std::chrono::steady_clock::now();
+      room_.told(free);
     });
   });
 }

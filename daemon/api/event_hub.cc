@@ -1,7 +1,10 @@
 #include "daemon/api/event_hub.h"
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 #include "base/clock.h"
 #include "daemon/api/event_client.h"
@@ -86,6 +89,24 @@ EventHub::Room EventHub::room_for(const Caller& caller) const {
   if (same >= options_.max_per_identity) return Room::kTooManyOfThisIdentity;
   if (closed_ || clients_.size() >= options_.max_clients) return Room::kFull;
   return caller.role >= Role::kOperator || viewers < options_.max_viewers ? Room::kFree : Room::kFull;
+}
+
+EventHub::Room EventHub::make_room_for(const Caller& caller) {
+  const Room room = room_for(caller);
+  if (room != Room::kFull || closed_ || caller.role < Role::kOperator) return room;
+  const bool listens = std::ranges::any_of(clients_, [&](const auto& c) { return c->caller().who == caller.who; });
+  return !listens && send_one_away() ? Room::kFree : room;
+}
+
+bool EventHub::send_one_away() {
+  std::map<std::string, std::vector<std::shared_ptr<EventClient>>> by_identity;
+  for (const auto& client : clients_) by_identity[client->caller().who].push_back(client);
+  const auto most =
+      std::ranges::max_element(by_identity, {}, [](const auto& identity) { return identity.second.size(); });
+  if (most == by_identity.end() || most->second.size() < 2) return false;
+  most->second.front()->drop(boost::beast::websocket::close_code::try_again_later,
+                             "somebody who does not listen yet needs one of your places");
+  return true;
 }
 
 void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen) {

@@ -69,7 +69,8 @@ class EventHub {
 
   // For the server and the clients themselves.
   enum class Room { kFree, kTooManyOfThisIdentity, kFull };
-  Room room_for(const Caller& caller) const;
+  // An operator who does not listen yet finds a place as long as another identity has two: one of whoever has most goes.
+  Room make_room_for(const Caller& caller);
   void join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen = {});
   void leave(const std::shared_ptr<EventClient>& client) { clients_.erase(client); }
   const EventHubOptions& options() const { return options_; }
@@ -79,6 +80,8 @@ class EventHub {
     std::int64_t seq = 0;
     std::shared_ptr<const std::string> message;
   };
+  Room room_for(const Caller& caller) const;
+  bool send_one_away();
   std::shared_ptr<const std::string> numbered(std::string event);
   void send_all(const std::shared_ptr<const std::string>& message);
   void send_all(const std::shared_ptr<const std::string>& to_operators,

@@ -284,7 +284,7 @@ void HttpConnection::upgrade() {
   }
   const auto seen = seen_in(std::string_view(parser_->get().target()));
   if (!seen) return answer(ApiReply::error(seen.error()), true);
-  switch (shared_->hub.room_for(caller_)) {
+  switch (shared_->hub.make_room_for(caller_)) {
     case EventHub::Room::kTooManyOfThisIdentity:
       return answer(ApiReply::too_many("too many of you listen to the event stream already"), true);
     case EventHub::Room::kFull:

@@ -95,8 +95,37 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
     if (to_scan != waiting->end()) told["scan_again"] = to_scan->why;
     out["panels"].push_back(std::move(told));
   }
-  s.memory.save();
   return out;
+}
+
+// Looks at the pictures of what the page may tell of, so that it is known when it is told.
+void count_panels(Repositories& r, const StockServices& s, const Page& page, const std::optional<PanelSearch>& search) {
+  const auto list = r.panels.list();
+  if (!list) return;
+  int told = 0;
+  for (auto at = static_cast<std::size_t>(page.after); at < list->size() && told < page.limit; ++at) {
+    const db::PanelRecord& panel = (*list)[at];
+    if (search)
+      if (const auto found = found_in(r, s, panel, *search); !found || !*found) continue;
+    static_cast<void>(s.figures.of(r, panel));
+    ++told;
+  }
+}
+
+// A search may have to look at every panel's pictures: the moment that it is told of begins when that is done.
+void reply_panels(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const Page page = read_page(query);
+  const auto search = read_search(query);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  (search ? s.pictures : s.queries).ask(request, reply, [s, page, search](Repositories&) -> QueryPool::Answer {
+    return [s, page, search](Repositories& r) {
+      count_panels(r, s, page, search);
+      const auto told = db::at_one_moment(r.connection, [&] { return panels_json(r, s, page, search); });
+      s.memory.save();
+      return reply_of(told);
+    };
+  });
 }
 
 // What is left of a panel.
@@ -123,7 +152,10 @@ Result<Leftover> left_of(Repositories& r, const StockServices& s, const PanelId&
 // the moment that it is told of none.
 template <class Told>
 std::invoke_result_t<Told> told_of_left(Repositories& r, const StockServices& s, const PanelId& id, Told told) {
-  if (const auto panel = r.panels.find(id)) static_cast<void>(s.remnants.count(r, *panel));
+  if (const auto panel = r.panels.find(id)) {
+    static_cast<void>(s.remnants.count(r, *panel));
+    static_cast<void>(s.figures.free(r, *panel));
+  }
   return db::at_one_moment(r.connection, told);
 }
 
@@ -230,16 +262,7 @@ void reply_label(const StockServices& s, const ApiRequest& request, const Reply&
 }  // namespace
 
 void bind_remnant_routes(Router& router, const StockServices& s) {
-  router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) {
-    auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
-    const auto search = read_search(query);
-    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-    // A search may have to look at every panel's pictures.
-    reply_from_query(
-        search ? s.pictures : s.queries, request,
-        [s, page, search](Repositories& r) { return panels_json(r, s, page, search); }, reply);
-  });
+  router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) { reply_panels(s, request, reply); });
   router.bind("getPanelLabel", [s](const ApiRequest& request, const Reply& reply) { reply_label(s, request, reply); });
   router.bind("listPanelRemnants", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

@@ -101,11 +101,7 @@ void count_panel(Repositories& r, const StockServices& s, const PanelId& id) {
 void reply_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   const PanelId id{request.path_param("id")};
   const auto unknown = std::make_shared<bool>(false);
-  const auto tell = [s, id](Repositories& r) {
-    const auto told = panel_json(r, s, id);
-    s.memory.save();
-    return reply_of(told);
-  };
+  const auto tell = [s, id](Repositories& r) { return reply_of(panel_json(r, s, id)); };
   s.queries.ask(
       request,
       [s, id, request, reply, unknown, tell](ApiReply told) {
@@ -114,6 +110,7 @@ void reply_panel(const StockServices& s, const ApiRequest& request, const Reply&
           return [s, id, tell](Repositories& r) {
             count_panel(r, s, id);
             auto out = db::at_one_moment(r.connection, [&]() -> Result<ApiReply> { return tell(r); });
+            s.memory.save();
             return out ? *std::move(out) : ApiReply::error(out.error());
           };
         });

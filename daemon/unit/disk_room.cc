@@ -10,4 +10,10 @@ Status check_room(const std::optional<std::uintmax_t>& free_bytes) {
   return Error{ErrorCode::kRefused, fmt::format("{}: make room on the disk, then try again", kDiskIsNearlyFull)};
 }
 
+void DiskRoom::told(std::optional<std::uintmax_t> free_bytes) { free_bytes_ = free_bytes, told_ = clock_.now(); }
+
+std::optional<std::uintmax_t> DiskRoom::free_bytes() const {
+  return clock_.now() - told_ <= kBelieved ? free_bytes_ : std::nullopt;
+}
+
 }  // namespace veneer::daemon

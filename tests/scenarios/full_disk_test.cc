@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tests/support/laser_only_cell.h"
+#include "tests/support/own_disk.h"
 
 namespace veneer::tests {
 namespace {
@@ -13,10 +14,12 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+fs::path bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
+
 class FullDisk : public ::testing::Test {
  protected:
   void SetUp() override {
-    auto started = LaserOnlyCell::start(fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin");
+    auto started = LaserOnlyCell::start(bin_dir());
     ASSERT_TRUE(started.ok()) << started.error().message;
     cell = std::move(*started);
   }
@@ -70,6 +73,35 @@ TEST_F(FullDisk, StopStopsAndItsClearIsHeard) {
   cell->set_disk_full(false);
   EXPECT_TRUE(cell->api().post("/commands/clear").ok());
   EXPECT_EQ(cell->state(), "Stopped");
+}
+
+// The refusal comes before the job is looked for, so that none is needed here.
+TEST(SmallDisk, StartsNoJobUntilThereIsRoom) {
+  const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
+  const auto told = testing::OwnDisk::run(folder.path(), 64'000'000, [&](const testing::OwnDisk& disk) -> std::string {
+    LoneDaemonOptions options;
+    options.data = folder.path() / "data";
+    fs::create_directory(options.data);
+    auto cell = LaserOnlyCell::start(bin_dir(), LaserOnlyCell::quick_laser(), options);
+    if (!cell) return cell.error().message;
+    if (const auto reset = (*cell)->api().post("/commands/reset"); !reset) return reset.error().message;
+    const auto start = [&] {
+      const auto started = (*cell)->api().post("/jobs/1/start");
+      return started ? "started" : started.error().message;
+    };
+    const auto is_full = [&] { return start().find("the disk is nearly full") != std::string::npos; };
+    if (is_full()) return "refused on an empty disk";
+    disk.fill_but(5'000'000);
+    // It asks the disk each minute, and at its own start.
+    if (const Status again = (*cell)->kill_and_start_again(); !again) return again.error().message;
+    if (const auto reset = (*cell)->api().post("/commands/reset"); !reset) return reset.error().message;
+    if (!(*cell)->wait_for(is_full)) return "on a full disk: " + start();
+    disk.empty();
+    if (!(*cell)->wait_for([&] { return !is_full(); })) return "with room again: " + start();
+    return "";
+  });
+  VENEER_REQUIRE_DISK(told);
+  EXPECT_EQ(*told, "");
 }
 
 }  // namespace

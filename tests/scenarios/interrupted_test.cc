@@ -1,12 +1,15 @@
-// What breaks a job off from outside the machine: a killed daemon, a full disk. Afterwards wood, job and ledger say the
-// same, piece by piece, and the rest is cut.
+// What breaks a job off from outside the machine: a killed daemon or guardian, a full disk. Afterwards wood, job and
+// ledger say the same, piece by piece, and the rest is cut.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
+#include <string>
 
 #include "base/files.h"
 #include "base/polygon_ops.h"
@@ -156,6 +159,57 @@ TEST_F(Interrupted, AJobThatTheDiskDoesNotTakeReservesNothing) {
   const auto taken = new_job("size_mm=24&patch_mm=12");
   ASSERT_TRUE(taken.ok()) << taken.error().message;
   EXPECT_EQ(get("/jobs")["jobs"].size(), 2U);
+}
+
+// A guardian of its own, as under systemd: the daemon does not start another one.
+class WatchedFromOutside : public OperatedCell {
+ protected:
+  void SetUp() override {
+    guard();
+    OperatedCell::SetUp();
+  }
+  SimulatedCellOptions options() const override {
+    SimulatedCellOptions out = OperatedCell::options();
+    out.guardian = socket();
+    return out;
+  }
+  std::string socket() const { return folder_ / "guardian.sock"; }
+  void guard() {
+    auto guardian = ChildProcess::start(
+        {(bin_dir() / "veneer-guardian").string(), "--record", folder_ / "guarded", "--listen", socket()},
+        folder_ / "log");
+    ASSERT_TRUE(guardian.ok()) << guardian.error().message;
+    guardian_.emplace(std::move(*guardian));
+  }
+
+  testing::TempDirectory folder_;
+  std::optional<ChildProcess> guardian_;
+};
+
+// The piece that burns is burnt to its end, for nothing is wrong with it; the next one waits for somebody who would
+// darken the machine.
+TEST_F(WatchedFromOutside, AGuardianThatDiesInAPieceHoldsTheJobBeforeTheNextOne) {
+  begin();
+  signal_at_burn(guardian_->pid(), SIGKILL, 240);
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  const json held = wait([](const json& s) { return s["state"] == "Held" || s["state"] == "Complete"; });
+  ASSERT_EQ(held["state"], "Held") << held["reason"];
+  EXPECT_THAT(held["reason"].get<std::string>(), HasSubstr("veneer-guardian.service"));
+  const json pieces = get(fmt::format("/jobs/{}/pieces", kJob))["pieces"];
+  const auto cut = std::ranges::count_if(pieces, [](const json& piece) { return piece["state"] == "cut"; });
+  EXPECT_GT(cut, 0);
+  EXPECT_LT(cut, std::ssize(pieces));
+  const json before = burnt();
+  EXPECT_THAT(post("/commands/unhold"), HasSubstr("veneer-guardian.service"));
+  EXPECT_EQ(get("/status")["state"], "Held");
+  EXPECT_EQ(burnt(), before) << "nothing burns unwatched";
+  guardian_->wait();
+  guard();
+  wait([](const json& s) { return s["laser"]["refusal"].is_null(); });
+  ASSERT_EQ(post("/commands/unhold"), "");
+  wait_state("Complete");
+  lift();
+  EXPECT_THAT(red(), IsEmpty());
 }
 
 }  // namespace

@@ -118,9 +118,10 @@ void Workers::ask_for(const std::string& fault, const std::string& kind, int aft
   fs::rename(programs() / "fault.new", programs() / "fault");
 }
 
-std::string Workers::feed(const std::string& door, const std::string& picture) {
-  auto begun =
-      cell_->api().request("POST", door + "?name=fed&size_mm=12&patch_mm=6", picture, "application/octet-stream");
+std::string Workers::feed(const std::string& door, const std::string& picture, const std::string& areas) {
+  std::string query = "?name=fed&size_mm=12&patch_mm=6";
+  if (!areas.empty()) query += fmt::format("&layout=segmentation&segmentation_bytes={}", areas.size());
+  auto begun = cell_->api().request("POST", door + query, picture + areas, "application/octet-stream");
   if (!begun) return begun.error().message;
   if (!begun->contains("task")) return "";
   auto made = cell_->api().wait_task((*begun)["task"]);

@@ -7,8 +7,8 @@
 // it was calibrated with, the cell cuts no job).
 //
 // A sample here, without hangs and scanners; ./dev soak workers asks for more: VENEER_WORKER_FAULTS, VENEER_HANGS,
-// VENEER_LOOK_FAULTS, VENEER_IDLE_FAULTS, VENEER_SCANNER_FAULTS, VENEER_HOSTILE_PICTURES, VENEER_HOSTILE_DRAWINGS,
-// VENEER_LARGEST_BOMBS, VENEER_SEED.
+// VENEER_LOOK_FAULTS, VENEER_IDLE_FAULTS, VENEER_SCANNER_FAULTS, VENEER_BOARD_FAULTS, VENEER_HOSTILE_PICTURES,
+// VENEER_HOSTILE_DRAWINGS, VENEER_LARGEST_BOMBS, VENEER_SEED.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -26,6 +26,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::number_from;
 using ::testing::SizeIs;
@@ -138,17 +139,37 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
     ++(picture.honest ? honest : done);
   }
   EXPECT_EQ(done, wanted);
+  // Behind an honest picture, whose segmentation they are to be.
+  EXPECT_EQ(feed("/jobs", target(), honest_areas()), "") << "so that what is refused below is refused for its drawing";
+  std::uint64_t areas = 0;
+  while (areas < drawings && !HasFailure()) {
+    keep_cutting();
+    const HostilePicture drawing = hostile_areas(random());
+    const char* door = areas % 2 == 0 ? "/plans" : "/jobs";
+    const std::string sentence = feed(door, target(), drawing.bytes);
+    EXPECT_THAT(sentence, Not(HasSubstr("report it"))) << drawing.what << ": " << drawing.bytes.substr(0, 400);
+    expect_dark_unless_cutting();
+    ++told[fmt::format("{}, a drawing behind it: {}", door, sentence.substr(0, 40))];
+    if (!drawing.honest) ++areas;
+  }
+  // Refused for its place: so it was read.
+  const auto is_read = HasSubstr("leaves the laser's travel");
   std::uint64_t svg = 0, runs = 0;
   while (svg + runs < drawings && !HasFailure()) {
     keep_cutting();
     const bool body = (svg + runs) % 2 != 0;
     const HostilePicture drawing = body ? hostile_run(random()) : hostile_svg(random());
-    if (drawing.honest) continue;
     if (body) {
       const auto taken = cell_->api().request("POST", "/laser/run", drawing.bytes, "application/json");
       EXPECT_FALSE(taken.ok()) << drawing.bytes.substr(0, 400);
-      ++told[fmt::format("/laser/run: {}", taken ? "" : taken.error().message.substr(0, 40))];
-      ++runs;
+      const std::string sentence = taken ? "" : taken.error().message;
+      if (drawing.honest) {
+        EXPECT_THAT(sentence, is_read);
+      } else if (!json::accept(drawing.bytes)) {
+        EXPECT_THAT(sentence, Not(is_read)) << drawing.bytes.substr(0, 400);
+      }
+      ++told[fmt::format("/laser/run: {}", sentence.substr(0, 40))];
+      if (!drawing.honest) ++runs;
     } else {
       const std::string file = (dir_ / "drawing.svg").string();
       std::ofstream(file, std::ios::binary) << drawing.bytes;
@@ -157,8 +178,11 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
                        file, "--dry", "--power", "20%", "--speed-mm-s", "20", "--x-mm", "9000", "--y-mm", "9000"});
       // Of the file or of the cell: a sentence, and no crash.
       EXPECT_THAT(refused.status, ::testing::AnyOf(1, 2)) << refused.output.substr(0, 400);
+      if (drawing.honest) {
+        EXPECT_THAT(refused.output, is_read);
+      }
       ++told[fmt::format("laser run FILE.svg: {}", refused.output.substr(0, 30))];
-      ++svg;
+      if (!drawing.honest) ++svg;
     }
     expect_dark_unless_cutting();
   }
@@ -171,9 +195,10 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
         ++bombs;
       }
   expect_a_whole_job();
-  print(told, fmt::format("{} hostile pictures (and {} honest ones), {} hostile SVG files, {} hostile bodies of "
-                          "strokes, {} times a largest bomb",
-                          done, honest, svg, runs, bombs));
+  print(told,
+        fmt::format("{} hostile pictures (and {} honest ones), {} hostile drawings of areas, {} hostile SVG files, "
+                    "{} hostile bodies of strokes, {} times a largest bomb",
+                    done, honest, areas, svg, runs, bombs));
 }
 
 // A look that is lost again and again cannot be had: the run waits for people, the beam off.
@@ -215,7 +240,8 @@ TEST_F(IdleWorkers, MayDieInEveryWay) {
   ASSERT_EQ(post("/commands/reset"), "");
   for (std::uint64_t done = 0; done < wanted && !HasFailure(); ++done) {
     const Way& kind = kinds[done % kinds.size()];
-    const std::string fault = any_fault(random);
+    // One that hangs takes the whole limit of its work: now and then, and not in the sample.
+    const std::string fault = done % 4 == 3 ? random() % 2 == 0 ? "hang" : "spin" : any_fault(random);
     ask_for(fault, kind.kind);
     EXPECT_THAT((this->*kind.begin)(), HasSubstr(kind.told)) << fault << " of " << kind.kind;
     ask_for_none();
@@ -226,13 +252,9 @@ TEST_F(IdleWorkers, MayDieInEveryWay) {
   print(told, fmt::format("{} deaths of workers while the laser rests", wanted));
 }
 
-// SANE's own test scanner. The certificates are of another, so what burns is a drawing.
-class ScannerWorkers : public Workers {
+// With a device that the certificates are not of: what burns is a drawing.
+class WorkersBesideADrawing : public Workers {
  protected:
-  std::string scanner() const override {
-    return fmt::format("kind = \"sane\"\ndevice = \"test:0\"\nsane_config_dir = \"{}\"\n", sane_config().string());
-  }
-  std::string limits() const override { return "planning_limit_s = 40\nscan_limit_s = 5\nlook_limit_s = 60\n"; }
   // Long strokes side by side on a bare board.
   json drawing() const {
     json points = json::array();
@@ -242,13 +264,11 @@ class ScannerWorkers : public Workers {
             {"dry", false},        {"confirmed", {"scrap on the bed"}}};
   }
   static constexpr double kDrawnMm = 8 * 150;
-  std::uint64_t wanted() const override { return number_from("VENEER_SCANNER_FAULTS", 0); }
+  // Of every kind in turn, one drawing after the other. Each eighth hangs.
+  void die_beside_drawings(const std::vector<Way>& kinds);
 };
 
-TEST_F(ScannerWorkers, MayDieInEveryWayWhileADrawingIsBurnt) {
-  if (left_out()) return;
-  VENEER_NEEDS_SANE_BACKENDS();
-  const auto kinds = ways(BegunWhen::kBesideADrawing);
+void WorkersBesideADrawing::die_beside_drawings(const std::vector<Way>& kinds) {
   auto random = random_of_campaign();
   const std::uint64_t wanted = this->wanted();
   ASSERT_TRUE(cell_->twin({{"cmd", "new-board"}, {"name", "bare"}, {"width_mm", 300}, {"height_mm", 250}}).ok());
@@ -280,7 +300,45 @@ TEST_F(ScannerWorkers, MayDieInEveryWayWhileADrawingIsBurnt) {
     expect_dark_unless_cutting();
     EXPECT_NEAR(after->burnt_mm - before, kDrawnMm, 1) << "mm of strokes";
   }
-  print(told, fmt::format("{} deaths of scanning workers beside a drawing", done));
+  print(told, fmt::format("{} deaths of workers of {} kinds beside a drawing", done, kinds.size()));
+}
+
+// SANE's own test scanner.
+class ScannerWorkers : public WorkersBesideADrawing {
+ protected:
+  std::string scanner() const override {
+    return fmt::format("kind = \"sane\"\ndevice = \"test:0\"\nsane_config_dir = \"{}\"\n", sane_config().string());
+  }
+  std::string limits() const override { return "planning_limit_s = 40\nscan_limit_s = 5\nlook_limit_s = 60\n"; }
+  std::uint64_t wanted() const override { return number_from("VENEER_SCANNER_FAULTS", 0); }
+};
+
+TEST_F(ScannerWorkers, MayDieInEveryWayWhileADrawingIsBurnt) {
+  if (left_out()) return;
+  VENEER_NEEDS_SANE_BACKENDS();
+  die_beside_drawings(ways(BegunWhen::kBesideADrawing));
+}
+
+// The other family of lasers, whose beam does not go dark by itself when nobody feeds it.
+class BoardWorkers : public WorkersBesideADrawing {
+ protected:
+  SimulatedCellOptions options() const override {
+    SimulatedCellOptions out = WorkersBesideADrawing::options();
+    out.lihuiyu = true;
+    return out;
+  }
+  // Within them work of the scanner is done that does not hang; the board's drawing takes no longer.
+  std::string limits() const override { return "planning_limit_s = 10\nscan_limit_s = 20\nlook_limit_s = 60\n"; }
+  std::uint64_t wanted() const override { return number_from("VENEER_BOARD_FAULTS", 3); }
+};
+
+TEST_F(BoardWorkers, MayDieInEveryWayWhileALihuiyuBoardBurns) {
+  if (left_out()) return;
+  auto kinds = ways(BegunWhen::kBesideACut);
+  // They ask for the kerf of the laser, or advise with it, and it is another one.
+  std::erase_if(kinds, [](const Way& way) { return way.kind == "make_plan" || way.kind == "give_advice"; });
+  ASSERT_THAT(kinds, Not(IsEmpty()));
+  die_beside_drawings(kinds);
 }
 
 }  // namespace

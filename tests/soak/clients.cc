@@ -56,8 +56,8 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  bool stop() const { return ask("POST", "/api/v1/stop"); }
-  bool look() const { return ask("GET", "/api/v1/status"); }
+  Status stop() const { return ask("POST", "/api/v1/stop"); }
+  bool look() const { return ask("GET", "/api/v1/status").ok(); }
   // When it heard that the cell aborts, after `asked`; nothing when it did not within ten seconds.
   std::optional<Clock::time_point> heard_of_abort(Clock::time_point asked) {
     std::unique_lock lock(mutex_);
@@ -90,10 +90,11 @@ class Console {
       if (ended_) return;
     }
   }
-  bool ask(const std::string& method, const std::string& path) const {
+  Status ask(const std::string& method, const std::string& path) const {
     const cli::ApiClient api(cli::ApiAddress{"", "127.0.0.1", port_});
     const auto reply = api.raw(method, path, "", "", {{"Authorization", "Bearer " + session_}});
-    return reply && reply->status == 200;
+    if (!reply) return reply.error();
+    return reply->status == 200 ? Ok() : Status(Error{ErrorCode::kRefused, reply->body});
   }
 
   const int port_;
@@ -175,8 +176,8 @@ Result<Figures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, con
   if (!console || doors.session.empty()) return Error{ErrorCode::kInternal, "no console's session can be opened"};
   const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port}), over_unix(cli::ApiAddress{c.socket(), "", 0});
   Figures out;
-  out.stops = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
-               {"Unix socket", [&] { return over_unix.post("/stop").ok(); }, {}},
+  out.stops = {{"TCP", [&] { return told_of(over_tcp.post("/stop")); }, {}},
+               {"Unix socket", [&] { return told_of(over_unix.post("/stop")); }, {}},
                {"console", [&] { return console->stop(); }, {}}};
   std::mt19937 random(seed);
   {
@@ -194,7 +195,7 @@ Result<Figures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, con
           out.events_ms.push_back(ms_between(stop.asked, *heard));
           out.looks_ms.push_back(ms_between(asked, Clock::now()));
         }
-        fmt::print(stderr, "{} {} of {}: {} {:.1f} ms\n", kind.name, i + 1, count, door.name, stop.ms);
+        fmt::print(stderr, "{} {} of {}: {} {:.1f} ms {}\n", kind.name, i + 1, count, door.name, stop.ms, stop.failed);
       }
     out.done = fmt::format("{}; the console heard {} events", load->done(), console->events());
   }
@@ -255,6 +256,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}\n", prepared.error().message);
     return 1;
   }
+  const EmptyBed bed(data.path());
   Table table;
   bool good = true;
   for (const ClientLoadKind& kind : client_loads()) {

@@ -63,10 +63,15 @@ Result<Figures> measure(const StopLoadKind& kind, const std::vector<std::string>
   const cli::ApiClient over_tls(cli::ApiAddress{"", "127.0.0.1", tls_port, true, made.certificate.string()},
                                 std::chrono::seconds(60));
   const cli::ApiClient over_unix(cli::ApiAddress{c.socket(), "", 0}, std::chrono::seconds(60));
-  out.doors = {{kTcp, [&] { return over_tcp.post("/stop").ok(); }, {}},
-               {kTls, [&] { return over_tls.post("/stop").ok(); }, {}},
-               {kUnixSocket, [&] { return over_unix.post("/stop").ok(); }, {}},
-               {kVeneerctl, [&] { return c.veneerctl({"stop"}).status == 0; }, {}}};
+  out.doors = {{kTcp, [&] { return told_of(over_tcp.post("/stop")); }, {}},
+               {kTls, [&] { return told_of(over_tls.post("/stop")); }, {}},
+               {kUnixSocket, [&] { return told_of(over_unix.post("/stop")); }, {}},
+               {kVeneerctl,
+                [&] {
+                  const Finished said = c.veneerctl({"stop"});
+                  return said.status == 0 ? Ok() : Status(Error{ErrorCode::kInternal, said.output});
+                },
+                {}}};
   std::erase_if(out.doors, [&](const StopDoor& door) { return !std::ranges::count(doors, door.name); });
   std::mt19937 random(seed);
   {
@@ -74,12 +79,12 @@ Result<Figures> measure(const StopLoadKind& kind, const std::vector<std::string>
     // By turns, so that all meet the same load.
     for (int i = 0; i < stops; ++i)
       for (StopDoor& door : out.doors) {
-        const double ms = one_stop(machine_of(c), door, random).ms;
-        fmt::print(stderr, "{} {} of {}: {} {:.1f} ms\n", kind.name, i + 1, stops, door.name, ms);
-        if (ms < 0)
+        const OneStop stop = one_stop(machine_of(c), door, random);
+        fmt::print(stderr, "{} {} of {}: {} {:.1f} ms {}\n", kind.name, i + 1, stops, door.name, stop.ms, stop.failed);
+        if (stop.ms < 0)
           ++out.failed;
         else
-          door.ms.push_back(ms);
+          door.ms.push_back(stop.ms);
       }
     if (const Status applied = load->applied(); !applied) return applied.error();
     if (full && !full->is_full()) return Error{ErrorCode::kUnavailable, "somebody has read the log: it never stalled"};
@@ -114,6 +119,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}\n", prepared.error().message);
     return 1;
   }
+  const EmptyBed bed(data.path());
   nlohmann::json rows = nlohmann::json::array();
   bool good = true;
   for (const StopLoadKind& kind : stop_loads()) {

@@ -390,13 +390,33 @@ Status prepare_stop_data(const fs::path& data_dir) {
   panel.width = panel.height = daemon::kMapResolution.to_mm(Pixels(wood.cols));
   panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
   panel.created_at = kBookedThen;
-  const fs::path bed = empty_bed(data_dir);
-  cv::imwrite(bed.string(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
-  fs::last_write_time(bed, fs::file_time_type::clock::now() + std::chrono::hours(24 * 365));
   // Only wood of which the back is known is planned.
   const db::FiducialRecord tag{
       db::FiducialKind::kTag, 200, Face::kBack, {{-30_mm, 0_mm}, {-22_mm, 0_mm}, {-22_mm, 8_mm}, {-30_mm, 8_mm}}};
   return (*database)->call([&](daemon::Repositories& r) { return r.panels.add(panel, {}, {tag}); });
+}
+
+EmptyBed::EmptyBed(const fs::path& data_dir) : file_(empty_bed(data_dir)), thread_([this] { take_pictures(); }) {}
+
+EmptyBed::~EmptyBed() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  end_.notify_all();
+  thread_.join();
+}
+
+void EmptyBed::take_pictures() {
+  cv::RNG noise(1);
+  cv::Mat picture(480, 640, CV_8UC1);
+  const fs::path writing = file_.parent_path() / "next-bed.png";
+  std::unique_lock lock(mutex_);
+  do {
+    noise.fill(picture, cv::RNG::NORMAL, 90, 3);
+    cv::imwrite(writing.string(), picture);
+    fs::rename(writing, file_);
+  } while (!end_.wait_for(lock, std::chrono::milliseconds(200), [this] { return ending_; }));
 }
 
 std::string table_of_camera(const fs::path& data_dir) {

@@ -1,10 +1,13 @@
 // What a daemon is kept busy with while STOP is measured: each load begins when it is made and ends with it.
 #pragma once
 
+#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/laser_only_cell.h"
@@ -34,8 +37,26 @@ std::vector<StopLoadKind> stop_loads();
 
 // A data folder with a panel of which 100,000 pieces are booked, and one whose wood is free, to plan on.
 Status prepare_stop_data(const std::filesystem::path& data_dir);
-// The camera of a daemon with this data: it sees an empty bed, in a picture that is newer than all looks at it.
+// The camera of a daemon with this data: it sees an empty bed.
 std::string table_of_camera(const std::filesystem::path& data_dir);
+// The program of that camera: it writes its picture five times a second.
+class EmptyBed {
+ public:
+  explicit EmptyBed(const std::filesystem::path& data_dir);
+  ~EmptyBed();
+  EmptyBed(const EmptyBed&) = delete;
+  EmptyBed& operator=(const EmptyBed&) = delete;
+
+ private:
+  void take_pictures();
+
+  const std::filesystem::path file_;
+  std::mutex mutex_;
+  std::condition_variable end_;
+  bool ending_ = false;  // guarded by mutex_
+  std::thread thread_;
+};
+
 // The kerf of a laser at this port, without which nothing is planned.
 Status certify_kerf(const std::filesystem::path& data_dir, const std::string& laser_port);
 

@@ -26,14 +26,17 @@ inline double ms_between(std::chrono::steady_clock::time_point from, std::chrono
 // A way to say STOP, and the milliseconds it took.
 struct StopDoor {
   std::string name;
-  std::function<bool()> stop;
+  std::function<Status()> stop;
   std::vector<double> ms;
 };
 
 struct OneStop {
-  double ms = -1;  // until the byte was there; < 0 when something failed
+  double ms = -1;      // until the byte was there; < 0 when something failed
+  std::string failed;  // what
   std::chrono::steady_clock::time_point asked;
 };
+
+inline Status told_of(const Result<nlohmann::json>& reply) { return reply ? Ok() : Status(reply.error()); }
 
 // The daemon, and what its machine truly does.
 struct StopMachine {
@@ -61,16 +64,24 @@ inline StopMachine machine_of(LaserOnlyCell& cell) {
 // of whoever measures for a moment: then it asks again. STOP is said once.
 inline OneStop one_stop(const StopMachine& machine, const StopDoor& door, std::mt19937& random) {
   OneStop out;
+  const auto failed = [&out](const std::string& what) {
+    out.failed = what;
+    return out;
+  };
   const LoneDaemon& daemon = machine.daemon;
-  if (!daemon.wait_for([&] { return daemon.begin_pattern(machine.pattern_mm).ok(); })) return out;
-  if (!daemon.wait_for(machine.beam_on)) return out;
+  Status begun = Ok();
+  if (!daemon.wait_for([&] { return (begun = daemon.begin_pattern(machine.pattern_mm)).ok(); }))
+    return failed("no burn begins: " + begun.error().message);
+  if (!daemon.wait_for(machine.beam_on)) return failed("the beam does not come on: " + daemon.state());
   std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 400));  // anywhere in the stream
   const std::size_t before = machine.resets().size();
   out.asked = std::chrono::steady_clock::now();
-  if (!door.stop()) return out;
-  if (!daemon.wait_for([&] { return machine.resets().size() > before && daemon.state() == "Aborted"; })) return out;
+  if (const Status told = door.stop(); !told) return failed("STOP was not answered: " + told.error().message);
+  if (!daemon.wait_for([&] { return machine.resets().size() > before && daemon.state() == "Aborted"; }))
+    return failed("no reset, or not Aborted: " + daemon.state());
   const double ms = ms_between(out.asked, machine.resets()[before]);
-  if (daemon.wait_for([&] { return daemon.api().post("/commands/clear").ok(); })) out.ms = ms;
+  if (!daemon.wait_for([&] { return daemon.api().post("/commands/clear").ok(); })) return failed("Clear is refused");
+  out.ms = ms;
   return out;
 }
 

@@ -134,14 +134,16 @@ HostilePicture hostile_picture(std::uint64_t seed) {
   }
 }
 
+std::string honest_svg() {
+  return R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="80mm" viewBox="0 0 100 80">)svg"
+         R"svg(<g id="engrave" transform="translate(3 4) rotate(12)"><path stroke="#000000" fill="none" )svg"
+         R"svg(d="M 10 10 L 60 10 C 70 20 60 40 30 40 A 5 5 0 0 1 20 30 Z"/><circle cx="40" cy="40" r="9" )svg"
+         R"svg(stroke="#ff0000" fill="none"/></g><rect x="5" y="5" width="20" height="10" rx="2" stroke="#000000" )svg"
+         R"svg(fill="none"/></svg>)svg";
+}
+
 HostilePicture hostile_svg(std::uint64_t seed) {
   Random random(seed);
-  const std::string honest_svg =
-      R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="80mm" viewBox="0 0 100 80">)svg"
-      R"svg(<g id="engrave" transform="translate(3 4) rotate(12)"><path stroke="#000000" fill="none" )svg"
-      R"svg(d="M 10 10 L 60 10 C 70 20 60 40 30 40 A 5 5 0 0 1 20 30 Z"/><circle cx="40" cy="40" r="9" )svg"
-      R"svg(stroke="#ff0000" fill="none"/></g><rect x="5" y="5" width="20" height="10" rx="2" stroke="#000000" )svg"
-      R"svg(fill="none"/></svg>)svg";
   static const std::vector<std::string> kSplices{
       "1e308",
       "-1e308",
@@ -162,7 +164,12 @@ HostilePicture hostile_svg(std::uint64_t seed) {
       repeated("<g>", 20'000),
       repeated(" 1", 200'000),
   };
-  return hostile_text(random, "SVG", honest_svg, kSplices);
+  return hostile_text(random, "SVG", honest_svg(), kSplices);
+}
+
+std::string honest_run() {
+  return R"({"dry":true,"points_mm":[10,9000,60,9000,60,9000,10,9000],"strokes":[2,2],"speeds_mm_s":[20],)"
+         R"("powers":[0.2],"passes":[1],"air":[0]})";
 }
 
 HostilePicture hostile_run(std::uint64_t seed) {
@@ -184,10 +191,48 @@ HostilePicture hostile_run(std::uint64_t seed) {
                                                  std::string("\0\xff", 2),
                                                  repeated("[", 20'000),
                                                  repeated("1,", 100'000)};
-  return hostile_text(random, "strokes",
-                      R"({"dry":true,"points_mm":[10,9000,60,9000,60,9000,10,9000],"strokes":[2,2],"speeds_mm_s":[20],)"
-                      R"("powers":[0.2],"passes":[1],"air":[0]})",
-                      kSplices);
+  return hostile_text(random, "strokes", honest_run(), kSplices);
+}
+
+std::string honest_areas() {
+  return R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="12mm" height="12mm" viewBox="0 0 12 12">)svg"
+         R"svg(<style>path, .sky { stroke: #202020; stroke-width: 0.1 } #sea { fill: #3060a0; opacity: .8 } )svg"
+         R"svg(.off { display: none } @font-face { font-family: a }</style>)svg"
+         R"svg(<path class="sky" d="M 0 0 H 12 V 6 C 9 4 5 8 0 6 Z"/><path id="sea" d="M 0 6 C 5 8 9 4 12 6 V 12 H 0 Z"/>)svg"
+         R"svg(<path class="off" d="M 3 3 L 9 9"/><path d="M 6 6 L 7 12"/></svg>)svg";
+}
+
+HostilePicture hostile_areas(std::uint64_t seed) {
+  Random random(seed);
+  if (random() % 4 == 0) return hostile_picture(seed);
+  static const std::vector<std::string> kSplices{
+      "{",
+      "}",
+      "/*",
+      "*/",
+      "@media print {",
+      "@import url(a);",
+      "!important",
+      "<style>",
+      "</style>",
+      "\\0061",
+      "#",
+      ".a.b.c > d ~ e + f::before",
+      "url(javascript:a)",
+      "stroke-width: 1e308;",
+      "opacity: nan;",
+      "<path d=\"M 0 0",
+      "<!DOCTYPE s [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\">]>",
+      "&b;&b;&b;&b;",
+      "<use href=\"#sea\"/>",
+      "C 1e9 0 0 1e9 1e9 1e9",
+      "matrix(0 0 0 0 0 0)",
+      std::string("\0\xff\xfe", 3),
+      repeated(".a,", 100'000) + ".b{}",
+      repeated("{", 100'000),
+      repeated("<path d=\"M 0 0 L 12 12\"/>", 20'000),
+  };
+  return hostile_text(random, "areas", honest_areas(), kSplices);
 }
 
 std::vector<HostilePicture> largest_bombs() {

@@ -19,6 +19,12 @@ HostilePicture hostile_picture(std::uint64_t seed);
 HostilePicture hostile_svg(std::uint64_t seed);
 // A body of POST /laser/run, dry and out of every machine's reach where it can be read.
 HostilePicture hostile_run(std::uint64_t seed);
+// A drawing of areas that become pieces (segmentation_bytes): an SVG with a style sheet, now and then a picture.
+HostilePicture hostile_areas(std::uint64_t seed);
+// What these texts were before they were changed.
+std::string honest_svg();
+std::string honest_run();
+std::string honest_areas();
 
 // Small files of pictures that take gigabytes: 30,000 x 30,000 grey, and 19,000 x 19,000 of 16 bits in four channels.
 // To make them takes as much.

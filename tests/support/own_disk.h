@@ -62,6 +62,16 @@ class OwnDisk {
     while (filler.write(page.data(), static_cast<std::streamsize>(page.size())).flush()) {
     }
   }
+  // So many bytes are left, if there were more.
+  void fill_but(std::uintmax_t left) const {
+    const std::uintmax_t free = std::filesystem::space(folder_).available;
+    if (free <= left) return;
+    const int filler = ::open((folder_ / "filler").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    if (filler < 0 || ::posix_fallocate(filler, 0, static_cast<off_t>(free - left)) != 0) ::_exit(1);
+    ::close(filler);
+  }
+  // Of what filled it.
+  void empty() const { std::filesystem::remove(folder_ / "filler"); }
   // Nothing may be open for writing.
   void make_read_only() const {
     if (::mount("tmpfs", folder_.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, nullptr) != 0) ::_exit(1);

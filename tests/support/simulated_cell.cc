@@ -82,8 +82,9 @@ Status SimulatedCell::start_twin() {
 Status SimulatedCell::start_daemon() {
   if (Status written = write_configs(); !written) return written;
   const fs::path log = daemon_log();
-  auto process =
-      ChildProcess::start({(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);
+  std::vector<std::string> command{(options_.bin_dir / "veneerd").string(), "--config", config_file().string()};
+  if (!options_.guardian.empty()) command.insert(command.end(), {"--guardian", options_.guardian.string()});
+  auto process = ChildProcess::start(command, log);
   if (!process) return process.error();
   daemon_.emplace(std::move(*process));
   api_.emplace(cli::ApiAddress{api_socket().string(), "", 0}, std::chrono::seconds(120));

@@ -209,6 +209,36 @@ TEST(EventHub, ACrowdOfAnonymousListenersNeverShutsOutAnOperator) {
   EXPECT_EQ(more.ask(upgrade_on(server)).status, 429);
 }
 
+// One operator's eight tabs beside another's are not to leave a third one blind.
+TEST(EventHub, AnOperatorWhoDoesNotListenYetFindsAPlaceWhereAnotherHasTwo) {
+  EventHubOptions options;
+  options.max_clients = 3;
+  options.max_viewers = 1;
+  options.max_per_identity = 3;
+  ApiServer server({}, options);
+  auto viewer = HttpProbe::over_tcp(server.port());
+  ASSERT_EQ(viewer.ask(upgrade_on(server)).status, 101);
+  std::vector<HttpProbe> first;
+  for (int i = 0; i < 2; ++i) {
+    first.push_back(HttpProbe::over_unix(server.socket()));
+    ASSERT_EQ(first.back().ask(upgrade_on(server)).status, 101);
+  }
+  const auto as = [&](const std::string& secret) {
+    std::string upgrade = upgrade_on(server);
+    return upgrade.insert(upgrade.find("Connection:"), "Authorization: Bearer " + secret + "\r\n");
+  };
+  const std::string second = server.console_session();
+  auto tab = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(tab.ask(as(second)).status, 101);
+  auto another_tab = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(another_tab.ask(as(second)).status, 503) << "who listens already takes nobody's place";
+  auto third = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(third.ask(as(server.console_session())).status, 503) << "each has one, and keeps it";
+  std::size_t listening = 0;
+  server.on_reactor([&] { listening = server.hub().clients(); });
+  EXPECT_EQ(listening, 3U);
+}
+
 TEST(EventHub, AProtocolIsTakenOnlyWhenItIsOfferedByItsWholeName) {
   ApiServer server;
   const auto with = [&](const std::string& offered) {

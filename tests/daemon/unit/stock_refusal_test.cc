@@ -87,5 +87,22 @@ TEST_F(StockRefusal, NoPanelIsBegunOnADiskThatHasFilledUpSince) {
   EXPECT_TRUE(command(CellCommand::kUnsuspend).ok()) << "a disk that does not answer refuses nothing";
 }
 
+// A disk that hangs can be asked no more: what it said before would refuse for good.
+TEST(DiskRoom, IsBelievedForThreeMinutes) {
+  ManualClock clock;
+  DiskRoom room(clock);
+  EXPECT_EQ(room.free_bytes(), std::nullopt) << "nobody has asked yet";
+  room.told(7);
+  clock.advance(std::chrono::minutes(3));
+  EXPECT_EQ(room.free_bytes(), 7U);
+  clock.advance(std::chrono::milliseconds(1));
+  EXPECT_EQ(room.free_bytes(), std::nullopt);
+  EXPECT_TRUE(check_room(room.free_bytes()).ok());
+  room.told(0);
+  EXPECT_FALSE(check_room(room.free_bytes()).ok()) << "it answers again";
+  room.told(std::nullopt);
+  EXPECT_EQ(room.free_bytes(), std::nullopt) << "it was asked, and could not say";
+}
+
 }  // namespace
 }  // namespace veneer::daemon
