@@ -1,6 +1,6 @@
 // Parts that several screens are made of.
 import {h} from "./dom.js";
-import {t, span} from "./words.js";
+import {language, span, t} from "./words.js";
 import {mayDo, model} from "./model.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
@@ -9,6 +9,9 @@ export const card = (title, ...children) => h("section.card", {"aria-label": tit
 export const button = (label, act, {disabled = false, next = false, wide = false, small = "", needs = "operator", ...more} = {}) =>
     h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
       label, (disabled && lacking(needs)) || (small && h("small", {}, small)));
+
+// What the cell says is English, whatever the page speaks: read as such.
+export const inEnglish = (text) => (!text || language === "en" ? text : h("span", {lang: "en"}, text));
 
 // "needs an operator"; nothing when this role may.
 export const lacking = (needs) => (model.role && !mayDo(needs) ? h("small.lacking", {}, t(`needs.${needs}`)) : null);

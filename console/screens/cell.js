@@ -1,8 +1,8 @@
 // The cell at a glance: what runs, what needs somebody, what must be so before the beam comes on, the machine, the stock.
 import {h} from "../dom.js";
-import {asSentence, language, span, squareCm, t} from "../words.js";
+import {asSentence, span, squareCm, t} from "../words.js";
 import {model} from "../model.js";
-import {bar, card, empty, fact, facts, leftWords, link, taskRow, viewerHint} from "../parts.js";
+import {bar, card, empty, fact, facts, inEnglish, leftWords, link, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
 export function draw() {
@@ -74,9 +74,6 @@ function interlocks(cell) {
   return card(t("interlocks"), h("p.big", {id: "interlocks-summary"}, summary), h("ul.facts.interlocks", {}, ...chain.map(interlock)),
     h("p.dim", {}, t("interlocks.emergency")));
 }
-
-// What the cell says of it is English.
-const inEnglish = (text) => (language === "en" ? text : h("span", {lang: "en"}, text));
 
 function interlock({name, state, sentence, remedy, age_s: age}) {
   return h("li", {"data-key": name, "data-state": state, class: state === "blocks" ? "bad" : state},

@@ -19,7 +19,7 @@ export function enter() {
 export function draw(id) {
   if (id) return oneJob(Number(id));
   return card(t("history.jobs"), !model.jobs.length && empty(t("jobs.none")), h("ul.list", {}, ...model.jobs.slice().reverse().map((job) => h("li", {"data-key": job.id},
-    picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, class: "wood"}),
+    picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, class: "wood", whenSeen: true}),
     h("div", {}, link(`#history/${job.id}`, job.name), h("div", {}, jobWords(job)), h("div.dim", {}, dayTime(job.created)))))));
 }
 

@@ -50,6 +50,7 @@ export async function openMap(place, panel, onPiece) {
 
   const id = encodeURIComponent(panel.id);
   let scan = null, closed = false;
+  const isSeen = () => !closed && place.isConnected;  // whoever goes to another screen closes nothing
   const urls = new Set();  // of pictures that the map has not read yet
   const drop = (url) => { URL.revokeObjectURL(url); urls.delete(url); };
   const overlay = (url, where, more) => {
@@ -59,7 +60,7 @@ export async function openMap(place, panel, onPiece) {
   let laid = 0;
   const lay = async () => {
     const mine = ++laid;
-    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`);
+    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`, () => isSeen() && mine === laid);
     if (closed || !url || mine !== laid) return drop(url);
     const before = scan;
     scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id}), pane: "scan"}).addTo(map);
@@ -70,7 +71,7 @@ export async function openMap(place, panel, onPiece) {
   let freeOf = 0;  // raised when what is free has changed: what was asked before is old
   const freeWood = async () => {
     const mine = freeOf;
-    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
+    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`, () => isSeen() && mine === freeOf);
     if (!url || mine !== freeOf) return drop(url);
     // Its key stands below the panel: as wide as that it is, and higher.
     const picture = new Image();

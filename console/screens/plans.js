@@ -12,16 +12,18 @@ import {chooser, chooserTools, choosesIn} from "./plan_brush.js";
 
 const kShown = 24;
 const ticked = [];          // at most two plans, the one ticked last behind
-const pieces = new Map();   // by plan: {pieces, taken}, null while they are on their way
+const kPiecesKept = 8;      // of the plans that were looked at last
+const pieces = new Map();   // by plan, the one looked at last behind; null while they are on their way
 const jobTasks = new Map(); // plan by the task that makes its job
 let borders = true;
 
 function piecesOf(plan) {
-  if (!pieces.has(plan)) {
-    pieces.set(plan, null);
-    askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { pieces.set(plan, all); changed(); }, () => setTimeout(() => { pieces.delete(plan); changed(); }, kAgainMs));
-  }
-  return pieces.get(plan) || [];
+  const known = pieces.get(plan);
+  pieces.delete(plan);
+  pieces.set(plan, known || null);
+  if (pieces.size > kPiecesKept) pieces.delete(pieces.keys().next().value);
+  if (known === undefined) askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { if (pieces.has(plan)) { pieces.set(plan, all); changed(); } }, () => setTimeout(() => { pieces.delete(plan); changed(); }, kAgainMs));
+  return known || [];
 }
 
 // `begun` is told of tasks that make other plans of these.
@@ -37,7 +39,7 @@ export function plansCards(begun) {
       plans.length > 1 && h("p.dim", {}, t("plans.compare")),
       h("ul.plans", {}, ...plans.slice(0, kShown).map((plan) => h("li", {"data-key": plan.id}, h("label", {},
         h("input", {type: "checkbox", checked: ticked.includes(plan.id), onchange: () => tick(plan.id)}),
-        picture(`/plans/${plan.id}/preview.png?width=160`, ""),
+        picture(`/plans/${plan.id}/preview.png?width=160`, "", {whenSeen: true}),
         h("span", {}, h("b", {}, `${plan.id} ${plan.name}`), h("span", {}, t("pieces", {n: plan.placed})), costOf(plan) && h("span.dim", {}, costOf(plan)))))))),
   ];
 }

@@ -151,7 +151,7 @@ function jobsCard() {
     !inSight.length && empty(t("jobs.none")),
     h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.reverse().map((job) => h("label", {"data-key": job.id},
       h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
-      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan}),
+      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, whenSeen: true}),
       h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))))),
     done > 0 && h("div.commands", {}, button(t("jobs.archive", {n: done}), async () => { await command("/jobs/archive-done"); loadJobs(); }, {wide: true, disabled: !mayChange()})));
 }

@@ -6,6 +6,7 @@ import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
 import {bar, button, empty, fact, facts, hint, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
+import {doubtRows, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
@@ -40,18 +41,19 @@ const stocked = async (work) => { const made = await work; loadPanels(); return 
 const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked(run(place, "/scans", body))});
 
 function proposal(place, seen) {
-  const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, seen.warnings.length ? {override: seen.warnings.map((one) => one.name)} : {}))}]);
+  const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
   // Nobody accepts what has not been shown yet.
   const path = `/proposals/${seen.number}/picture.png`;
   const shown = isShown(document.querySelector("img.seen"), path);
+  const may = mayChange() && shown && !openDoubts(seen).length;
   return [
     h("p", {}, t("wood.look")),
     !shown && empty(t("wood.picture_comes")),
     picture(path, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen", "data-key": `proposal-${seen.number}`}),
-    facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
-      ...seen.warnings.map((warning) => fact(t("scan.warning"), warning.text, true))),
+    facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2))),
+    doubtRows(seen),
     h("div.commands", {},
-      button(t(seen.warnings.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange() || isBusy(place) || !shown, next: mayChange() && shown && !seen.warnings.length}),
+      button(t("scan.accept"), accept, {id: "do-accept", disabled: !may || isBusy(place), next: may}),
       button(t("scan.refuse"), () => command(`/proposals/${seen.number}/refuse`, {body: {}}), {disabled: !mayChange() || isBusy(place)}))];
 }
 

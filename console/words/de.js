@@ -119,9 +119,10 @@ export const words = {
   "scan.how": "Legen Sie die Platte auf das Glas, dann scannen Sie. Der erste Scan einer Platte zeigt ihre Sichtseite.",
   "scan.face": "Welche Seite liegt auf dem Glas?", "scan.which": "Welche Platte ist es?", "scan.new": "die Zelle erkennt sie an den Marken", "scan.more": "Die Platte ist größer als das Glas: weitere Kacheln folgen",
   "scan.proposal": "Eine neue Platte: soll sie in den Bestand?", "scan.proposal_of": "Platte {panel} sieht jetzt anders aus: soll das gelten?", "scan.picture_of": "Was gesehen wurde, Vorschlag {n}: brauchbares Holz in seinen Farben",
-  "scan.size": "Größe", "scan.lost": "Fiele weg", "scan.gained": "Käme dazu", "scan.accept": "Annehmen", "scan.accept_all_the_same": "Trotzdem annehmen", "scan.refuse": "Ablehnen",
+  "scan.size": "Größe", "scan.lost": "Fiele weg", "scan.gained": "Käme dazu", "scan.accept": "Annehmen", "scan.refuse": "Ablehnen",
   "scan.do": "Scannen", "scan.found": "Was gefunden wurde", "scan.tiles": {one: "1 Kachel ist gescannt. Legen Sie den nächsten Teil auf das Glas.", other: "{n} Kacheln sind gescannt. Legen Sie den nächsten Teil auf das Glas."},
   "scan.result": "Platte {panel}, {face}", "scan.is_new": "neu im Bestand", "scan.open": "Ihre Karte öffnen", "scan.usable": "brauchbares Holz", "scan.rms": "Passung der Marken", "scan.warning": "Hinweis",
+  "doubts": "Was am Scan fraglich ist", "doubts.answer": "Ich habe nachgesehen: Es stimmt, wie es gesehen wurde", "doubts.first": {one: "Annehmen geht, sobald die eine Frage beantwortet ist. Stimmt der Scan nicht, lehnen Sie ihn ab.", other: "Annehmen geht, sobald alle {n} Fragen beantwortet sind. Stimmt der Scan nicht, lehnen Sie ihn ab."},
   // Neues Bild
   "picture.file": "Das Bild", "picture.name": "Name", "picture.size": "Kürzere Seite, mm", "picture.patch": "Kleinstes Feld, mm",
   "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten", "layout.segmentation": "Flächen eines Tons",
