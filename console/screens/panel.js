@@ -10,6 +10,7 @@ import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
 import {stockCard, versionsCard} from "./panel_versions.js";
+import {beginFacts, saidCard} from "./panel_facts.js";
 import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
@@ -23,6 +24,7 @@ export function enterPanel(id, piece) {
   if (map) { map.close(); map = null; }
   mapOf = "";
   beginBrush(id);
+  beginFacts(id);
 }
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
@@ -40,6 +42,7 @@ async function load() {
     const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
+    if (map) map.zones(panel.zones);
     if (map && before && before.mask_version !== panel.mask_version) { map.renewFree(); map.renewScan(); }
     if (shown.piece) look(shown.piece);
   } catch (fault) {
@@ -75,6 +78,7 @@ export function panelDrawn(place, id) {
     brushOn(map);
     changed();
     map.show(shown.allocations);
+    map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
   }, (fault) => showRefusal(t("map.none", {why: fault.message})));
 }
@@ -92,7 +96,7 @@ export function drawPanel(id) {
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
   ];
 }
 

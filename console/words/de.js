@@ -107,7 +107,7 @@ export const words = {
   "brush.left": {one: "1 Strich war nicht gesichert, als diese Platte ausgeschieden wurde, und lässt sich so nicht sichern. Er bleibt hier, falls die Platte zurückgeholt wird.", other: "{n} Striche waren nicht gesichert, als diese Platte ausgeschieden wurde, und lassen sich so nicht sichern. Sie bleiben hier, falls die Platte zurückgeholt wird."}, "brush.drop": "Nicht Gesichertes verwerfen",
   "panel.tap": "Tippen Sie ein Stück an: wohin es gehört und was daraus wurde.",
   "panel.part": "der Platte", "area.free": "frei", "area.reserved": "reserviert", "area.cut": "geschnitten", "area.kerf": "Schnittfuge", "area.suspect": "fraglich", "area.scrap": "verloren", "area.unusable": "nicht brauchbar",
-  "layer.free": "was frei ist, wie es gezählt wird", "layer.reserved": "reserviert oder vorgemerkt", "layer.cut": "geschnitten", "layer.suspect": "fraglich", "layer.scrap": "verloren oder abgeschrieben",
+  "layer.free": "was frei ist, wie es gezählt wird (verdeckt den Scan)", "layer.reserved": "reserviert oder vorgemerkt", "layer.cut": "geschnitten", "layer.suspect": "fraglich", "layer.scrap": "verloren oder abgeschrieben",
   "layer.fiducials": "Marken und Löcher", "layer.zones": "Furnierstreifen",
   "map.loading": "Die Karte kommt.", "map.none": "Die Karte kann nicht gezeigt werden: {why}",
   "passport": "Stück {mark}", "passport.close": "Schließen", "passport.job": "Auftrag", "passport.state": "Zustand", "passport.since": "seit {at}",
@@ -115,6 +115,9 @@ export const words = {
   "difference.gone_not_booked": "Holz ist weg, das nicht als geschnitten gebucht ist", "difference.booked_not_gone": "als geschnitten gebucht und noch in der Platte",
   "difference.at": "bei {x} / {y} mm", "difference.piece": "Stück {mark} von Auftrag {job}",
   "difference.write_off": "Abschreiben", "difference.leave": "So lassen",
+  "say": "Holz, Fach, Dicke, Behandlung angeben", "say.wood": "Holz der Platte", "say.all": "Holz aller Streifen", "say.zone": "Holz von Streifen {n}, {area}", "say.veneer_mm": "Furnier, mm", "say.substrate_mm": "Träger, mm",
+  "say.treated": "Was mit der Oberfläche geschah", "say.nothing": "nichts Neues", "say.sanded": "geschliffen", "say.finished": "geölt, lackiert oder dergleichen", "say.product": "Womit", "say.day": "An welchem Tag (leer: heute)",
+  "say.scan_again": "Danach sieht sie anders aus: Geplant wird aus ihr erst wieder, wenn sie neu gescannt ist.", "say.keep": "So behalten", "say.kept": "Es ist vermerkt.",
   // Scannen
   "scan.how": "Legen Sie die Platte auf das Glas, dann scannen Sie. Der erste Scan einer Platte zeigt ihre Sichtseite.",
   "scan.face": "Welche Seite liegt auf dem Glas?", "scan.which": "Welche Platte ist es?", "scan.new": "die Zelle erkennt sie an den Marken", "scan.more": "Die Platte ist größer als das Glas: weitere Kacheln folgen",
@@ -175,6 +178,7 @@ export const words = {
   // Legen
   "assembly.about": "Das Bild in seinen Stücken. Gelegt wird mit der Sichtseite nach unten: die Kennungen stehen hinten.", "assembly.choose": "Auftrag", "assembly.show": "Sichtseite", "assembly.back": "Rückseite (wie Sie es legen)", "assembly.none": "Noch hat kein Auftrag Stücke zum Legen.",
   "assembly.alt": "Das Bild von Auftrag {n} mit seinen Stücken", "assembly.find": "Stück suchen",
+  "load.tags_of": "Die Marken auf der Sichtseite von Platte {panel}, mit Nummern",
   "load.back_of": "Die Rückseite von Platte {panel}, wie sie vom Bett heraufschaut: ihre Marken mit Nummer",
   "assembly.view": "Wie man die Karte sieht", "assembly.print": "Karte zum Drucken", "assembly.map": "Die Stücke des Bildes", "assembly.piece": "Das Stück", "assembly.progress": "Gelegt",
   "assembly.keys": "Mit der Tastatur, auf dem Bild: Pfeile gehen von Stück zu Stück, die Leertaste hakt eines ab oder nimmt den Haken zurück.",
@@ -313,6 +317,9 @@ export const words = {
   "card": "Probekarte", "card.about": "Eine Zeile je Leistung, eine Spalte je Tempo, in Abfallholz: Das schnellste Feld, das herausfällt, ist das Rezept. 8 mm weniger die Seite des Quadrats ist die Schnittbreite.", "card.alt": "Die Probekarte", "card.draw": "Erst zeigen", "card.dry": "Dunkel abfahren", "card.burn": "Brennen", "card.burns": "fährt zuerst auf Referenz; bleiben Sie bei der Maschine", "card.done": "Die Karte ist fertig.",
   "overrides.about": "Wie viel vom geplanten Tempo und der geplanten Leistung die Maschine nimmt. Es gilt sofort und endet mit dem, was läuft.", "override.feed": "Tempo des Schnitts", "override.rapid": "Tempo zwischen Schnitten", "override.power": "Leistung", "override.less": "weniger: {what}", "override.more": "mehr: {what}",
   "jog": "Den Kopf bewegen", "jog.about": "Der Strahl bleibt aus. Der Kopf fährt so weit, wie gewählt ist.", "jog.not_now": "Von Hand fährt der Kopf im Zustand Idle: zuerst Reset.", "jog.step": "Wie weit", "jog.move": "um {x} / {y} mm fahren", "jog.stop": "anhalten",
+  "backups": "Sicherungen", "backups.about": "Eine Sicherung ist ein Ordner mit der Datenbank und allen Bildern, geprüft beim Anlegen. Die ältesten gehen, wenn es zu viele sind.", "backups.none": "Noch keine Sicherung.", "backups.more": "Alle zeigen",
+  "backup.do": "Jetzt sichern", "backup.doing": "eine Sicherung entsteht und wird geprüft", "backup.made": "Angelegt {at}, in {folder}.", "backup.holds": "{panels} Platten, {jobs} Aufträge, {pieces} Stücke, {size}", "backup.missing": {one: "1 Bild war nicht da und fehlt darin", other: "{n} Bilder waren nicht da und fehlen darin"},
+  "database": "Datenbank", "database.good": "in Ordnung, soweit bekannt", "database.checking": "wird geprüft", "database.damaged": "beschädigt", "database.checked": "Geprüft", "check.do": "Datenbank prüfen", "check.small": "liest alles; die Zelle arbeitet weiter", "check.doing": "die Datenbank wird gelesen und verglichen", "check.done": "Alles wurde gelesen: Die Datenbank ist in Ordnung.",
   // Meldungen
   "alarm.new": "neu", "alarm.acknowledged": "gesehen", "alarm.returned": "vorbei, bevor sie jemand sah", "alarm.over": "erledigt", "alarm.all": "alle", "alarm.which": "Welche", "alarm.none": "Nichts braucht jemanden.", "alarm.none_found": "Keine Meldung heißt so.",
   "alarm.since": "seit {at}", "alarm.until": "bis {at}", "alarm.seen_by": "gesehen von {who}, {at}", "alarm.acknowledge": "Gesehen", "alarm.acknowledge_all": "Alle {n} gesehen", "alarm.sound_on": "Ton: an", "alarm.sound_off": "Ton: aus",

@@ -99,7 +99,7 @@ export const words = {
   "brush.left": {one: "1 stroke was not saved before this panel was retired, and cannot be while it is. It stays here should the panel be restored.", other: "{n} strokes were not saved before this panel was retired, and cannot be while it is. They stay here should the panel be restored."}, "brush.drop": "Drop what is not saved",
   "panel.tap": "Tap a piece for where it belongs and what became of it.",
   "panel.part": "of the panel", "area.free": "free", "area.reserved": "reserved", "area.cut": "cut", "area.kerf": "kerf", "area.suspect": "suspect", "area.scrap": "lost", "area.unusable": "not usable",
-  "layer.free": "what is free, as it is counted", "layer.reserved": "reserved or leased", "layer.cut": "cut", "layer.suspect": "suspect", "layer.scrap": "lost or written off",
+  "layer.free": "what is free, as it is counted (hides the scan)", "layer.reserved": "reserved or leased", "layer.cut": "cut", "layer.suspect": "suspect", "layer.scrap": "lost or written off",
   "layer.fiducials": "tags and holes", "layer.zones": "strips of wood",
   "map.loading": "The map is on its way.", "map.none": "The map cannot be shown: {why}",
   "passport": "Piece {mark}", "passport.close": "Close", "passport.job": "Job", "passport.state": "State", "passport.since": "since {at}",
@@ -107,6 +107,9 @@ export const words = {
   "difference.gone_not_booked": "wood is gone that is not booked as cut", "difference.booked_not_gone": "booked as cut, and still in the panel",
   "difference.at": "at {x} / {y} mm", "difference.piece": "piece {mark} of job {job}",
   "difference.write_off": "Write it off", "difference.leave": "Leave it as it is",
+  "say": "Name its wood, shelf, thickness, treatment", "say.wood": "Wood of the panel", "say.all": "Wood of all strips", "say.zone": "Wood of strip {n}, {area}", "say.veneer_mm": "Veneer, mm", "say.substrate_mm": "Substrate, mm",
+  "say.treated": "What was done to its surface", "say.nothing": "nothing new", "say.sanded": "sanded", "say.finished": "oiled, varnished or the like", "say.product": "With what", "say.day": "On which day (empty: today)",
+  "say.scan_again": "After that it looks otherwise: nothing is planned from it before it is scanned again.", "say.keep": "Keep this", "say.kept": "It is kept.",
   // Scan
   "scan.how": "Lay the panel on the glass, then scan it. The first scan of a panel is of its show face.",
   "scan.face": "Which face lies on the glass?", "scan.which": "Which panel is it?", "scan.new": "the cell finds out by its tags", "scan.more": "The panel is larger than the glass: more tiles follow",
@@ -167,6 +170,7 @@ export const words = {
   // Assembly
   "assembly.about": "The picture in its pieces. Assembly happens face down: marks are on the backs.", "assembly.choose": "Job", "assembly.show": "Show side", "assembly.back": "Back (as you lay it)", "assembly.none": "No job has pieces to lay yet.",
   "assembly.alt": "The picture of job {n} with its pieces", "assembly.find": "Find a piece",
+  "load.tags_of": "The tags on the show face of panel {panel}, by number",
   "load.back_of": "The back of panel {panel}, as it looks up from the bed: its tags by number",
   "assembly.view": "How the map is seen", "assembly.print": "Map to print", "assembly.map": "The picture's pieces", "assembly.piece": "The piece", "assembly.progress": "Assembly",
   "assembly.keys": "By keyboard, on the picture: arrows go from piece to piece, Space ticks one off or takes the tick back.",
@@ -303,6 +307,9 @@ export const words = {
   "card": "Test card", "card.about": "A row for each power, a column for each speed, on scrap wood: the fastest field that falls out is the recipe. 8 mm less the square's side is the width of the cut.", "card.alt": "The test card", "card.draw": "Show it first", "card.dry": "Run it dark", "card.burn": "Burn it", "card.burns": "homes the laser first; stay beside the machine", "card.done": "The card is done.",
   "overrides.about": "How much of the planned speed and power the machine takes. It changes at once, and ends with what runs.", "override.feed": "Speed of the cut", "override.rapid": "Speed between cuts", "override.power": "Power", "override.less": "less: {what}", "override.more": "more: {what}",
   "jog": "Move the head", "jog.about": "The beam stays off. The head moves by what is chosen.", "jog.not_now": "The head is moved by hand while the cell is Idle: Reset first.", "jog.step": "How far", "jog.move": "move by {x} / {y} mm", "jog.stop": "stop moving",
+  "backups": "Backups", "backups.about": "A backup is a folder with the database and all pictures, checked when it is made. The oldest go when there are too many.", "backups.none": "No backup yet.", "backups.more": "All of them",
+  "backup.do": "Back up now", "backup.doing": "a backup is made and checked", "backup.made": "Made {at}, in {folder}.", "backup.holds": "{panels} panels, {jobs} jobs, {pieces} pieces, {size}", "backup.missing": {one: "1 picture was not there to be copied", other: "{n} pictures were not there to be copied"},
+  "database": "Database", "database.good": "sound, as far as is known", "database.checking": "being checked", "database.damaged": "damaged", "database.checked": "Checked", "check.do": "Check the database", "check.small": "reads all of it; the cell goes on", "check.doing": "the database is read and compared", "check.done": "All of it was read: the database is sound.",
   // Alarms
   "alarm.new": "new", "alarm.acknowledged": "seen", "alarm.returned": "gone before anybody saw it", "alarm.over": "over", "alarm.all": "all", "alarm.which": "Which", "alarm.none": "Nothing needs anybody.", "alarm.none_found": "No alarm has this name.",
   "alarm.since": "since {at}", "alarm.until": "until {at}", "alarm.seen_by": "seen by {who}, {at}", "alarm.acknowledge": "I have seen it", "alarm.acknowledge_all": "I have seen all {n}", "alarm.sound_on": "Sound: on", "alarm.sound_off": "Sound: off",
