@@ -1,10 +1,10 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
-import {dayTime, sizeOf, squareCm, t} from "../words.js";
+import {dayTime, language, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {bar, button, card, empty, fact, facts, link} from "../parts.js";
+import {bar, button, card, empty, fact, facts, inEnglish, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
@@ -80,14 +80,14 @@ export function panelDrawn(place, id) {
     map.show(shown.allocations);
     map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
-  }, (fault) => showRefusal(t("map.none", {why: fault.message})));
+  }, (fault) => showRefusal(t("map.none", {why: fault.message}), language));
 }
 
 export function drawPanel(id) {
   load();
   const {panel, fault} = shown;
   const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
-  if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
+  if (!panel) return [back, fault ? empty(inEnglish(fault)) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
       link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
@@ -140,7 +140,7 @@ function factsCard(panel) {
   const thickness = [noted.veneer_mm && t("panel.veneer", {mm: noted.veneer_mm}), noted.substrate_mm && t("panel.substrate", {mm: noted.substrate_mm})].filter(Boolean).join(", ");
   return card(t("panel.facts"),
     panel.retired && h("p", {}, t("panel.retired", {why: panel.retired.reason})),
-    panel.scan_again && h("p.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    panel.scan_again && h("p.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),
     facts(fact(t("panel.size"), sizeOf(panel)),
       ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("stock.free", {area: squareCm(wood.free_mm2)})}`)),
       noted.shelf && fact(t("panel.shelf"), noted.shelf), thickness && fact(t("panel.thickness"), thickness),

@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {sizeOf, squareCm, t} from "../words.js";
 import {changed, model, panelOf} from "../model.js";
 import {picture} from "../pictures.js";
-import {empty} from "../parts.js";
+import {empty, tWith} from "../parts.js";
 import {leasesOn} from "./leases.js";
 import {drawPanel, enterPanel, panelDrawn} from "./panel.js";
 import {unsavedOn} from "./panel_brush.js";
@@ -42,7 +42,7 @@ function panelCard(panel) {
     h("div.dim", {}, t("panel.free", {free: squareCm(panel.free_mm2), reserved: squareCm(panel.reserved_mm2)})),
     ...leasesOn(panel.id),
     known.retired && h("div", {}, t("panel.retired", {why: known.retired.reason})),
-    panel.scan_again && h("div.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    panel.scan_again && h("div.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),
     unsavedOn(panel.id) > 0 && h("div.warn", {}, `▲ ${t("brush.unsaved", {n: unsavedOn(panel.id)})}`),
     panel.open_differences > 0 && h("div.warn", {}, `▲ ${t("panel.differences", {n: panel.open_differences})}`));
 }

@@ -5,7 +5,7 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
-import {bar, button, card, empty, fact, facts, jobWords, leftWords, viewerHint} from "../parts.js";
+import {bar, button, card, empty, fact, facts, inEnglish, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
@@ -41,8 +41,8 @@ function lastOf(path) {
   return (id, version) => {
     const key = `${id} ${version}`;
     if (of !== key) {
+      if (!of.startsWith(`${id} `)) told = null;  // what is known of another one
       of = key;
-      told = null;
       get(`${path}/${encodeURIComponent(id)}`).then((fresh) => { if (of === key) { told = fresh; changed(); } }, () => setTimeout(() => { if (of === key) { of = ""; changed(); } }, kAgainMs));
     }
     return told;
@@ -82,7 +82,7 @@ function showView(known, wanted) {
 
 // How well the panel was found that is being cut; the status tells it only before.
 function fitUnderWay(panel) {
-  const {job} = model.cell, told = job && jobTold(job.id, panel);
+  const {job} = model.cell, told = job && jobTold(job.id, `${panel} ${model.cell.state}`);
   const run = told && told.runs.filter((one) => one.panel === panel).pop();
   return run && run.pose_rms_mm;
 }
@@ -93,7 +93,7 @@ function loadCard() {
   const known = panel && panelOf(panel);
   const rows = [];
   if (load) {
-    if (load.how) rows.push(fact(t("load.how"), load.how));
+    if (load.how) rows.push(fact(t("load.how"), inEnglish(load.how)));
     if (load.setups > 1) rows.push(fact(t("load.setup"), t("load.setups", {n: load.setup, of: load.setups})));
     if (load.focus_mm > 0) rows.push(fact(t("load.focus"), t("load.focus_mm", {mm: load.focus_mm.toFixed(1)})));
     if (load.estimate_s > 0) rows.push(fact(t("load.takes"), t("load.about", {span: span(load.estimate_s)})));
@@ -109,8 +109,10 @@ function loadCard() {
       load && h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
       load && known && known.shelf && h("p", {}, `${t("panel.shelf")}: ${known.shelf}`),
       facts(...rows),
-      load && h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`))));
+      load && h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)))));
 }
+
+export const sightWords = (load) => inEnglish(asSentence(load.sentence)) || asSentence(t(load.found ? "load.found" : "load.not_found"));
 
 // ---- commands -------------------------------------------------------------------------------------------------------
 
@@ -131,7 +133,7 @@ function commandsCard() {
     one("stop-after-piece", "after", {wide: true}),
     one("stop", "stop", {wide: true, small: t("do.stop.small")}),
     one("clear", "clear"), one("reset", "reset")),
-    !databaseSound() && h("p.hint", {}, asSentence(cell.database.sentence)));
+    !databaseSound() && h("p.hint", {}, inEnglish(asSentence(cell.database.sentence))));
 }
 
 // Traced dark, or with so much power that it leaves a line: that is asked for like a cut.
@@ -164,7 +166,7 @@ function jobCard() {
   return card(t("job"), h("p.big", {}, job.name),
     bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
     h("p", {id: "job-count"}, t("job.progress", {cut: job.cut, n: job.pieces}) + (job.suspect ? `, ▲ ${t("job.suspect", {n: job.suspect})}` : "")),
-    h("p.dim", {}, asSentence([job.now, leftWords(job)].filter(Boolean).join(", "))),
+    h("p.dim", {}, nowWords(job)),
     jobMap(job.id), jobKey());
 }
 

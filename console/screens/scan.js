@@ -4,7 +4,7 @@ import {squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, forgetDoubts, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
@@ -55,7 +55,7 @@ function foundCard(task) {
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
 }
 
-const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), warning.text, true));
+const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), inEnglish(warning.text), true));
 
 // What was seen and is not in stock yet, whoever scanned it; asked for anew whenever that may have changed.
 let waiting = [], waitingFor = null;

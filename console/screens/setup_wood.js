@@ -4,13 +4,13 @@ import {asSentence, squareCm, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
-import {bar, button, empty, fact, facts, hint, link} from "../parts.js";
+import {bar, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
-import {checkList} from "./run.js";
+import {checkList, sightWords} from "./run.js";
 import {jobKey, jobMap} from "./job_map.js";
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ export const cutStep = {
     if (!under && job && state !== "Aborted") go.push(h("p", {}, t("how.cut")), h("div.commands", {}, button(t("first.begin"), () => doSteps(place, [{text: t("first.begin"), act: () => begin(job)}]),
       {...wide, id: "do-begin", small: t("devices.connect.small"), disabled: !mayChange() || isBusy(place) || !["Stopped", "Idle", "Complete"].includes(state), next: mayChange() && !isBusy(place)})));
     if (load) go.push(h("p.big", {}, t(load.found ? "load.on" : "load.lay", {panel: load.panel})), h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
-      h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`));
+      h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)));
     if (load && !load.found && about.hands) go.push(h("div.commands", {}, button(t("hands.lay.panel.bed"), () => doSteps(place, [{text: t("hands.lay.panel.bed"), act: () => lay("panel", "bed", {face: load.face_up})}]),
       {...wide, id: "do-lay", disabled: isBusy(place), next: !isBusy(place)})));
     if (state === "Suspended") go.push(checkList(), h("div.commands", {}, button(t("do.unsuspend"), () => give("unsuspend"),
@@ -158,7 +158,7 @@ export const cutStep = {
     if (under) go.push(bar(cell.job.pieces ? cell.job.cut / cell.job.pieces : 0, {label: t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})}),
       h("p", {}, t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})));
     if (state === "Execute") go.push(h("div.commands", {}, button(t("do.hold"), () => give("hold"), {disabled: !mayCommand("hold")})));
-    if (state === "Aborted") go.push(h("p.warn", {}, `▲ ${asSentence(cell.reason)}`), h("div.commands", {}, button(t("do.clear"), () => give("clear"), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayCommand("clear"), next: mayCommand("clear")})));
+    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", inEnglish(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), () => give("clear"), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayCommand("clear"), next: mayCommand("clear")})));
     if (state === "Held") go.push(h("p.warn", {}, t("first.look_at_run")), link("#run", t("next.go", {screen: t("screen.run")}), {class: "go"}));
     if (cutJob() && !["Execute", "Suspended"].includes(state)) go.push(h("p.big", {role: "status"}, t("first.cut", {n: cutJob().cut})), h("div.choices", {},
       link(`#assembly/${cutJob().id}`, t("next.go", {screen: t("screen.assembly")}), {class: "go"}), link("#new", t("next.go", {screen: t("screen.new")}), {class: "go"})));

@@ -154,7 +154,7 @@ export const words = {
   "other.map": "Die Stücke des Plans", "other.keys": "Mit der Tastatur, auf dem Bild: Pfeile gehen von Stück zu Stück, die Leertaste nimmt eines oder lässt es, Umschalt mit einem Pfeil macht es mit dem nächsten wie mit diesem.",
   "other.gets": {one: "{mark} bekommt anderes Holz. 1 Stück im Ganzen.", other: "{mark} bekommt anderes Holz. {n} Stücke im Ganzen."}, "other.keeps": {one: "{mark} behält sein Holz. 1 Stück bekommt anderes.", other: "{mark} behält sein Holz. {n} Stücke bekommen anderes."},
   "other.make": {one: "Anderes Holz für 1 Stück", other: "Anderes Holz für {n} Stücke"},
-  "plans": "Pläne", "plans.none": "Noch kein Plan.", "plans.compare": "Zwei vergleichen: haken Sie sie an.",
+  "plans": "Pläne", "plans.none": "Noch kein Plan.", "plans.compare": "Zwei vergleichen: haken Sie sie an.", "plans.search": "Suchen", "plans.search_hint": "Nummer, Name, Teilung, Platte", "plans.none_found": "Kein Plan hat diese Nummer, diesen Namen, diese Teilung oder diese Platte.", "plans.more": "Ältere",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Stücke", "plan.placed": "{placed} von {n} fanden Holz", "plan.cost": "Kosten je Pixel", "plan.cost_about": "kleiner ist näher am Bild",
   "plan.wood": "Verbrauchtes Holz", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.drawing": "Zeichnung seiner Stücke", "plan.drawing.save": "speichern", "plan.asked": "Gewünscht", "plan.options": "{size} mm, Felder von {patch} mm, {layout}", "plan.warning": "Hinweis",
   "plan.job": "Einen Auftrag daraus machen", "plan.has_job": "Auftrag {n} ist daraus geworden.", "plan.outdated": "Platte {panel} wurde seither gescannt: planen Sie das Bild neu.",

@@ -146,7 +146,7 @@ export const words = {
   "other.map": "The plan's pieces", "other.keys": "By keyboard, on the picture: arrows go from piece to piece, Space takes one or leaves it, Shift with an arrow does with the next as with this one.",
   "other.gets": {one: "{mark} gets other wood. 1 piece does.", other: "{mark} gets other wood. {n} pieces do."}, "other.keeps": {one: "{mark} keeps its wood. 1 piece gets other.", other: "{mark} keeps its wood. {n} pieces get other."},
   "other.make": {one: "Other wood for 1 piece", other: "Other wood for {n} pieces"},
-  "plans": "Plans", "plans.none": "No plan yet.", "plans.compare": "Compare two: tick them.",
+  "plans": "Plans", "plans.none": "No plan yet.", "plans.compare": "Compare two: tick them.", "plans.search": "Search", "plans.search_hint": "number, name, layout, panel", "plans.none_found": "No plan has this number, name, layout or panel.", "plans.more": "Older ones",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Pieces", "plan.placed": "{placed} of {n} found wood", "plan.cost": "Cost per pixel", "plan.cost_about": "lower is nearer to the picture",
   "plan.wood": "Wood used", "plan.panel_wood": "{panel}: {area}, {pieces}", "plan.drawing": "Drawing of its pieces", "plan.drawing.save": "save it", "plan.asked": "Asked for", "plan.options": "{size} mm, patches of {patch} mm, {layout}", "plan.warning": "Note",
   "plan.job": "Make a job of it", "plan.has_job": "Job {n} is made of it.", "plan.outdated": "Panel {panel} was scanned again since: plan the picture anew.",
