@@ -71,6 +71,25 @@ TEST_F(Console, PiecesAreLaidAndTickedOff) {
   EXPECT_EQ(job["runs"][0]["who"], "console link 1 of uid 0") << "who gave the word for it";
 }
 
+TEST_F(Console, WoodShelfPlansAndBackups) {
+  play("console_stock.py");
+  EXPECT_EQ(get("/panels/P-0002")["treatments"].size(), 1U);
+  const nlohmann::json zones = get(fmt::format("/panels/{}", kPanel))["zones"];
+  for (const auto& zone : zones) EXPECT_EQ(zone["material"], zone["zone"] == 2 ? "maple" : "walnut") << zone;
+  EXPECT_EQ(get("/proposals/2")["decided"]["overruled"], nlohmann::json({"size"}));
+}
+
+TEST_F(Console, AWrongPanelAStopInTheMiddleAndWhatComesAfter) {
+  play("console_recovery.py");
+  const nlohmann::json job = get(fmt::format("/jobs/{}", kJob));
+  EXPECT_EQ(job["state"], "complete");
+  EXPECT_EQ(job["cut"], 16);
+  EXPECT_EQ(job["suspect"], 0);
+  ASSERT_EQ(job["runs"].size(), 3U) << "broken off, the rest, and the piece that was lost";
+  EXPECT_EQ(job["runs"][1]["result"], "done");
+  EXPECT_EQ(get("/jobs/2")["pieces"], 4);
+}
+
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'
 // limits allow, since making them is most of what this costs.
 TEST(FirstDay, FromTheUnpackedMachineToTheFirstCutPiece) {

@@ -1,0 +1,228 @@
+#!/usr/bin/python3
+"""console_stock.py LINK PICTURES: what is kept in the cell, and what people say of it: a scan in doubt, the wood of a panel, a long
+shelf whose pictures stand in nobody's way, plans that are many, backups.
+"""
+import os
+
+from selenium.webdriver.common.keys import Keys
+
+from console_day import Day, play
+
+MANY = 40
+
+
+class Stock(Day):
+    # ---- what a scan is in doubt about
+
+    def scan_what_is_in_doubt(self):
+        """A sheet of no round size; a second doubt is put beside that, so that each has to be answered."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.overruled = [];
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              if (/proposals\\/\\d+\\/accept$/.test(path)) {
+                window.overruled.push(JSON.parse(how.body).override);
+                return fetch(path, {...how, body: JSON.stringify({override: JSON.parse(how.body).override.filter((name) => name !== 'strip-1')})});
+              }
+              const reply = await fetch(path, how);
+              if (!/\\/proposals$/.test(path) || !reply.ok) return reply;
+              const told = await reply.json();
+              for (const one of told.proposals) one.warnings.push({name: 'strip-1', text: 'a strip is left out'});
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""")
+        self.hands("new-panel", "odd", "--width-mm", "122.5", "--height-mm", "91.7", "--strips", "2")
+        self.hands("place", "odd", "scanner", "--face", "show")
+        self.go("scan")
+        self.press("#do-scan")
+        self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
+        self.until("its picture", lambda: self.browser.execute_script(
+            "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0"))
+        assert self.doubts() == {"size": False, "strip-1": False}, self.doubts()
+        self.until_says("main", "once all 2 doubts are answered")
+        assert not self.find("[id^=accept-]").is_enabled(), "nobody has answered anything"
+        self.show("doubts")
+        self.press("[data-doubt=size]")
+        self.until_says("main", "once the one doubt is answered")
+        assert not self.find("[id^=accept-]").is_enabled(), "one is not answered"
+
+    def doubts(self):
+        return self.browser.execute_script("return Object.fromEntries([...document.querySelectorAll('[data-doubt]')].map((one) => [one.dataset.doubt, one.checked]))")
+
+    def answer_in_set_up(self):
+        """What was answered stays so on the other screen that asks; accepting says each by its name."""
+        self.go("setup")
+        self.press("li[data-key=wood] button")
+        self.until("what was seen", lambda: self.browser.execute_script(
+            "const seen = document.querySelector('.seen'); return seen && !seen.hidden && seen.naturalWidth > 0"))
+        assert self.doubts() == {"size": True, "strip-1": False}, self.doubts()
+        assert not self.find("#do-accept").is_enabled()
+        self.press("[data-doubt=strip-1]")
+        self.until("all to be answered", lambda: self.find("#do-accept").is_enabled())
+        self.show("setup-doubts")
+        self.press("[data-doubt=size]")
+        self.until("one to be taken back", lambda: not self.find("#do-accept").is_enabled())
+        self.press("[data-doubt=size]")
+        self.press("#do-accept")
+        self.until("it to be in stock", lambda: self.asked_for("/accept") == 1 and not self.browser.find_elements("css selector", "[data-doubt]"))
+        assert self.browser.execute_script("return window.overruled") == [["size", "strip-1"]]
+        self.browser.execute_script("window.letGo()")
+        self.hands("lift", "scanner")
+
+    # ---- what is said of a panel
+
+    def name_its_wood(self):
+        """Strip by strip, or all at once; its shelf and its thickness; and what was done to it."""
+        self.go("panels")
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until_says("main", "Name its wood, shelf")
+        self.press("details[data-key=say] summary")
+        strips = len(self.browser.find_elements("css selector", "[id^=say-zone-]"))
+        assert strips > 1, "a panel of several strips"
+        assert not self.find("#do-say").is_enabled(), "nothing is said yet"
+        self.say("#say-all", "walnut")
+        self.say("#say-shelf", "B7")
+        self.say("#say-veneer_mm", "0.6")
+        self.find("#say-zone-1").click()
+        self.until("a strip on the map", lambda: self.browser.execute_script("return document.activeElement.id === 'say-zone-1'"))
+        self.show("say")
+        self.press("#do-say")
+        self.until_says("details[data-key=say]", "It is kept.")
+        assert self.asked_for("/P-0001/material") == 1, "all strips of one wood are said at once"
+        self.until_says("main", "walnut, ")
+        self.until_says("main", "0.6 mm of veneer")
+        self.say("#say-zone-2", "maple")
+        self.press("#do-say")
+        self.until("both kept", lambda: self.asked_for("/P-0001/material") == 2)
+        self.until_says("main", "maple, ")
+        self.until("walnut in the first strip", lambda: self.find("#say-zone-1").get_attribute("value") == "walnut")
+        self.go("panels")
+        self.until_says('.panel[href="#panels/P-0001"]', "Shelf B7")
+
+    def say(self, field, words):
+        self.until(field, lambda: self.find(field))
+        self.find(field).send_keys(Keys.CONTROL, "a")
+        self.find(field).send_keys(words)
+
+    def say_what_was_done_to_it(self):
+        """Of the other one, since nothing is planned from a panel that was sanded."""
+        self.press('.panel[href="#panels/P-0002"]')
+        self.until_says("main", "Name its wood, shelf")
+        self.press("details[data-key=say] summary")
+        self.browser.execute_script("const it = document.querySelector('#say-treated'); it.value = 'sanded'; it.dispatchEvent(new Event('change'))")
+        self.until_says("details[data-key=say]", "nothing is planned from it before it is scanned again")
+        assert not self.find("#do-say").is_enabled(), "with what?"
+        self.say("#say-product", "grit 240")
+        self.press("#do-say")
+        self.until_says("main", "Waits for a scan")
+        self.until_says("main", "grit 240, ")
+
+    # ---- a long shelf
+
+    def open_a_map_from_a_long_shelf(self):
+        """Pictures of panels that nobody sees are not asked for, and those of a left screen stand before no map."""
+        self.go("cell")
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.shelf = new Set();
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              if (/\\/stock.png\\?width=480$/.test(path)) {  // by nobody answered
+                window.shelf.add(path);
+                return new Promise((_, lost) => how.signal.addEventListener('abort', () => lost(new TypeError('given up'))));
+              }
+              const reply = await fetch(path, how);
+              if (!/\\/panels\\?/.test(path) || !reply.ok) return reply;
+              const told = await reply.json();
+              const [one] = told.panels;
+              for (let n = 0; n < arguments_; ++n) told.panels.push({...one, id: `P-9${String(n).padStart(3, '0')}`});
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""".replace("arguments_", str(MANY)))
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPanels()).then(() => done())")
+        asked = lambda: self.browser.execute_script("return window.shelf.size")
+        self.go("panels")
+        self.until("a long shelf", lambda: len(self.browser.find_elements("css selector", ".panel")) > MANY)
+        self.until("pictures of what is seen to be asked for", lambda: asked() == 2)
+        self.browser.execute_script("scrollTo(0, document.body.scrollHeight)")
+        self.until("those at the end instead", lambda: self.browser.execute_script(f"return [...window.shelf].some((path) => path.includes('P-9{MANY - 1:03}'))"))
+        assert asked() < MANY / 2, f"{asked()} pictures were asked for"
+        self.browser.execute_script("scrollTo(0, 0)")
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until("its map", lambda: self.browser.execute_script(
+            "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
+        self.browser.execute_script("window.letGo()")
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPanels()).then(() => done())")
+        self.go("panels")
+        self.until("the shelf's own pictures", lambda: self.browser.execute_script(
+            "const all = [...document.querySelectorAll('.panel img')]; return all.length === 2 && all.every((one) => one.naturalWidth > 0)"))
+
+    # ---- many plans
+
+    def find_a_plan_among_many(self):
+        """An older one is found by its name and by going on; what was looked at long ago is asked for again."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              const copied = /\\/plans\\/9\\d\\d\\d(.*)$/.exec(path);
+              if (copied) return fetch(`/api/v1/plans/1${copied[1]}`, how);
+              const reply = await fetch(path, how);
+              if (!/\\/plans\\?/.test(path) || !reply.ok) return reply;
+              const told = await reply.json(), [one] = told.plans;
+              told.plans = Array.from({length: arguments_}, (_, n) => ({...one, id: 9000 + arguments_ - n, name: `copy ${arguments_ - n}`, jobs: []})).concat(told.plans);
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""".replace("arguments_", str(MANY)))
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPlans()).then(() => done())")
+        self.go("new")
+        rows = lambda: len(self.browser.find_elements("css selector", "ul.plans li"))
+        self.until("the newest plans", lambda: rows() == 24)
+        self.press("#plans-more")
+        self.until("all of them", lambda: rows() == MANY + 1)
+        assert not self.browser.find_elements("css selector", "#plans-more"), "there are no more"
+        self.show("plans-many")
+        self.say("#plans-search", "control")
+        self.until("the one of this name", lambda: rows() == 1)
+        self.say("#plans-search", "nowhere")
+        self.until_says("main", "No plan has this number")
+        self.find("#plans-search").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
+        self.until("the newest again", lambda: rows() == 24)
+        for number in range(9000 + MANY, 9000 + MANY - 10, -1):
+            self.press(f'ul.plans li[data-key="{number}"] input')
+            self.until(f"pieces of plan {number}", lambda: self.asked_for(f"/plans/{number}/pieces") == 1)
+            self.press(f'ul.plans li[data-key="{number}"] input')
+        self.press(f'ul.plans li[data-key="{9000 + MANY - 1}"] input')
+        self.until("the first one's pieces to be asked for again", lambda: self.asked_for(f"/plans/{9000 + MANY - 1}/pieces") == 2)
+        self.browser.execute_script("window.letGo()")
+
+    # ---- backups
+
+    def back_up(self):
+        self.go("settings")
+        self.until_says("main", "No backup yet.")
+        self.press("#do-backup")
+        self.until_says("#backup-made", "Made ")
+        self.until("it in the list", lambda: len(self.browser.find_elements("css selector", "#backups li")) == 1)
+        self.until_says("#backups", "2 panels, 1 jobs, 16 pieces")
+        self.press("#do-check")
+        self.until_says("#check-done", "the database is sound")
+        self.show("backups")
+
+    def spoken_as_it_is_written(self):
+        """On a German page what the cell says is marked as English, so that a screen reader reads it as such."""
+        self.press("#language")
+        self.until_says("#nav", "Platten")
+        self.go("alarms")
+        self.find("#stop button").click()
+        self.until_says("#state-word", "Aborted")
+        self.until("an alarm", lambda: self.browser.execute_script("return document.querySelector('.alarms b [lang=en]')"))
+        english = self.browser.execute_script("return ['#state-reason', '.alarms b [lang=en]'].map((css) => document.querySelector(css).closest('[lang]').lang)")
+        assert english == ["en", "en"], english
+        self.press("#next button")
+        self.until_says("#state-word", "Stopped")
+        self.press("#language")
+        self.until_says("#nav", "Panels")
+
+
+if __name__ == "__main__":
+    play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "open_a_map_from_a_long_shelf",
+         "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")
