@@ -11,7 +11,10 @@ export const openDoubts = (seen) => seen.warnings.filter(({name}) => !answersTo(
 
 // What `accept` is told, once all are answered.
 export const overruled = ({warnings}) => (warnings.length ? {override: warnings.map(({name}) => name)} : {});
-export const forgetDoubts = (seen) => answered.delete(seen.number);
+// Of these, all that are open; what was decided on is asked no more.
+export function keepDoubts(proposals) {
+  for (const number of [...answered.keys()]) if (!proposals.some((one) => one.number === number)) answered.delete(number);
+}
 
 function answer(seen, name, is) {
   const names = new Set(answersTo(seen));

@@ -6,7 +6,7 @@ import {command} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
 import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, forgetDoubts, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false};
@@ -63,7 +63,7 @@ function followWaiting(task) {
   const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; keepDoubts(proposals); changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
 }
 
 // What it is in doubt about stands before the buttons, each with its own answer.
@@ -71,10 +71,10 @@ function proposalCard(seen) {
   const {number, panel} = seen;
   const take = async () => {
     const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
-    if (told) { begun = told.task; forgetDoubts(seen); }
+    if (told) begun = told.task;
     changed();
   };
-  const refuse = async () => { if (await command(`/proposals/${number}/refuse`, {body: {}})) forgetDoubts(seen); changed(); };
+  const refuse = async () => { await command(`/proposals/${number}/refuse`, {body: {}}); changed(); };
   // Nobody accepts what has not been shown yet.
   const path = `/proposals/${number}/picture.png`;
   const seenYet = isShown(document.querySelector(`img[data-picture="${path}"]`), path);

@@ -6,7 +6,7 @@ import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
 import {bar, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
@@ -34,7 +34,7 @@ function followProposals() {
   const now = `${over} ${model.panels.length} ${(model.cell.next_step || {}).step}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { waiting = proposals; keepDoubts(proposals); changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
 }
 
 const stocked = async (work) => { const made = await work; loadPanels(); return made; };
