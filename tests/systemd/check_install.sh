@@ -23,9 +23,10 @@ done
 if [[ -x $prefix/bin/veneerctl && -e $build/cli/manual/stamp ]]; then
   commands=$("$prefix/bin/veneerctl" --help | sed -n '/^Subcommands:/,$s/^  \([a-z-][a-z-]*\) .*/\1/p')
   [[ $commands == *job* ]] || fail "veneerctl --help names no commands"
-  for page in veneerctl $(printf 'veneerctl-%s\n' $commands); do
-    [[ -s $prefix/share/man/man1/$page.1 ]] || fail "there is no man page of $page"
+  for command in $commands; do
+    [[ -s $prefix/share/man/man1/veneerctl-$command.1 ]] || fail "there is no man page of veneerctl $command"
   done
+  [[ -s $prefix/share/man/man1/veneerctl.1 ]] || fail "there is no man page of veneerctl"
   bash -n "$prefix/share/bash-completion/completions/veneerctl" || fail "the shell cannot read veneerctl's completion"
 fi
 if grep -n '@[a-z]*@' "$prefix"/lib/systemd/system/*; then fail "a unit holds a path that was not filled in"; fi
