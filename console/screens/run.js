@@ -82,8 +82,8 @@ function showView(known, wanted) {
 
 // How well the panel was found that is being cut; the status tells it only before.
 function fitUnderWay(panel) {
-  const {job} = model.cell, told = job && jobTold(job.id, `${panel} ${model.cell.state}`);
-  const run = told && told.runs.filter((one) => one.panel === panel).pop();
+  const {job} = model.cell, told = job && jobTold(job.id, `${panel} ${model.cell.state} ${job.cut > 0}`);
+  const run = told && told.runs.find((one) => one.panel === panel && !one.ended);
   return run && run.pose_rms_mm;
 }
 

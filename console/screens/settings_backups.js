@@ -24,7 +24,7 @@ function row(one) {
   if (one.fault) return h("li.bad", {"data-key": one.name}, h("div", {}, h("b", {}, `▲ ${one.name}`), h("div", {}, inEnglish(asSentence(one.fault)))));
   const missing = (one.missing || []).length;
   return h("li", {"data-key": one.name, class: missing ? "bad" : ""}, h("div", {}, h("b", {}, dayTime(one.made_at)),
-    h("div.dim", {}, t("backup.holds", {panels: one.panels, jobs: one.jobs, pieces: one.pieces, size: size(one.bytes)})),
+    h("div.dim", {}, [t("stock.panels", {n: one.panels}), t("backup.jobs", {n: one.jobs}), t("pieces", {n: one.pieces}), size(one.bytes)].join(", ")),
     missing > 0 && h("div", {}, `▲ ${t("backup.missing", {n: missing})}`)));
 }
 

@@ -13,12 +13,17 @@ from selenium.webdriver.common.keys import Keys
 
 from console_day import Day, play
 
-OF_A_PIECE_MM = 48  # that its cut burns; its mark comes on top
+OF_A_PIECE_MM = 48      # that its cut burns; its mark comes on top, before it
+IN_THE_SECOND_MM = 112  # about half of its cut is burnt then
 
 
 class Recovery(Day):
     def ctl(self, *arguments):
         return subprocess.run([os.environ["VENEERCTL"], *arguments], check=True, stdout=subprocess.PIPE, text=True).stdout
+
+    def accept(self, seen):
+        """Whatever the scan is in doubt about: this is not about that."""
+        self.ctl("panel", "accept", str(seen["proposal"]), *(word for one in seen["warnings"] for word in ("--override", one["name"])))
 
     def status(self):
         return json.loads(self.ctl("status", "--json"))
@@ -49,7 +54,7 @@ class Recovery(Day):
         """Another one of the stock: a sentence names both, and nothing can be begun."""
         self.hands("new-panel", "other", "--width-mm", "120", "--height-mm", "90", "--strips", "2")
         self.hands("place", "other", "scanner", "--face", "show")
-        self.ctl("panel", "scan", "--accept")
+        self.accept(json.loads(self.ctl("panel", "scan", "--json")))
         self.hands("lift", "scanner")
         self.go("run")
         self.press("[data-command=reset]")
@@ -77,9 +82,8 @@ class Recovery(Day):
     def stop_in_the_middle(self):
         """The machine tells when the second piece is half cut; slowed down, so that it still is when STOP is pressed."""
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
-        marks_mm = 8  # of two pieces, about
         so_far = self.twin({"cmd": "status"})["laser"]["watchdog"]["burnt_mm"]
-        self.twin({"cmd": "signal-at-burn", "pid": os.getpid(), "signal": int(signal.SIGUSR1), "burnt_mm": so_far + 1.5 * OF_A_PIECE_MM + marks_mm})
+        self.twin({"cmd": "signal-at-burn", "pid": os.getpid(), "signal": int(signal.SIGUSR1), "burnt_mm": so_far + IN_THE_SECOND_MM})
         self.tick_and_go_on()
         self.until_says("#state-word", "Execute")
         self.ctl("laser", "override", "--feed", "25")
@@ -88,7 +92,7 @@ class Recovery(Day):
         self.until_says("#stop-note", "STOP confirmed")
         self.until_says("#state-word", "Aborted")
         self.until_says("#next", "Clear, then Reset")
-        self.until("what was cut to be proven", lambda: self.status()["owed_look"] is None)
+        self.until("what was cut to be proven", self.is_proven)
         job = self.status()["job"]
         assert job["cut"] >= 1 and job["suspect"] == 1, job
         self.until_says("#job-count", "1 suspect")
@@ -102,6 +106,10 @@ class Recovery(Day):
             reply = json.loads(twin.makefile().readline())
         assert reply["ok"], reply
         return reply
+
+    def is_proven(self):
+        rows = json.loads(self.ctl("audit", "--kind", "run", "--json"))["entries"]
+        return max(rows, key=lambda row: row["id"])["what"] == "run.proven"
 
     def decide_from_another_screen(self):
         """Clear, and then the one decision, in the first line of a screen that has nothing to do with the laser."""
@@ -142,6 +150,7 @@ class Recovery(Day):
         self.press("details[data-key=recut] summary")
         mark = self.text("details[data-key=recut] .chips label")
         self.press("details[data-key=recut] .chips input")
+        self.until("what is asked for a burn", lambda: self.find(".confirm input"))
         for tick in self.browser.find_elements("css selector", ".confirm input"):
             tick.click()
         self.until_says("details[data-key=recut]", f"Cut {mark} again")
@@ -157,9 +166,12 @@ class Recovery(Day):
         self.until_says("#state-word", "Idle")
         self.until_says("#next", "find other wood for it")
         self.show("missing")
-        self.browser.execute_script("""
+        self.until("other wood to be looked for", lambda: self.browser.execute_script("""
             const card = [...document.querySelectorAll('section.card')].find((one) => one.getAttribute('aria-label').includes('Missing pieces'));
-            [...card.querySelectorAll('button')].find((one) => one.innerText === 'Find other wood').click()""")
+            const find = card && [...card.querySelectorAll('button')].find((one) => one.innerText === 'Find other wood');
+            if (!find || find.disabled) return false;
+            find.click();
+            return true;"""))
         self.until_says("main", f"{self.lost} has other wood now.")
         self.until_says("#next", "has 1 piece to cut")
         self.start()
@@ -172,6 +184,13 @@ class Recovery(Day):
 
     # ---- what is left
 
+    def is_compared(self):
+        for tick in self.browser.find_elements("css selector", "[data-doubt]"):
+            if not tick.is_selected():
+                tick.click()
+        self.browser.execute_script("const accept = document.querySelector('[id^=accept-]'); if (accept && !accept.disabled) accept.click()")
+        return "Panel P-0001, show face" in self.text("main")
+
     def plan_from_what_is_left(self):
         """The panel with holes is scanned, and another picture finds its wood in it."""
         self.press("[data-command=reset]")
@@ -179,7 +198,7 @@ class Recovery(Day):
         self.hands("place", "control", "scanner", "--face", "show")
         self.go("scan")
         self.press("#do-scan")
-        self.until_says("main", "Panel P-0001, show face")
+        self.until("it to be compared, and accepted where it is to be", self.is_compared)
         self.hands("lift", "scanner")
         self.show("remnant-scanned")
         self.go("new")
@@ -188,7 +207,7 @@ class Recovery(Day):
             self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
         self.press("#do-plan")
-        self.until_says(".side-by-side", "PLAN 2")
+        self.until("the plan", lambda: ": second" in self.text(".side-by-side").lower())
         self.until_says(".side-by-side", "P-0001: ")
         self.press("[data-command=make-job]")
         self.until_says(".side-by-side", "Job 2 is made of it.")
