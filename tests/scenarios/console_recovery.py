@@ -70,6 +70,15 @@ class Recovery(Day):
         enabled = self.browser.execute_script("return [...document.querySelectorAll('#do-start, .frame button, [data-command=unsuspend]')].filter((one) => !one.disabled).map((one) => one.innerText)")
         assert enabled == [], f"can be begun with the wrong panel: {enabled}"
         self.show("wrong-panel")
+        self.comes_first_on_a_phone()
+
+    def comes_first_on_a_phone(self):
+        """What to do, the panel, the commands; then all else."""
+        self.size("phone")
+        tops = self.browser.execute_script("""
+            return ['#next', '[data-card=load]', '.do', 'canvas.job-map'].map((css) => document.querySelector(css).getBoundingClientRect().top)""")
+        assert tops == sorted(tops), tops
+        self.size("desk")
 
     def lay_the_right_one(self):
         self.hands("lift", "bed")

@@ -215,15 +215,36 @@ class Stock(Day):
         self.press("#language")
         self.until_says("#nav", "Platten")
         self.go("alarms")
+        self.hear_it_when_wanted()
         self.find("#stop button").click()
         self.until_says("#state-word", "Aborted")
         self.until("an alarm", lambda: self.browser.execute_script("return document.querySelector('.alarms b [lang=en]')"))
         english = self.browser.execute_script("return ['#state-reason', '.alarms b [lang=en]'].map((css) => document.querySelector(css).closest('[lang]').lang)")
         assert english == ["en", "en"], english
+        self.until("a tone", lambda: self.tones() > self.tried)
         self.press("#next button")
         self.until_says("#state-word", "Stopped")
+        self.press("#sound")
         self.press("#language")
         self.until_says("#nav", "Panels")
+
+    def tones(self):
+        return self.browser.execute_script("return window.tones")
+
+    def hear_it_when_wanted(self):
+        """Once somebody has put the sound on, who hears it then."""
+        self.browser.execute_script("""
+            window.tones = 0;
+            const end = {connect: () => end, gain: {}};
+            window.AudioContext = class {
+              currentTime = 0;
+              resume() {}
+              createGain() { return end; }
+              createOscillator() { return {frequency: {}, connect: () => end, start() { ++window.tones; }, stop() {}}; }
+            };""")
+        self.press("#sound")
+        self.until("a try", lambda: self.tones() > 0)
+        self.tried = self.tones()
 
 
 if __name__ == "__main__":
