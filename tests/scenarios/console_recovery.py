@@ -76,7 +76,7 @@ class Recovery(Day):
         """What to do, the panel, the commands; then all else."""
         self.size("phone")
         tops = self.browser.execute_script("""
-            return ['#next', '[data-card=load]', '.do', 'canvas.job-map'].map((css) => document.querySelector(css).getBoundingClientRect().top)""")
+            return ['#next', '[data-card=load]', '.do .card', 'canvas.job-map'].map((css) => document.querySelector(css).getBoundingClientRect().top)""")
         assert tops == sorted(tops), tops
         self.size("desk")
 
