@@ -37,11 +37,12 @@ class Recovery(Day):
         """As the page counts them."""
         return int(re.match(r"\d+", self.text("#job-count")).group())
 
+    def tick_all(self, css):
+        self.browser.execute_script("for (const tick of document.querySelectorAll(arguments[0])) if (!tick.checked) tick.click()", css)
+
     def tick_and_go_on(self):
         self.until("Unsuspend to be there", lambda: self.find("[data-command=unsuspend]"))
-        for tick in self.browser.find_elements("css selector", ".confirm input"):
-            if not tick.is_selected():
-                tick.click()
+        self.tick_all(".confirm input")
         self.press("[data-command=unsuspend]")
 
     def start(self):
@@ -52,7 +53,7 @@ class Recovery(Day):
 
     def lay_the_wrong_panel(self):
         """Another one of the stock: a sentence names both, and nothing can be begun."""
-        self.hands("new-panel", "other", "--width-mm", "120", "--height-mm", "90", "--strips", "2")
+        self.hands("new-panel", "other", "--width-mm", "180", "--height-mm", "130", "--strips", "2")
         self.hands("place", "other", "scanner", "--face", "show")
         self.accept(json.loads(self.ctl("panel", "scan", "--json")))
         self.hands("lift", "scanner")
@@ -64,9 +65,8 @@ class Recovery(Day):
         self.hands("place", "other", "bed", "--face", "show")
         self.until_says("[data-card=load]", "Panel P-0002 is on the bed, but P-0001 is wanted")
         self.until_says("#next", "P-0001")
-        for tick in self.browser.find_elements("css selector", ".confirm input"):
-            tick.click()
-        self.until("all to be ticked", lambda: all(tick.is_selected() for tick in self.browser.find_elements("css selector", ".confirm input")))
+        self.tick_all(".confirm input")
+        self.until("all to be ticked", lambda: self.browser.execute_script("const ticks = [...document.querySelectorAll('.confirm input')]; return ticks.length === 2 && ticks.every((one) => one.checked)"))
         enabled = self.browser.execute_script("return [...document.querySelectorAll('#do-start, .frame button, [data-command=unsuspend]')].filter((one) => !one.disabled).map((one) => one.innerText)")
         assert enabled == [], f"can be begun with the wrong panel: {enabled}"
         self.show("wrong-panel")
@@ -95,7 +95,7 @@ class Recovery(Day):
         self.twin({"cmd": "signal-at-burn", "pid": os.getpid(), "signal": int(signal.SIGUSR1), "burnt_mm": so_far + IN_THE_SECOND_MM})
         self.tick_and_go_on()
         self.until_says("#state-word", "Execute")
-        self.ctl("laser", "override", "--feed", "25")
+        self.ctl("laser", "override", "--feed", "25", "--power", "25")
         assert signal.sigtimedwait([signal.SIGUSR1], 90), "the second piece is never half cut"
         self.find("#stop button").click()
         self.until_says("#stop-note", "STOP confirmed")
@@ -160,8 +160,7 @@ class Recovery(Day):
         mark = self.text("details[data-key=recut] .chips label")
         self.press("details[data-key=recut] .chips input")
         self.until("what is asked for a burn", lambda: self.find(".confirm input"))
-        for tick in self.browser.find_elements("css selector", ".confirm input"):
-            tick.click()
+        self.tick_all(".confirm input")
         self.until_says("details[data-key=recut]", f"Cut {mark} again")
         self.show("recut")
         self.press("details[data-key=recut] .commands button")
@@ -194,9 +193,7 @@ class Recovery(Day):
     # ---- what is left
 
     def is_compared(self):
-        for tick in self.browser.find_elements("css selector", "[data-doubt]"):
-            if not tick.is_selected():
-                tick.click()
+        self.tick_all("[data-doubt]")
         self.browser.execute_script("const accept = document.querySelector('[id^=accept-]'); if (accept && !accept.disabled) accept.click()")
         return "Panel P-0001, show face" in self.text("main")
 
