@@ -30,7 +30,7 @@ class Recovery(Day):
 
     def burnt_mm(self):
         """Through the wood of the job's panel, as the twin knows it."""
-        sheets = json.loads(self.ctl("sim", "burn-log"))["sheets"]
+        sheets = self.twin({"cmd": "burn-log"})["sheets"]
         return sum(one["through_mm"] for one in sheets if one["sheet"] == "control")
 
     def cut(self):
