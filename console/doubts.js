@@ -1,6 +1,6 @@
 // What a scan is in doubt about, each with an answer of its own: nobody accepts what was not looked at one by one.
 import {h} from "./dom.js";
-import {t} from "./words.js";
+import {asSentence, t} from "./words.js";
 import {changed, mayChange} from "./model.js";
 import {hint, inEnglish} from "./parts.js";
 
@@ -28,7 +28,7 @@ export function doubtRows(seen) {
   const open = openDoubts(seen);
   return [
     h("ul.list.doubts", {"aria-label": t("doubts")}, ...seen.warnings.map(({name, text}) => h("li", {"data-key": name, class: open.some((one) => one.name === name) ? "bad" : ""},
-      h("div", {}, h("p", {}, "▲ ", inEnglish(text)),
+      h("div", {}, h("p", {}, "▲ ", inEnglish(asSentence(text))),
         h("label.tick", {}, h("input", {type: "checkbox", "data-doubt": name, checked: answersTo(seen).has(name), disabled: !mayChange(), onchange: (event) => answer(seen, name, event.target.checked)}), t("doubts.answer")))))),
     open.length > 0 && hint(t("doubts.first", {n: open.length}))];
 }

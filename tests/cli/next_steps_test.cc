@@ -3,6 +3,7 @@
 
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -66,10 +67,10 @@ const std::map<std::string, std::vector<std::string>> kChanges = {
     {"recipe set", {"walnut", "cut", "--speed-mm-s", "20", "--power", "60%"}},
     {"restart", {}},
     {"task cancel", {"1"}},
-    {"token revoke", {"ann", "press"}},
+    {"token revoke", {"bob", "press"}},
     {"user add", {"<", "ann"}},
     {"user password", {"<", "ann"}},
-    {"user remove", {"ann"}},
+    {"user remove", {"bob"}},
     {"user role", {"ann", "viewer"}},
 };
 // At the top, and below `job`.
@@ -122,6 +123,7 @@ TEST(NextSteps, EveryCommandIsOneThatChangesSomethingOrOneThatDoesNot) {
 }
 
 TEST(NextSteps, AreNamedAfterWhatChangesSomething) {
+  std::optional<daemon::TaskReporter> work;
   ApiServer server({}, {}, [](Router& router) {
     router.bind("getStatus", [](const ApiRequest&, const Reply& reply) {
       reply(ApiReply::json(
@@ -138,15 +140,23 @@ TEST(NextSteps, AreNamedAfterWhatChangesSomething) {
   std::ofstream(picture) << "a picture";
   std::ofstream(drawing) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20">)"
                             R"(<path d="M1 1 L9 1" stroke="#f00" fill="none"/></svg>)";
-  for (const auto& [name, arguments] : all_changes()) {
+  const std::string password = (server.folder() / "password").string();
+  std::ofstream(password) << "a long password\n";
+  const auto say = [&](const std::string& name, const std::vector<std::string>& arguments) {
     std::string line = "exec '" VENEERCTL "' --socket '" + server.socket() + "' " + name, from = "/dev/null";
     for (const std::string& one : arguments)
       if (one == "<")
-        from = (server.folder() / "password").string();
+        from = password;
       else
         line += " '" + (one == "PICTURE" ? picture : one == "DRAWING" ? drawing : one) + "'";
-    if (from != "/dev/null") std::ofstream(from) << "a long password\n";
-    const auto said = tests::run_program({"/bin/sh", "-c", line + " <'" + from + "' 2>&1"});
+    return tests::run_program({"/bin/sh", "-c", line + " <'" + from + "' 2>&1"});
+  };
+  // What is cancelled, revoked and removed.
+  server.on_reactor([&] { work = server.tasks().start("plan", "matching patches"); });
+  ASSERT_EQ(say("user add", {"<", "bob"}).status, 0);
+  ASSERT_EQ(say("token new", {"bob", "press"}).status, 0);
+  for (const auto& [name, arguments] : all_changes()) {
+    const auto said = say(name, arguments);
     EXPECT_EQ(said.status, 0) << name << ": " << said.output;
     EXPECT_THAT(said.output, HasSubstr("veneerctl ")) << name;
   }
