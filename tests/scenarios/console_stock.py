@@ -124,6 +124,31 @@ class Stock(Day):
         self.until_says("main", "Waits for a scan")
         self.until_says("main", "grit 240, ")
 
+    def see_its_tags_from_above(self):
+        """A panel that is laid face up: its wood with the tags of that face by number, where they are to be seen."""
+        self.go("run")
+        self.until("the tags of its show face", lambda: self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/model.js').then(({model, changed}) => {
+              model.cell = {...model.cell, load: {panel: 'P-0001', face_up: 'show', found: false, sentence: ''}};
+              changed();
+              requestAnimationFrame(() => requestAnimationFrame(() => {
+                const seen = document.querySelector('.load .view img');
+                done(Boolean(seen && seen.naturalWidth && document.querySelector('svg.tags[data-show=P-0001] text')));
+              }));
+            });"""))
+        drawn, told = self.browser.execute_async_script("""
+            const done = arguments[0], of = (node) => node.getBoundingClientRect();
+            const over = document.querySelector('svg.tags'), wood = of(document.querySelector('.load .view img')), lies = of(over);
+            const share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
+            const drawn = Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]));
+            if (Math.abs(lies.width - wood.width) > 1 || Math.abs(lies.height - wood.height) > 1) return done([null, 'they do not lie on the wood']);
+            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done([drawn, Object.fromEntries(panel.fiducials
+              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))]));""")
+        assert drawn and drawn.keys() == told.keys() and len(told) > 3, (drawn, told)
+        far = {tag: [abs(a - b) for a, b in zip(drawn[tag], told[tag])] for tag in told}
+        assert max(max(one) for one in far.values()) < .03, far
+
     # ---- a long shelf
 
     def open_a_map_from_a_long_shelf(self):
@@ -253,5 +278,5 @@ class Stock(Day):
 
 
 if __name__ == "__main__":
-    play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "open_a_map_from_a_long_shelf",
+    play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
          "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")
