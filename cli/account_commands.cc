@@ -54,21 +54,21 @@ void add_user_changes(CLI::App& users, CommandContext& context) {
   role->add_option("ROLE", given->role, kRoles)->required()->check(one_of_the_roles());
   add->callback([given, &context] {
     const std::string secret = or_fail(ask_new_password(given->user));
-    context.finish(context.client().post(target_of(given->user), {{"role", given->role}, {"password", secret}}),
-                   said(fmt::format("{} may sign in as {}.", given->user, given->role)));
+    context.finish_step(context.client().post(target_of(given->user), {{"role", given->role}, {"password", secret}}),
+                        said(fmt::format("{} may sign in as {}.", given->user, given->role)));
   });
   role->callback([given, &context] {
-    context.finish(context.client().post(target_of(given->user, "/role"), {{"role", given->role}}),
-                   said(fmt::format("{} is {} from the next sign-in on.", given->user, given->role)));
+    context.finish_step(context.client().post(target_of(given->user, "/role"), {{"role", given->role}}),
+                        said(fmt::format("{} is {} from the next sign-in on.", given->user, given->role)));
   });
   password->callback([given, &context] {
     const std::string secret = or_fail(ask_new_password(given->user));
-    context.finish(context.client().post(target_of(given->user, "/password"), {{"password", secret}}),
-                   said(fmt::format("{} signs in with the new password from now on.", given->user)));
+    context.finish_step(context.client().post(target_of(given->user, "/password"), {{"password", secret}}),
+                        said(fmt::format("{} signs in with the new password from now on.", given->user)));
   });
   remove->callback([given, &context] {
-    context.finish(context.client().request("DELETE", target_of(given->user), "", ""),
-                   said(fmt::format("{} is removed, and signed out everywhere.", given->user)));
+    context.finish_step(context.client().request("DELETE", target_of(given->user), "", ""),
+                        said(fmt::format("{} is removed, and signed out everywhere.", given->user)));
   });
 }
 
@@ -103,8 +103,8 @@ void add_token(CLI::App& app, CommandContext& context) {
                    [](const json& made) { return text_or(made, "token", "") + "\n"; });
   });
   revoke->callback([given, target, &context] {
-    context.finish(context.client().request("DELETE", target(), "", ""),
-                   said(fmt::format("The token {} of {} is revoked.", given->token, given->user)));
+    context.finish_step(context.client().request("DELETE", target(), "", ""),
+                        said(fmt::format("The token {} of {} is revoked.", given->token, given->user)));
   });
 }
 
@@ -125,7 +125,7 @@ void add_login(CLI::App& app, CommandContext& context) {
       if (Status kept = keep_secret(context.socket, text_or(*opened, "session", "")); !kept) fail(kept.error());
     auto told = opened;
     if (told) told->erase("session");
-    context.finish(told, render_who);
+    context.finish_step(told, render_who);
   });
   app.add_subcommand("logout", "Sign out at a cell on another machine")->callback([&context] {
     const auto closed = context.client().request("DELETE", "/session", "", "");

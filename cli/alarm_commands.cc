@@ -37,7 +37,7 @@ void add_acknowledge(CLI::App& alarm, CommandContext& context) {
   command->callback([&context, number, all] {
     if (number->has_value() == *all) throw CLI::ValidationError("name one alarm by its number, or say --all");
     const std::string path = *all ? "/alarms/acknowledge-all" : fmt::format("/alarms/{}/acknowledge", number->value());
-    context.finish(context.client().post(path), [](const json& told) {
+    context.finish_step(context.client().post(path), [](const json& told) {
       const auto seen = whole_or(told, "acknowledged", 0);
       return seen == 1 ? std::string("1 alarm is acknowledged.\n") : fmt::format("{} alarms are acknowledged.\n", seen);
     });
@@ -60,7 +60,7 @@ void add_alarm_commands(CLI::App& app, CommandContext& context) {
   CLI::App* attempt =
       alarm->add_subcommand("try", "Send a try to the webhook and the broker of [notify], and say whether it came");
   attempt->callback([&context] {
-    context.finish(context.run_task(context.client().post("/alarms/try")), [](const json& done) {
+    context.finish_step(context.run_task(context.client().post("/alarms/try")), [](const json& done) {
       std::string out;
       for (const json& place : member(done, "told"))
         if (place.is_string()) out += fmt::format("{} has it.\n", place.get<std::string>());

@@ -51,7 +51,8 @@ void add_bed_commands(CLI::App& app, CommandContext& context) {
   CLI::App* bed = app.add_subcommand("bed", "What the camera over the laser's bed sees");
   bed->require_subcommand(1);
   bed->add_subcommand("look", "Look whose tags lie on the bed; proves nothing, a run looks for itself")
-      ->callback([&context] { context.finish(context.run_task(context.client().post("/bed/look")), render_sight); });
+      ->callback(
+          [&context] { context.finish_step(context.run_task(context.client().post("/bed/look")), render_sight); });
   add_picture(
       *bed, context, "glance", "/bed/glance.jpg",
       "Save the bed as it is seen now, at most some seconds old; while the head rests and nothing else needs the "

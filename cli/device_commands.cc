@@ -115,7 +115,7 @@ void add_choose(CLI::App& device, CommandContext& context) {
       ->check(CLI::Range(75, 1200));
   add_confirm_option(*choose, wanted->confirmed);
   choose->callback([wanted, &context] {
-    context.finish(context.client().post("/devices/" + wanted->device, wanted->body()), render_devices);
+    context.finish_step(context.client().post("/devices/" + wanted->device, wanted->body()), render_devices);
   });
 }
 
@@ -132,8 +132,10 @@ void add_device_commands(CLI::App& app, CommandContext& context) {
   CLI::App* restart =
       app.add_subcommand("restart", "End veneerd in order and have it started again, while nothing goes on");
   restart->callback([&context] {
-    context.finish(context.client().post("/restart"),
-                   [](const json&) { return "The cell starts again. It moves nothing before somebody says Reset.\n"; });
+    context.finish(context.client().post("/restart"), [](const json&) {
+      return "The cell starts again. It moves nothing before somebody says Reset; `veneerctl next` says what comes "
+             "first.\n";
+    });
   });
 }
 

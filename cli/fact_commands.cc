@@ -33,7 +33,7 @@ void add_material_set(CLI::App& material, CommandContext& context) {
                                      {"cites", &options->cites},
                                      {"supplier", &options->supplier}})
       if (*value) body[key] = **value;
-    context.finish(context.client().post("/materials/" + url_encode(options->material), body), render_material);
+    context.finish_step(context.client().post("/materials/" + url_encode(options->material), body), render_material);
   });
 }
 
@@ -65,7 +65,8 @@ void add_panel_set(CLI::App& panel, CommandContext& context) {
       if (*value) body[key] = **value;
     if (options->veneer_mm) body["veneer_mm"] = *options->veneer_mm;
     if (options->substrate_mm) body["substrate_mm"] = *options->substrate_mm;
-    context.finish(context.client().post("/panels/" + url_encode(options->id) + "/facts", body), render_panel_facts);
+    context.finish_step(context.client().post("/panels/" + url_encode(options->id) + "/facts", body),
+                        render_panel_facts);
   });
 }
 

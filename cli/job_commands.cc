@@ -51,8 +51,8 @@ void add_redo(CLI::App& job, CommandContext& context) {
   redo->callback([id, pieces, &context] {
     json body = json::object();
     if (!pieces->empty()) body["pieces"] = *pieces;
-    context.finish(context.run_task(context.client().post("/jobs/" + std::to_string(*id) + "/redo", body)),
-                   render_redone);
+    context.finish_step(context.run_task(context.client().post("/jobs/" + std::to_string(*id) + "/redo", body)),
+                        render_redone);
   });
 }
 
@@ -66,9 +66,9 @@ void add_assembled(CLI::App& job, CommandContext& context) {
   assembled->add_option("PIECE", *pieces, "Their marks, as in A3-12")->required();
   assembled->add_flag("--take-back", *back, "They do not lie there after all");
   assembled->callback([id, pieces, back, &context] {
-    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/assembled",
-                                         {{"pieces", *pieces}, {"assembled", !*back}}),
-                   render_job);
+    context.finish_step(context.client().post("/jobs/" + std::to_string(*id) + "/assembled",
+                                              {{"pieces", *pieces}, {"assembled", !*back}}),
+                        render_job);
   });
 }
 
@@ -142,8 +142,8 @@ void add_archive(CLI::App& job, CommandContext& context) {
     if (*done == !jobs->empty())
       return context.finish(Error{ErrorCode::kInvalidArgument, "say which jobs to archive: numbers, or --all-done"},
                             render_jobs);
-    if (!*done) return context.finish(archive_each(context, *jobs, "archive"), render_jobs);
-    context.finish(context.client().post("/jobs/archive-done"), [](const json& reply) {
+    if (!*done) return context.finish_step(archive_each(context, *jobs, "archive"), render_jobs);
+    context.finish_step(context.client().post("/jobs/archive-done"), [](const json& reply) {
       const auto& archived = member(reply, "jobs");
       return archived.empty()
                  ? std::string("No job is done that is still in the list.\n")
@@ -153,7 +153,8 @@ void add_archive(CLI::App& job, CommandContext& context) {
   const auto back = std::make_shared<std::vector<std::int64_t>>();
   CLI::App* unarchive = job.add_subcommand("unarchive", "Put archived jobs back into the list");
   unarchive->add_option("JOB", *back, "Their numbers")->required()->check(positive_number());
-  unarchive->callback([back, &context] { context.finish(archive_each(context, *back, "unarchive"), render_jobs); });
+  unarchive->callback(
+      [back, &context] { context.finish_step(archive_each(context, *back, "unarchive"), render_jobs); });
 }
 
 void add_task_commands(CLI::App& app, CommandContext& context) {
@@ -168,7 +169,7 @@ void add_task_commands(CLI::App& app, CommandContext& context) {
     context.finish(context.client().get("/tasks/" + std::to_string(*id)), one);
   });
   add_with_number(*task, "cancel", "Cancel a task", "TASK", id)->callback([id, one, &context] {
-    context.finish(context.client().request("DELETE", "/tasks/" + std::to_string(*id), "", ""), one);
+    context.finish_step(context.client().request("DELETE", "/tasks/" + std::to_string(*id), "", ""), one);
   });
 }
 

@@ -24,7 +24,7 @@ std::string render_pattern(const json& result) {
                                      "diagonals are equal, ticks stand every 5 mm.");
 }
 
-std::string render_jog(const json&) { return "The head is on its way, dark.\n"; }
+std::string render_jog(const json&) { return "The head is on its way, dark. `veneerctl laser jog --stop` ends it.\n"; }
 std::string render_stop(const json&) { return "The jog ends.\n"; }
 std::string render_corner(const json&) { return "The corner is where the head stands; Reset brings it back there.\n"; }
 
@@ -66,7 +66,7 @@ void add_test_pattern(CLI::App& laser, CommandContext& context) {
                  {"confirmed", options->confirmed}};
     if (options->x_mm) body["x_mm"] = *options->x_mm;
     if (options->y_mm) body["y_mm"] = *options->y_mm;
-    context.finish(context.run_task(context.client().post("/laser/test-pattern", body)), render_pattern);
+    context.finish_step(context.run_task(context.client().post("/laser/test-pattern", body)), render_pattern);
   });
 }
 
@@ -85,7 +85,7 @@ void add_jog(CLI::App& laser, CommandContext& context) {
       ->capture_default_str();
   jog->add_flag("--stop", options->stop, "End the jog that is on");
   jog->callback([options, &context] {
-    if (options->stop) return context.finish(context.client().post("/laser/jog/stop"), render_stop);
+    if (options->stop) return context.finish_step(context.client().post("/laser/jog/stop"), render_stop);
     context.finish(context.client().post(
                        "/laser/jog", {{"dx_mm", options->x}, {"dy_mm", options->y}, {"speed_mm_s", options->speed}}),
                    render_jog);
@@ -115,7 +115,7 @@ void add_override(CLI::App& laser, CommandContext& context) {
     if (options->feed) body["feed"] = *options->feed;
     if (options->rapid) body["rapid"] = *options->rapid;
     if (options->power) body["power"] = *options->power;
-    context.finish(context.client().post("/laser/overrides", body), render_overrides);
+    context.finish_step(context.client().post("/laser/overrides", body), render_overrides);
   });
 }
 
@@ -123,7 +123,7 @@ void add_here(CLI::App& laser, CommandContext& context) {
   laser
       .add_subcommand(
           "here", "The head stands at the lower left corner of the bed now: only for a laser without homing switches")
-      ->callback([&context] { context.finish(context.client().post("/laser/corner"), render_corner); });
+      ->callback([&context] { context.finish_step(context.client().post("/laser/corner"), render_corner); });
 }
 
 }  // namespace

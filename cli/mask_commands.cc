@@ -62,8 +62,8 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
   mask->callback([options, &context] {
     const std::string target = "/panels/" + url_encode(options->id) + "/mask-edits";
     if (options->remove)
-      return context.finish(context.client().request("DELETE", target + "/" + std::to_string(*options->remove), "", ""),
-                            render_edited);
+      return context.finish_step(
+          context.client().request("DELETE", target + "/" + std::to_string(*options->remove), "", ""), render_edited);
     if (options->show)
       return context.finish(context.client().get(target + "/" + std::to_string(*options->show)), render_edit);
     const bool giving = !options->give.empty();
@@ -73,7 +73,7 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
     if (!corners) fail(corners.error(), kUnusableArguments);
     json body = {{"kind", giving ? "give" : "withhold"}, {"outline_mm", *corners}};
     if (!options->note.empty()) body["note"] = options->note;
-    context.finish(context.client().post(target, body), render_edited);
+    context.finish_step(context.client().post(target, body), render_edited);
   });
 }
 

@@ -223,12 +223,12 @@ void add_leases(CLI::App& job, CommandContext& context) {
       ->check(CLI::Range(1, 90))
       ->capture_default_str();
   lease->callback([options, &context] {
-    context.finish(context.client().post(fmt::format("/plans/{}/lease", options->id), {{"days", options->days}}),
-                   render_plan);
+    context.finish_step(context.client().post(fmt::format("/plans/{}/lease", options->id), {{"days", options->days}}),
+                        render_plan);
   });
   release->callback([options, &context] {
-    context.finish(context.client().request("DELETE", fmt::format("/plans/{}/lease", options->id), "", ""),
-                   render_plan);
+    context.finish_step(context.client().request("DELETE", fmt::format("/plans/{}/lease", options->id), "", ""),
+                        render_plan);
   });
 }
 

@@ -157,7 +157,7 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
   revert->callback([of_revert = of_revert, target, &context] {
     json body = json::object();
     if (of_revert->version) body["version"] = *of_revert->version;
-    context.finish(context.client().post(target(*of_revert, "revert"), body), render_reverted);
+    context.finish_step(context.client().post(target(*of_revert, "revert"), body), render_reverted);
   });
 
   const auto [retire, of_retire] =
@@ -189,7 +189,7 @@ void add_merge(CLI::App& panel, CommandContext& context) {
   merge->add_option("MERGED", options->merged, "The one that is the same sheet; it leaves the stock for good")
       ->required();
   merge->callback([options, &context] {
-    context.finish(
+    context.finish_step(
         context.client().post("/panels/" + url_encode(options->kept) + "/merge", {{"merged", options->merged}}),
         render_merged);
   });
@@ -221,8 +221,8 @@ void add_differences(CLI::App& panel, CommandContext& context) {
   decide->callback([options, target, &context] {
     json body = {{"verdict", options->verdict == "accepted" ? "accepted" : "written_off"}};
     if (!options->note.empty()) body["note"] = options->note;
-    context.finish(context.client().post(target() + "/" + std::to_string(options->number) + "/decide", body),
-                   render_differences);
+    context.finish_step(context.client().post(target() + "/" + std::to_string(options->number) + "/decide", body),
+                        render_differences);
   });
 }
 

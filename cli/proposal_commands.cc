@@ -56,7 +56,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
     const json waiting = seen ? member(*seen, "proposal") : json();
     if (waiting.is_number() && !options->picture.empty())
       save_parts(context, picture_of(std::to_string(waiting.get<std::int64_t>())), {{options->picture, ""}});
-    context.finish(seen, render_scan_result);
+    context.finish_step(seen, render_scan_result);
     if (accept && waiting.is_number())
       fail({ErrorCode::kRefused,
             fmt::format("proposal {0} has warnings, and is not in stock: look at it, then accept it "

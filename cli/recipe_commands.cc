@@ -55,10 +55,10 @@ void add_set(CLI::App& recipe, CommandContext& context) {
                  {"air", !options->no_air}};
     if (options->kerf_back_mm) body["kerf_back_mm"] = *options->kerf_back_mm;
     if (options->kerf_show_mm) body["kerf_show_mm"] = *options->kerf_show_mm;
-    context.finish(context.client().post(recipe_target(options->material, options->operation), body),
-                   [](const json& set_recipe) {
-                     return render_recipes({{"recipes", {set_recipe}}});
-                   });
+    context.finish_step(context.client().post(recipe_target(options->material, options->operation), body),
+                        [](const json& set_recipe) {
+                          return render_recipes({{"recipes", {set_recipe}}});
+                        });
   });
 }
 
@@ -70,8 +70,8 @@ void add_remove(CLI::App& recipe, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember({"cut", "engrave"}));
   remove->callback([names, &context] {
-    context.finish(context.client().request("DELETE", recipe_target(names->first, names->second), "", ""),
-                   [](const json&) { return std::string(); });
+    context.finish_step(context.client().request("DELETE", recipe_target(names->first, names->second), "", ""),
+                        [](const json&) { return std::string(); });
   });
 }
 
@@ -122,10 +122,11 @@ void add_card(CLI::App& recipe, CommandContext& context) {
     if (options->burn) {
       body["dry"] = options->dry;
       body["confirmed"] = options->dry ? options->confirmed : seen_to_or_fail(context, options->confirmed);
-      return context.finish(context.run_task(context.client().post("/laser/test-card", body)), [](const json& result) {
-        return std::string(flag_or(result, "dry", false) ? "The card ran with the beam off.\n"
-                                                         : "The card is burnt.\n");
-      });
+      return context.finish_step(
+          context.run_task(context.client().post("/laser/test-card", body)), [](const json& result) {
+            return std::string(flag_or(result, "dry", false) ? "The card ran with the beam off.\n"
+                                                             : "The card is burnt.\n");
+          });
     }
     const auto drawn = context.client().post("/test-card", body);
     if (drawn) write_or_fail(options->out, text_or(*drawn, egv ? "egv" : "svg", ""));
@@ -149,7 +150,7 @@ void add_material(CLI::App& panel, CommandContext& context) {
   command->callback([options, &context] {
     json body = {{"material", options->material}};
     if (options->zone) body["zone"] = *options->zone;
-    context.finish(context.client().post("/panels/" + url_encode(options->id) + "/material", body), render_zones);
+    context.finish_step(context.client().post("/panels/" + url_encode(options->id) + "/material", body), render_zones);
   });
 }
 

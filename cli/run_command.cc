@@ -203,7 +203,7 @@ void run_file(const RunOptions& options, const CommandContext& context) {
     body["check"] = check;
     return context.run_task(context.client().post("/laser/run", body));
   };
-  if (options.dry || options.check) return context.finish(run(options.dry, options.check), render_run);
+  if (options.dry || options.check) return context.finish_step(run(options.dry, options.check), render_run);
   std::vector<std::string> confirmed = options.confirmed;
   if (!at_terminal()) confirmed = seen_to_or_fail(context, confirmed);  // before anything moves for nothing
   if (!options.no_dry) {
@@ -218,7 +218,7 @@ void run_file(const RunOptions& options, const CommandContext& context) {
     confirmed = all;
   }
   body["confirmed"] = confirmed;
-  context.finish(run(false, false), render_run);
+  context.finish_step(run(false, false), render_run);
 }
 
 }  // namespace

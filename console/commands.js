@@ -5,7 +5,9 @@ import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, mode
 
 const refusal = document.getElementById("refusal");
 
-export function showRefusal(sentence) {
+// What the cell says, unless it is said otherwise.
+export function showRefusal(sentence, spoken = "en") {
+  refusal.lang = spoken;
   refusal.textContent = sentence ? asSentence(sentence) : "";
   refusal.hidden = !sentence;
   if (sentence) refusal.scrollIntoView({block: "nearest"});

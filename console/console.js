@@ -3,7 +3,7 @@ import {h, put} from "./dom.js";
 import {t} from "./words.js";
 import {enter} from "./link.js";
 import {begin, changed, follow, model} from "./model.js";
-import {loadPictures} from "./pictures.js";
+import {loadPictures, nextScreen} from "./pictures.js";
 import {showRefusal} from "./commands.js";
 import {showAge, showFrame} from "./frame.js";
 import * as cell from "./screens/cell.js";
@@ -61,6 +61,7 @@ function go() {
   shown = here;
   showRefusal("");
   place.replaceChildren();
+  nextScreen();
   if (screen.enter) screen.enter(...rest);
   draw();
   const tab = document.querySelector("#nav [aria-current]");

@@ -38,6 +38,7 @@ export function showFrame(screens, current) {
   if (model.role === "nobody") {
     $("state-word").textContent = t("account.sign_in");
     $("state-reason").textContent = t("account.first");
+    $("state-reason").lang = language;
     document.title = t("account.sign_in");
     $("next").hidden = true;
   }
@@ -45,6 +46,7 @@ export function showFrame(screens, current) {
   const [mark, look] = kLooks[cell.state] || ["…", ""];
   $("state").className = `state ${look}`;
   const said = [["state-mark", mark], ["state-word", cell.state], ["state-reason", asSentence(cell.reason) || reasonOf(cell)]];
+  $("state-reason").lang = cell.reason ? "en" : language;
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
   document.title = `${cell.state} – ${t(`screen.${current}`)}`;
   showNext(cell.next_step);

@@ -1,7 +1,7 @@
 // A panel's scan in tiles, over its small picture: what is looked at is fetched, as fine as the screen shows it, and
 // nothing else of a scan that may have two hundred million pixels.
 import {get} from "./link.js";
-import {pictureUrl} from "./pictures.js";
+import {dropUnwanted, pictureUrl} from "./pictures.js";
 
 const kAtOnce = 2, kFineEnough = .75;  // pixels of a tile for one of the screen
 
@@ -61,7 +61,7 @@ export function tilesOver(L, map, panel, pane, coarse) {
     tile.asked = true;
     ++fetching;
     fetchNext();
-    const url = await pictureUrl(`${path}/map-tile.jpg?level=${tile.level}&column=${tile.column}&row=${tile.row}`);
+    const url = await pictureUrl(`${path}/map-tile.jpg?level=${tile.level}&column=${tile.column}&row=${tile.row}`, () => !closed && map.getContainer().isConnected && of === tiles && wanted.get(key) === tile);
     --fetching;
     if (url && !closed && of === tiles && wanted.get(key) === tile) {
       const overlay = L.imageOverlay(url, boxOf(tile), {pane});
@@ -71,7 +71,9 @@ export function tilesOver(L, map, panel, pane, coarse) {
     } else if (url) {
       URL.revokeObjectURL(url);
     }
-    if (!url) return void (tile.asked = false);  // once more when the view moves
+    // Once more when the view moves; where it has moved away meanwhile, on with what is seen now.
+    if (!url) tile.asked = false;
+    if (!url && wanted.get(key) === tile) return;
     dropOthers();
     fetchNext();
   }
@@ -91,6 +93,7 @@ export function tilesOver(L, map, panel, pane, coarse) {
     const before = wanted;
     wanted = lookedAt();
     for (const [key, tile] of before) if (wanted.has(key)) wanted.set(key, tile);
+    dropUnwanted();
     dropOthers();
     fetchNext();
   }

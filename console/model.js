@@ -122,7 +122,13 @@ export const loadPanels = loader(async () => {
   model.panels = await askAll("/panels", "panels");
 });
 export const loadJobs = loader(async () => { model.jobs = await askAll(model.archived ? "/jobs?archived=true" : "/jobs", "jobs"); });
-export const loadPlans = loader(async () => { model.plans = await askAll("/plans", "plans", 200); });
+let plansWanted = 200;
+export const loadPlans = loader(async () => { model.plans = await askAll("/plans", "plans", plansWanted); });
+export const mayHaveMorePlans = () => model.plans.length >= plansWanted;
+export function loadMorePlans(all) {
+  plansWanted = all ? Infinity : plansWanted + 200;
+  return loadPlans();
+}
 
 const pieceLoaders = new Map();
 // Resolves as a loader does.

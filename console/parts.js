@@ -1,6 +1,6 @@
 // Parts that several screens are made of.
 import {h} from "./dom.js";
-import {t, span} from "./words.js";
+import {asSentence, language, span, t} from "./words.js";
 import {mayDo, model} from "./model.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
@@ -9,6 +9,14 @@ export const card = (title, ...children) => h("section.card", {"aria-label": tit
 export const button = (label, act, {disabled = false, next = false, wide = false, small = "", needs = "operator", ...more} = {}) =>
     h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
       label, (disabled && lacking(needs)) || (small && h("small", {}, small)));
+
+// What the cell says is English, whatever the page speaks: read as such.
+export const inEnglish = (text) => (!text || language === "en" ? text : h("span", {lang: "en"}, text));
+// An entry of the catalogue, with what the cell says in the place of {name}.
+export function tWith(key, name, said) {
+  const [before, after] = t(key).split(`{${name}}`);
+  return [before, inEnglish(said), after];
+}
 
 // "needs an operator"; nothing when this role may.
 export const lacking = (needs) => (model.role && !mayDo(needs) ? h("small.lacking", {}, t(`needs.${needs}`)) : null);
@@ -31,7 +39,7 @@ export const hint = (text) => (text ? h("p.dim.hint", {}, text) : null);
 export function taskRow(task, cancel = null) {
   const failed = task.state === "failed" && task.error;
   return h("li.task", {"data-key": `task-${task.id}`},
-    h("span", {}, failed ? `▲ ${task.error.message}` : `${task.text || task.kind}`),
+    h("span", {}, failed && "▲ ", inEnglish(failed ? task.error.message : task.text || task.kind)),
     task.state === "running" && bar(task.progress || 0, {label: task.text || task.kind}),
     task.state === "running" && cancel && button(t("task.cancel"), cancel));
 }
@@ -40,12 +48,15 @@ export function jobWords(job) {
   // Of the job under way the status is newer than the list: one page tells one number.
   const current = model.cell && model.cell.job && model.cell.job.id === job.id;
   const {cut, suspect} = current ? model.cell.job : job;
-  const state = (current ? model.cell.job.now : job.now) || t(`job.${job.state}`);
-  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", state, t("job.cut", {cut, n: job.pieces})];
+  const now = current ? model.cell.job.now : job.now;
+  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", now ? inEnglish(now) : t(`job.${job.state}`), t("job.cut", {cut, n: job.pieces})];
   if (suspect) words.push(`▲ ${t("job.suspect", {n: suspect})}`);
   if (job.state === "incomplete") words.push(`▲ ${t("job.missing", {n: job.missing})}`);
-  return words.filter(Boolean).join(", ");
+  return words.filter(Boolean).flatMap((word, at) => (at ? [", ", word] : [word]));
 }
+
+export const nowWords = (job) => (language === "en" ? asSentence([job.now, leftWords(job)].filter(Boolean).join(", "))
+  : [inEnglish(asSentence(job.now)), " ", asSentence(leftWords(job))]);
 
 export const leftWords = (job) => (typeof job.eta_s === "number" ? t("left", {span: span(job.eta_s)}) : "");
 

@@ -1,8 +1,8 @@
 // The cell at a glance: what runs, what needs somebody, what must be so before the beam comes on, the machine, the stock.
 import {h} from "../dom.js";
-import {asSentence, language, span, squareCm, t} from "../words.js";
+import {asSentence, span, squareCm, t} from "../words.js";
 import {model} from "../model.js";
-import {bar, card, empty, fact, facts, leftWords, link, taskRow, viewerHint} from "../parts.js";
+import {bar, card, empty, fact, facts, inEnglish, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
 export function draw() {
@@ -20,11 +20,10 @@ export function draw() {
 function whatRuns(cell) {
   const {job} = cell;
   if (!job) return card(t("under_way"), empty(t("nothing_runs")));
-  const now = [job.now, leftWords(job)].filter(Boolean).join(", ");
   return card(t("under_way"),
     h("p.big", {}, link("#run", job.name)),
     bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
-    h("p", {}, t("job.progress", {cut: job.cut, n: job.pieces})), now && h("p.dim", {}, asSentence(now)), cell.next && h("p", {}, asSentence(cell.next)));
+    h("p", {}, t("job.progress", {cut: job.cut, n: job.pieces})), (job.now || leftWords(job)) && h("p.dim", {}, nowWords(job)), cell.next && h("p", {}, inEnglish(asSentence(cell.next))));
 }
 
 // Colour for what is not as it should be, and for nothing else.
@@ -36,7 +35,7 @@ function attention() {
                 ["differences", differing.length, differing.length ? `#panels/${differing[0].id}` : ""], ["scans", scans.length, "#scan"]].filter(([, n]) => n > 0);
   const owed = model.cell.owed_look;
   if (!rows.length && !owed) return null;
-  return card(t("attention"), owed && h("p.warn", {}, `▲ ${asSentence(owed.sentence)}`), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
+  return card(t("attention"), owed && h("p.warn", {}, "▲ ", inEnglish(asSentence(owed.sentence))), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
 }
 
 function workGoingOn() {
@@ -49,7 +48,7 @@ function machine(cell) {
   const rows = [];
   const words = [laser.state, laser.connected && laser.homed === false ? t("laser.not_homed") : ""].filter(Boolean).join(", ");
   rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
-                            : fact(t("laser"), laser.why_not_connected || t("laser.none"), Boolean(laser.why_not_connected)));
+                            : fact(t("laser"), inEnglish(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
   if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
   if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), [t(`kind.${laser.kind}`), laser.port].filter(Boolean).join(", ")));
@@ -74,9 +73,6 @@ function interlocks(cell) {
   return card(t("interlocks"), h("p.big", {id: "interlocks-summary"}, summary), h("ul.facts.interlocks", {}, ...chain.map(interlock)),
     h("p.dim", {}, t("interlocks.emergency")));
 }
-
-// What the cell says of it is English.
-const inEnglish = (text) => (language === "en" ? text : h("span", {lang: "en"}, text));
 
 function interlock({name, state, sentence, remedy, age_s: age}) {
   return h("li", {"data-key": name, "data-state": state, class: state === "blocks" ? "bad" : state},

@@ -17,8 +17,9 @@ function previewOf(job) {
     const image = new Image();
     previews.set(key, image);
     if (previews.size > kKept) previews.delete(previews.keys().next().value);
-    pictureUrl(`/jobs/${job}/preview.png?width=${kWidth}`).then((url) => {
-      if (!url) return setTimeout(() => previews.delete(key), kAgainMs);
+    const isSeen = () => Boolean(document.querySelector(`canvas.job-map[data-job="${job}"]`));
+    pictureUrl(`/jobs/${job}/preview.png?width=${kWidth}`, isSeen).then((url) => {
+      if (!url) return isSeen() ? setTimeout(() => previews.delete(key), kAgainMs) : previews.delete(key);
       image.onload = image.onerror = () => { URL.revokeObjectURL(url); changed(); };  // it is read
       image.src = url;
     });

@@ -4,7 +4,7 @@ import {h} from "../dom.js";
 import {dayTime, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
-import {button, empty, link} from "../parts.js";
+import {button, empty, link, tWith} from "../parts.js";
 
 const kPage = 200;
 const kTypedMs = 300;  // somebody who types is not done yet
@@ -59,10 +59,10 @@ export function draw() {
   const narrowed = Object.values(wanted).some(Boolean);
   return [
     tools(narrowed),
-    fault && h("p.warn", {role: "alert"}, t("log.fault", {why: fault})),
+    fault && h("p.warn", {role: "alert"}, tWith("log.fault", "why", fault)),
     entries === null ? !fault && empty(t("log.asking")) : !entries.length && empty(t(narrowed ? "log.none_found" : "log.none")),
     entries && entries.length > 0 && h("div.table", {}, h("table", {}, h("thead", {}, h("tr", {}, ...["at", "who", "what", "detail"].map((one) => h("th", {scope: "col"}, t(`log.${one}`))))),
-      h("tbody", {}, ...entries.map((one) => h("tr", {"data-key": one.id}, h("td", {}, dayTime(one.at)), h("td", {}, one.who), h("td", {}, one.what), h("td", {}, ...withLinks(one))))))),
+      h("tbody", {}, ...entries.map((one) => h("tr", {"data-key": one.id}, h("td", {}, dayTime(one.at)), h("td", {}, one.who), h("td", {lang: "en"}, one.what), h("td", {lang: "en"}, ...withLinks(one))))))),
     next !== null && h("div.commands", {}, button(t("log.more"), () => load(next), {id: "log-more"})),
   ];
 }

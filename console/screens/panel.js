@@ -1,15 +1,16 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
-import {dayTime, sizeOf, squareCm, t} from "../words.js";
+import {dayTime, language, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {bar, button, card, empty, fact, facts, link} from "../parts.js";
+import {bar, button, card, empty, fact, facts, inEnglish, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
 import {stockCard, versionsCard} from "./panel_versions.js";
+import {beginFacts, saidCard} from "./panel_facts.js";
 import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
@@ -23,6 +24,7 @@ export function enterPanel(id, piece) {
   if (map) { map.close(); map = null; }
   mapOf = "";
   beginBrush(id);
+  beginFacts(id);
 }
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
@@ -40,6 +42,7 @@ async function load() {
     const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
+    if (map) map.zones(panel.zones);
     if (map && before && before.mask_version !== panel.mask_version) { map.renewFree(); map.renewScan(); }
     if (shown.piece) look(shown.piece);
   } catch (fault) {
@@ -75,15 +78,16 @@ export function panelDrawn(place, id) {
     brushOn(map);
     changed();
     map.show(shown.allocations);
+    map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
-  }, (fault) => showRefusal(t("map.none", {why: fault.message})));
+  }, (fault) => showRefusal(t("map.none", {why: fault.message}), language));
 }
 
 export function drawPanel(id) {
   load();
   const {panel, fault} = shown;
   const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
-  if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
+  if (!panel) return [back, fault ? empty(inEnglish(fault)) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
       link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
@@ -92,7 +96,7 @@ export function drawPanel(id) {
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
   ];
 }
 
@@ -136,7 +140,7 @@ function factsCard(panel) {
   const thickness = [noted.veneer_mm && t("panel.veneer", {mm: noted.veneer_mm}), noted.substrate_mm && t("panel.substrate", {mm: noted.substrate_mm})].filter(Boolean).join(", ");
   return card(t("panel.facts"),
     panel.retired && h("p", {}, t("panel.retired", {why: panel.retired.reason})),
-    panel.scan_again && h("p.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    panel.scan_again && h("p.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),
     facts(fact(t("panel.size"), sizeOf(panel)),
       ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("stock.free", {area: squareCm(wood.free_mm2)})}`)),
       noted.shelf && fact(t("panel.shelf"), noted.shelf), thickness && fact(t("panel.thickness"), thickness),

@@ -18,6 +18,7 @@ const kStates = {  // what a state is drawn as, and on which layer
 
 // What lies over the scan, and whether it is shown: of every panel that is looked at.
 export const kLayers = ["free", "reserved", "cut", "suspect", "scrap", "fiducials", "zones"];
+// What is free is a picture of its own and hides the scan, so it is shown when somebody asks for it.
 const hiddenLayers = new Set(["free", "zones"]);
 export const isShown = (layer) => !hiddenLayers.has(layer);
 
@@ -35,7 +36,7 @@ async function library() {
 }
 
 // Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
-// choose(piece), layer(name, shown), renewFree(), renewScan(), brush(how), strokes(list), close()}
+// choose(piece), layer(name, shown), zones(zones), zone(number), renewFree(), renewScan(), brush(how), strokes(list), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
   place.setAttribute("role", "application");  // its keys are its own
@@ -50,6 +51,7 @@ export async function openMap(place, panel, onPiece) {
 
   const id = encodeURIComponent(panel.id);
   let scan = null, closed = false;
+  const isSeen = () => !closed && place.isConnected;  // whoever goes to another screen closes nothing
   const urls = new Set();  // of pictures that the map has not read yet
   const drop = (url) => { URL.revokeObjectURL(url); urls.delete(url); };
   const overlay = (url, where, more) => {
@@ -59,7 +61,7 @@ export async function openMap(place, panel, onPiece) {
   let laid = 0;
   const lay = async () => {
     const mine = ++laid;
-    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`);
+    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`, () => isSeen() && mine === laid);
     if (closed || !url || mine !== laid) return drop(url);
     const before = scan;
     scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id}), pane: "scan"}).addTo(map);
@@ -70,7 +72,7 @@ export async function openMap(place, panel, onPiece) {
   let freeOf = 0;  // raised when what is free has changed: what was asked before is old
   const freeWood = async () => {
     const mine = freeOf;
-    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
+    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`, () => isSeen() && mine === freeOf);
     if (!url || mine !== freeOf) return drop(url);
     // Its key stands below the panel: as wide as that it is, and higher.
     const picture = new Image();
@@ -90,10 +92,8 @@ export async function openMap(place, panel, onPiece) {
         : L.circleMarker(at(fiducial.centre_mm), {radius: 6, color: "#005f46", weight: 3, fillOpacity: 0});
     layers.fiducials.addLayer(marker.bindTooltip(`${name}, ${t(`face.${fiducial.face}`)}`));
   }
-  for (const zone of panel.zones || []) {
-    if (!Array.isArray(zone.outline_mm) || zone.outline_mm.length < 3) continue;
-    layers.zones.addLayer(L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05}).bindTooltip(zone.material || t("panel.unnamed")));
-  }
+  let strips = [], strip = null;  // strip: the one that is shown
+  const outlineOf = (zone) => L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05});
 
   // What a brush draws, [{give, width_mm, points_mm}], as wide as it is on the wood. What is given back has a dashed
   // line in its middle: not by colour alone.
@@ -147,6 +147,17 @@ export async function openMap(place, panel, onPiece) {
     layer(name, shown) {
       if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
       if (shown) layers[name].addTo(map); else layers[name].remove();
+    },
+    zones(zones) {
+      strips = zones.filter((zone) => Array.isArray(zone.outline_mm) && zone.outline_mm.length > 2);
+      layers.zones.clearLayers();
+      for (const zone of strips) layers.zones.addLayer(outlineOf(zone).bindTooltip(`${zone.zone}: ${zone.material || t("panel.unnamed")}`));
+    },
+    // By its number; 0 = none.
+    zone(number) {
+      if (strip) strip.remove();
+      const zone = strips.find((one) => one.zone === number);
+      strip = zone ? outlineOf(zone).setStyle({weight: 7, interactive: false}).addTo(map) : null;
     },
     renewFree() { ++freeOf; layers.free.clearLayers(); if (isShown("free")) freeWood(); },
     renewScan() { lay(); tiles.renew(); },

@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {sizeOf, squareCm, t} from "../words.js";
 import {changed, model, panelOf} from "../model.js";
 import {picture} from "../pictures.js";
-import {empty} from "../parts.js";
+import {empty, tWith} from "../parts.js";
 import {leasesOn} from "./leases.js";
 import {drawPanel, enterPanel, panelDrawn} from "./panel.js";
 import {unsavedOn} from "./panel_brush.js";
@@ -35,14 +35,14 @@ function panelCard(panel) {
   const wanted = model.cell && model.cell.load && model.cell.load.panel === panel.id;
   const known = panelOf(panel.id);
   return h("a.panel", {href: `#panels/${panel.id}`, "data-key": panel.id, class: wanted ? "wanted" : ""},
-    picture(`/panels/${encodeURIComponent(panel.id)}/stock.png?width=480`, t("panels.stock", {panel: panel.id}), {version: `${panel.free_mm2} ${panel.cut_mm2} ${panel.reserved_mm2}`}),
+    picture(`/panels/${encodeURIComponent(panel.id)}/stock.png?width=480`, t("panels.stock", {panel: panel.id}), {version: `${panel.free_mm2} ${panel.cut_mm2} ${panel.reserved_mm2}`, whenSeen: true}),
     h("b", {}, fullName(panel)),
     h("div", {}, sizeOf(panel) + (panel.parent ? `, ${t("panel.remnant", {parent: panel.parent})}` : "")),
     (panel.woods.length > 0 || panel.shelf) && h("div", {}, [panel.woods.join(", "), panel.shelf && `${t("panel.shelf")} ${panel.shelf}`].filter(Boolean).join("; ")),
     h("div.dim", {}, t("panel.free", {free: squareCm(panel.free_mm2), reserved: squareCm(panel.reserved_mm2)})),
     ...leasesOn(panel.id),
     known.retired && h("div", {}, t("panel.retired", {why: known.retired.reason})),
-    panel.scan_again && h("div.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    panel.scan_again && h("div.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),
     unsavedOn(panel.id) > 0 && h("div.warn", {}, `▲ ${t("brush.unsaved", {n: unsavedOn(panel.id)})}`),
     panel.open_differences > 0 && h("div.warn", {}, `▲ ${t("panel.differences", {n: panel.open_differences})}`));
 }

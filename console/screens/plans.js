@@ -2,26 +2,29 @@
 import {h, svg} from "../dom.js";
 import {span, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
-import {changed, followEvent, loadPlans, mayChange, model} from "../model.js";
+import {changed, followEvent, loadMorePlans, loadPlans, mayChange, mayHaveMorePlans, model} from "../model.js";
 import {choose, command} from "../commands.js";
-import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
 import {holds, middleOf} from "../outlines.js";
 import {boxOf} from "./job_map.js";
 import {chooser, chooserTools, choosesIn} from "./plan_brush.js";
 
 const kShown = 24;
+let shown = kShown, search = "";
 const ticked = [];          // at most two plans, the one ticked last behind
-const pieces = new Map();   // by plan: {pieces, taken}, null while they are on their way
+const kPiecesKept = 8;      // of the plans that were looked at last
+const pieces = new Map();   // by plan, the one looked at last behind; null while they are on their way
 const jobTasks = new Map(); // plan by the task that makes its job
 let borders = true;
 
 function piecesOf(plan) {
-  if (!pieces.has(plan)) {
-    pieces.set(plan, null);
-    askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { pieces.set(plan, all); changed(); }, () => setTimeout(() => { pieces.delete(plan); changed(); }, kAgainMs));
-  }
-  return pieces.get(plan) || [];
+  const known = pieces.get(plan);
+  pieces.delete(plan);
+  pieces.set(plan, known || null);
+  if (pieces.size > kPiecesKept) pieces.delete(pieces.keys().next().value);
+  if (known === undefined) askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { if (pieces.has(plan)) { pieces.set(plan, all); changed(); } }, () => setTimeout(() => { pieces.delete(plan); changed(); }, kAgainMs));
+  return known || [];
 }
 
 // `begun` is told of tasks that make other plans of these.
@@ -30,16 +33,37 @@ export function plansCards(begun) {
   const [first] = plans;
   const compared = ticked.filter((id) => plans.some((plan) => plan.id === id));
   const large = compared.length ? compared.map((id) => plans.find((plan) => plan.id === id)) : first ? [first] : [];
+  const words = search.toLowerCase().split(/\s+/).filter(Boolean);
+  const found = plans.filter((plan) => words.every((word) => named(plan).includes(word)));
   return [
     h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map((plan) => planCard(plan, begun))),
     card(t("plans"),
       !plans.length && empty(t("plans.none")),
       plans.length > 1 && h("p.dim", {}, t("plans.compare")),
-      h("ul.plans", {}, ...plans.slice(0, kShown).map((plan) => h("li", {"data-key": plan.id}, h("label", {},
+      (plans.length > 1 || search) && h("div.tools", {}, h("label", {}, t("plans.search"), h("input", {type: "search", id: "plans-search", value: search, placeholder: t("plans.search_hint"), oninput: (event) => look(event.target.value)}))),
+      plans.length > 0 && !found.length && empty(t("plans.none_found")),
+      h("ul.plans", {}, ...found.slice(0, shown).map((plan) => h("li", {"data-key": plan.id}, h("label", {},
         h("input", {type: "checkbox", checked: ticked.includes(plan.id), onchange: () => tick(plan.id)}),
-        picture(`/plans/${plan.id}/preview.png?width=160`, ""),
-        h("span", {}, h("b", {}, `${plan.id} ${plan.name}`), h("span", {}, t("pieces", {n: plan.placed})), costOf(plan) && h("span.dim", {}, costOf(plan)))))))),
+        picture(`/plans/${plan.id}/preview.png?width=160`, "", {whenSeen: true}),
+        h("span", {}, h("b", {}, `${plan.id} ${plan.name}`), h("span", {}, t("pieces", {n: plan.placed})), costOf(plan) && h("span.dim", {}, costOf(plan))))))),
+      (found.length > shown || mayHaveMorePlans()) && h("div.commands", {}, button(t("plans.more"), showMore, {wide: true, id: "plans-more"}))),
   ];
+}
+
+const named = (plan) => [plan.id, plan.name, plan.options && t(`layout.${plan.options.layout}`), ...plan.panels.map((one) => one.panel)].filter(Boolean).join(" ").toLowerCase();
+
+function showMore() {
+  shown += kShown;
+  if (shown > model.plans.length && mayHaveMorePlans()) loadMorePlans(false);
+  changed();
+}
+
+// In all there are, once somebody looks for one.
+function look(words) {
+  search = words;
+  shown = kShown;
+  if (search && mayHaveMorePlans()) loadMorePlans(true);
+  changed();
 }
 
 function tick(plan) {
@@ -67,7 +91,7 @@ function planCard(plan, begun) {
       fact(t("plan.asked"), t("plan.options", {size: options.size_mm, patch: options.patch_mm, layout: t(`layout.${options.layout}`)})),
       plan.segmentation && fact(t("plan.drawing"), link(plan.segmentation, t("plan.drawing.save"), {download: true})),
       report.without_lead > 0 && fact(t("plan.without_lead"), String(report.without_lead)),
-      ...(report.warnings || []).map((warning) => fact(t("plan.warning"), warning, true)),
+      ...(report.warnings || []).map((warning) => fact(t("plan.warning"), inEnglish(warning), true)),
       ...plan.outdated_panels.map((panel) => fact(t("plan.warning"), t("plan.outdated", {panel}), true))),
     task && task.state !== "done" && h("ul.list", {}, taskRow(task)),
     ...plan.jobs.map((job) => h("p", {}, t("plan.has_job", {n: job}))),

@@ -5,7 +5,7 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
-import {bar, button, card, empty, fact, facts, jobWords, leftWords, viewerHint} from "../parts.js";
+import {bar, button, card, empty, fact, facts, inEnglish, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
@@ -35,33 +35,56 @@ function bedWords() {
   return t(kLying[cell.state] ? "load.some" : "load.none");
 }
 
-// How the panel's back looks up from the bed: its tags and holes, by which the camera finds it, where they are to be
-// seen. No scan shows it so: left and right change places.
-const backs = new Map();  // by panel and mask: what GET /panels/{id} says, null while it is on its way
-function backOf({id, mask_version: version}) {
-  const key = `${id} ${version}`;
-  if (!backs.has(key)) {
-    backs.clear();
-    backs.set(key, null);
-    get(`/panels/${encodeURIComponent(id)}`).then((panel) => { backs.set(key, panel); changed(); }, () => setTimeout(() => { backs.delete(key); changed(); }, kAgainMs));
-  }
-  return backs.get(key);
+// One answer of the cell's is kept, the last one: null while it is on its way.
+function lastOf(path) {
+  let of = "", told = null;
+  return (id, version) => {
+    const key = `${id} ${version}`;
+    if (of !== key) {
+      if (!of.startsWith(`${id} `)) told = null;  // what is known of another one
+      of = key;
+      get(`${path}/${encodeURIComponent(id)}`).then((fresh) => { if (of === key) { told = fresh; changed(); } }, () => setTimeout(() => { if (of === key) { of = ""; changed(); } }, kAgainMs));
+    }
+    return told;
+  };
 }
+const panelTold = lastOf("/panels"), jobTold = lastOf("/jobs");
 
-function backView(known) {
-  const panel = backOf(known);
-  if (!panel) return null;
+// The tags and holes of the face that looks up from the bed, by which the camera finds the panel, where they are to be
+// seen: from the back left and right change places.
+function marksUp(panel, face) {
   const {width_mm: wide, height_mm: high} = panel;
-  const at = ([x, y]) => [wide - x, high - y];
+  const at = ([x, y]) => [face === "back" ? wide - x : x, high - y];
   const line = (ring) => `M${ring.map((point) => at(point).map((mm) => mm.toFixed(1)).join(" ")).join("L")}Z`;
-  const marks = panel.fiducials.filter((one) => one.kind === "hole" || one.face === "back").map((one) => {
+  return panel.fiducials.filter((one) => one.kind === "hole" || one.face === face).map((one) => {
     const [x, y] = at(one.centre_mm);
     if (one.kind === "hole") return svg("circle", {cx: x, cy: y, r: Math.max(2, wide / 100)});
     const side = Math.hypot(one.corners_mm[1][0] - one.corners_mm[0][0], one.corners_mm[1][1] - one.corners_mm[0][1]);
     return svg("g", {}, svg("path", {d: line(one.corners_mm)}), svg("text", {x, y, "font-size": (side * .4).toFixed(1)}, String(one.tag_id)));
   });
+}
+
+// No scan shows the back as it looks up from the bed.
+function backView(known) {
+  const panel = panelTold(known.id, known.mask_version);
+  if (!panel) return null;
+  const {width_mm: wide, height_mm: high} = panel;
   return svg("svg.back", {viewBox: `-2 -2 ${wide + 4} ${high + 4}`, role: "img", "aria-label": t("load.back_of", {panel: panel.id}), "data-back": panel.id},
-    svg("rect", {x: 0, y: 0, width: wide, height: high}), ...marks);
+    svg("rect", {x: 0, y: 0, width: wide, height: high}), ...marksUp(panel, "back"));
+}
+
+function showView(known, wanted) {
+  const panel = wanted && panelTold(known.id, known.mask_version);
+  return h("div.view", {},
+    picture(`/panels/${encodeURIComponent(known.id)}/map.png?width=320`, t("load.wood", {panel: known.id}), {version: known.mask_version}),
+    panel && svg("svg.tags", {viewBox: `0 0 ${panel.width_mm} ${panel.height_mm}`, preserveAspectRatio: "none", role: "img", "aria-label": t("load.tags_of", {panel: known.id}), "data-show": known.id}, ...marksUp(panel, "show")));
+}
+
+// How well the panel was found that is being cut; the status tells it only before.
+function fitUnderWay(panel) {
+  const {job} = model.cell, told = job && jobTold(job.id, `${panel} ${model.cell.state} ${job.cut > 0}`);
+  const run = told && told.runs.find((one) => one.panel === panel && !one.ended);
+  return run && run.pose_rms_mm;
 }
 
 function loadCard() {
@@ -70,22 +93,26 @@ function loadCard() {
   const known = panel && panelOf(panel);
   const rows = [];
   if (load) {
-    if (load.how) rows.push(fact(t("load.how"), load.how));
+    if (load.how) rows.push(fact(t("load.how"), inEnglish(load.how)));
     if (load.setups > 1) rows.push(fact(t("load.setup"), t("load.setups", {n: load.setup, of: load.setups})));
     if (load.focus_mm > 0) rows.push(fact(t("load.focus"), t("load.focus_mm", {mm: load.focus_mm.toFixed(1)})));
     if (load.estimate_s > 0) rows.push(fact(t("load.takes"), t("load.about", {span: span(load.estimate_s)})));
     if (load.found) rows.push(fact(t("load.fit"), `${load.rms_mm.toFixed(3)} mm`));
+  } else if (panel) {
+    const fit = fitUnderWay(panel);
+    if (typeof fit === "number") rows.push(fact(t("load.fit"), `${fit.toFixed(3)} mm`));
   }
   return h("section.card", {"aria-label": t("load"), "data-card": "load"}, h("h2", {}, t("load")), h("div.load", {},
-    load && known && load.face_up === "back" ? backView(known)
-      : panel && picture(`/panels/${encodeURIComponent(panel)}/map.png?width=320`, t("load.wood", {panel}), {version: known ? known.mask_version : ""}),
+    known && (load && load.face_up === "back" ? backView(known) : showView(known, Boolean(load))),
     h("div", {},
       h("p.big", {}, load ? t(load.found ? "load.on" : "load.lay", {panel}) : bedWords()),
       load && h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
       load && known && known.shelf && h("p", {}, `${t("panel.shelf")}: ${known.shelf}`),
       facts(...rows),
-      load && h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`))));
+      load && h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)))));
 }
+
+export const sightWords = (load) => inEnglish(asSentence(load.sentence)) || asSentence(t(load.found ? "load.found" : "load.not_found"));
 
 // ---- commands -------------------------------------------------------------------------------------------------------
 
@@ -106,7 +133,7 @@ function commandsCard() {
     one("stop-after-piece", "after", {wide: true}),
     one("stop", "stop", {wide: true, small: t("do.stop.small")}),
     one("clear", "clear"), one("reset", "reset")),
-    !databaseSound() && h("p.hint", {}, asSentence(cell.database.sentence)));
+    !databaseSound() && h("p.hint", {}, inEnglish(asSentence(cell.database.sentence))));
 }
 
 // Traced dark, or with so much power that it leaves a line: that is asked for like a cut.
@@ -139,7 +166,7 @@ function jobCard() {
   return card(t("job"), h("p.big", {}, job.name),
     bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
     h("p", {id: "job-count"}, t("job.progress", {cut: job.cut, n: job.pieces}) + (job.suspect ? `, ▲ ${t("job.suspect", {n: job.suspect})}` : "")),
-    h("p.dim", {}, asSentence([job.now, leftWords(job)].filter(Boolean).join(", "))),
+    h("p.dim", {}, nowWords(job)),
     jobMap(job.id), jobKey());
 }
 
@@ -151,7 +178,7 @@ function jobsCard() {
     !inSight.length && empty(t("jobs.none")),
     h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.reverse().map((job) => h("label", {"data-key": job.id},
       h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
-      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan}),
+      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, whenSeen: true}),
       h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))))),
     done > 0 && h("div.commands", {}, button(t("jobs.archive", {n: done}), async () => { await command("/jobs/archive-done"); loadJobs(); }, {wide: true, disabled: !mayChange()})));
 }

@@ -4,8 +4,9 @@ import {squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
+import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false};
@@ -54,7 +55,7 @@ function foundCard(task) {
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
 }
 
-const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), warning.text, true));
+const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), inEnglish(warning.text), true));
 
 // What was seen and is not in stock yet, whoever scanned it; asked for anew whenever that may have changed.
 let waiting = [], waitingFor = null;
@@ -62,14 +63,14 @@ function followWaiting(task) {
   const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; keepDoubts(proposals); changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
 }
 
-// Its warnings stand beside the button that overrules them, each by its name.
+// What it is in doubt about stands before the buttons, each with its own answer.
 function proposalCard(seen) {
-  const {number, panel, warnings: doubts} = seen;
+  const {number, panel} = seen;
   const take = async () => {
-    const told = await command(`/proposals/${number}/accept`, {body: doubts.length ? {override: doubts.map((doubt) => doubt.name)} : {}});
+    const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
     if (told) begun = told.task;
     changed();
   };
@@ -81,9 +82,9 @@ function proposalCard(seen) {
     !seenYet && empty(t("wood.picture_comes")),
     picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
-      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true),
-      ...warnings(seen)),
+      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true)),
+    doubtRows(seen),
     h("div.commands", {},
-      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet}),
+      button(t("scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet || openDoubts(seen).length > 0}),
       button(t("scan.refuse"), refuse, {id: `refuse-${number}`, disabled: !mayChange()})));
 }

@@ -1,4 +1,4 @@
-// How each wood is cut, the test card to find out, the head by hand, overrides, and what can be printed.
+// How each wood is cut, the test card to find out, the head by hand, overrides, what can be printed, and copies of it all.
 import {h} from "../dom.js";
 import {t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
@@ -8,17 +8,23 @@ import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
 import {burnTicks} from "../ticks.js";
 import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 import {gridButton, tagForm} from "./setup_devices.js";
+import {backupsCard, enterBackups} from "./settings_backups.js";
 
 let recipes = null, woods = [];
 
-export async function enter() {
+export function enter() {
+  enterBackups();
+  return enterRecipes();
+}
+
+async function enterRecipes() {
   try {
     const [{otherwise}, all, materials] = await Promise.all([get("/recipes?limit=1"), askAll("/recipes", "recipes"), askAll("/materials", "materials")]);
     recipes = {otherwise, recipes: all};
     woods = materials.map((one) => one.material || one.name).filter(Boolean);
   } catch (fault) {
     recipes = null;
-    setTimeout(() => { if (!recipes) enter(); }, kAgainMs);
+    setTimeout(() => { if (!recipes) enterRecipes(); }, kAgainMs);
   }
   changed();
 }
@@ -27,7 +33,7 @@ export function draw() {
   if (!model.cell) return empty(t("connecting"));
   return [viewerHint(), h("div.columns.two-even", {},
     h("div.column", {}, recipesCard(), recipeForm(), printCard()),
-    h("div.column", {}, testCard(), overridesCard(), jogCard()))];
+    h("div.column", {}, testCard(), overridesCard(), jogCard(), backupsCard()))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -46,7 +52,7 @@ function recipesCard() {
         one.kerf_back_mm ? t("recipes.kerf", {back: one.kerf_back_mm, show: one.kerf_show_mm}) : ""].filter(Boolean).join(", "))),
     one.material && h("span.choices", {},
       button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? String(100 * one.power) : one[name] === null || one[name] === undefined ? "" : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
-      button(t("recipes.remove"), async () => { if (confirm(t("recipes.remove_sure", {material: one.material}))) { await command(`/recipes/${encodeURIComponent(one.material)}/${one.operation}`, {method: "DELETE"}); enter(); } }, {disabled: !maySet(), needs: "maintainer"}))))));
+      button(t("recipes.remove"), async () => { if (confirm(t("recipes.remove_sure", {material: one.material}))) { await command(`/recipes/${encodeURIComponent(one.material)}/${one.operation}`, {method: "DELETE"}); enterRecipes(); } }, {disabled: !maySet(), needs: "maintainer"}))))));
 }
 
 const field = (name, min, more = {}) => h("label", {}, t(`recipe.${name}`), h("input", {type: "number", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
@@ -67,7 +73,7 @@ async function setRecipe(event) {
   event.preventDefault();
   const body = {speed_mm_s: Number(wanted.speed_mm_s), power: Number(wanted.power) / 100, passes: Number(wanted.passes) || 1, air: wanted.air};
   for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf]) body[kerf] = Number(wanted[kerf]);
-  if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enter(); }
+  if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enterRecipes(); }
 }
 
 // ---- test card ------------------------------------------------------------------------------------------------------

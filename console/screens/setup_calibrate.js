@@ -3,7 +3,7 @@
 import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, isStale, mayDo, model} from "../model.js";
-import {button, fact, facts, hint} from "../parts.js";
+import {button, fact, facts, hint, inEnglish} from "../parts.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 import {layStep} from "../hands.js";
 import {burnTicks} from "../ticks.js";
@@ -22,7 +22,7 @@ export function certificateFacts(one) {
     ...Object.entries(lengths).filter(([name]) => typeof one[name] === "number").map(([name, label]) => fact(t(label), `${one[name].toFixed(3)} mm`)),
     fact(t("calib.made"), `${dayTime(one.issued)}${one.made_on ? `, ${one.made_on}` : ""}`),
     one.expires && fact(t("calib.until"), dayTime(one.expires)),
-    ...(one.doubts || []).map((doubt) => fact(t("calib.doubt"), asSentence(doubt), true)));
+    ...(one.doubts || []).map((doubt) => fact(t("calib.doubt"), inEnglish(asSentence(doubt)), true)));
 }
 
 const step = (id, kind, body) => ({

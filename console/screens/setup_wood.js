@@ -4,12 +4,13 @@ import {asSentence, squareCm, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
-import {bar, button, empty, fact, facts, hint, link} from "../parts.js";
+import {bar, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
+import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
-import {checkList} from "./run.js";
+import {checkList, sightWords} from "./run.js";
 import {jobKey, jobMap} from "./job_map.js";
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -33,25 +34,26 @@ function followProposals() {
   const now = `${over} ${model.panels.length} ${(model.cell.next_step || {}).step}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { waiting = proposals; keepDoubts(proposals); changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
 }
 
 const stocked = async (work) => { const made = await work; loadPanels(); return made; };
 const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked(run(place, "/scans", body))});
 
 function proposal(place, seen) {
-  const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, seen.warnings.length ? {override: seen.warnings.map((one) => one.name)} : {}))}]);
+  const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
   // Nobody accepts what has not been shown yet.
   const path = `/proposals/${seen.number}/picture.png`;
   const shown = isShown(document.querySelector("img.seen"), path);
+  const may = mayChange() && shown && !openDoubts(seen).length;
   return [
     h("p", {}, t("wood.look")),
     !shown && empty(t("wood.picture_comes")),
     picture(path, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen", "data-key": `proposal-${seen.number}`}),
-    facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
-      ...seen.warnings.map((warning) => fact(t("scan.warning"), warning.text, true))),
+    facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2))),
+    doubtRows(seen),
     h("div.commands", {},
-      button(t(seen.warnings.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange() || isBusy(place) || !shown, next: mayChange() && shown && !seen.warnings.length}),
+      button(t("scan.accept"), accept, {id: "do-accept", disabled: !may || isBusy(place), next: may}),
       button(t("scan.refuse"), () => command(`/proposals/${seen.number}/refuse`, {body: {}}), {disabled: !mayChange() || isBusy(place)}))];
 }
 
@@ -148,7 +150,7 @@ export const cutStep = {
     if (!under && job && state !== "Aborted") go.push(h("p", {}, t("how.cut")), h("div.commands", {}, button(t("first.begin"), () => doSteps(place, [{text: t("first.begin"), act: () => begin(job)}]),
       {...wide, id: "do-begin", small: t("devices.connect.small"), disabled: !mayChange() || isBusy(place) || !["Stopped", "Idle", "Complete"].includes(state), next: mayChange() && !isBusy(place)})));
     if (load) go.push(h("p.big", {}, t(load.found ? "load.on" : "load.lay", {panel: load.panel})), h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
-      h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`));
+      h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)));
     if (load && !load.found && about.hands) go.push(h("div.commands", {}, button(t("hands.lay.panel.bed"), () => doSteps(place, [{text: t("hands.lay.panel.bed"), act: () => lay("panel", "bed", {face: load.face_up})}]),
       {...wide, id: "do-lay", disabled: isBusy(place), next: !isBusy(place)})));
     if (state === "Suspended") go.push(checkList(), h("div.commands", {}, button(t("do.unsuspend"), () => give("unsuspend"),
@@ -156,7 +158,7 @@ export const cutStep = {
     if (under) go.push(bar(cell.job.pieces ? cell.job.cut / cell.job.pieces : 0, {label: t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})}),
       h("p", {}, t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})));
     if (state === "Execute") go.push(h("div.commands", {}, button(t("do.hold"), () => give("hold"), {disabled: !mayCommand("hold")})));
-    if (state === "Aborted") go.push(h("p.warn", {}, `▲ ${asSentence(cell.reason)}`), h("div.commands", {}, button(t("do.clear"), () => give("clear"), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayCommand("clear"), next: mayCommand("clear")})));
+    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", inEnglish(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), () => give("clear"), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayCommand("clear"), next: mayCommand("clear")})));
     if (state === "Held") go.push(h("p.warn", {}, t("first.look_at_run")), link("#run", t("next.go", {screen: t("screen.run")}), {class: "go"}));
     if (cutJob() && !["Execute", "Suspended"].includes(state)) go.push(h("p.big", {role: "status"}, t("first.cut", {n: cutJob().cut})), h("div.choices", {},
       link(`#assembly/${cutJob().id}`, t("next.go", {screen: t("screen.assembly")}), {class: "go"}), link("#new", t("next.go", {screen: t("screen.new")}), {class: "go"})));

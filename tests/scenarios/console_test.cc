@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "base/files.h"
@@ -69,6 +70,29 @@ TEST_F(Console, PiecesAreLaidAndTickedOff) {
   const nlohmann::json job = get(fmt::format("/jobs/{}", kJob));
   EXPECT_EQ(job["assembled"], 1) << "of two, one was lost";
   EXPECT_EQ(job["runs"][0]["who"], "console link 1 of uid 0") << "who gave the word for it";
+}
+
+TEST_F(Console, WoodShelfPlansAndBackups) {
+  play("console_stock.py");
+  EXPECT_EQ(get("/panels/P-0002")["treatments"].size(), 1U);
+  const nlohmann::json zones = get(fmt::format("/panels/{}", kPanel))["zones"];
+  for (const auto& zone : zones)
+    EXPECT_EQ(zone["material"], std::string(zone["zone"] == 2 ? "maple" : "walnut")) << zone;
+  const nlohmann::json decided = get("/proposals?all=true")["proposals"];
+  EXPECT_TRUE(std::ranges::any_of(decided, [](const nlohmann::json& one) {
+    return std::ranges::count(one["decided"]["overruled"], "size") == 1;
+  })) << decided;
+}
+
+TEST_F(Console, AWrongPanelAStopInTheMiddleAndWhatComesAfter) {
+  play("console_recovery.py");
+  const nlohmann::json job = get(fmt::format("/jobs/{}", kJob));
+  EXPECT_EQ(job["state"], "complete");
+  EXPECT_EQ(job["cut"], 16);
+  EXPECT_EQ(job["suspect"], 0);
+  ASSERT_EQ(job["runs"].size(), 3U) << "broken off, the rest, and the piece that was lost";
+  EXPECT_EQ(job["runs"][1]["result"], "done");
+  EXPECT_GT(get("/jobs/2")["pieces"], 0);
 }
 
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'

@@ -29,6 +29,16 @@ inside systemd-analyze verify /lib/systemd/system/{veneerd.service,veneer-guardi
   fail "systemd finds fault with a unit"
 inside veneerctl --version >/dev/null
 inside veneerctl plan --help >/dev/null
+# Debian compresses what is long.
+there() { [[ -s $root/usr/share/$1 || -s $root/usr/share/$1.gz ]]; }
+for page in man1/veneerctl.1 man1/veneerctl-job.1 man1/veneerctl-panel.1 man8/veneerd.8 man8/veneer-guardian.8 man8/veneer-twin.8; do
+  there "man/$page" || fail "the man page $page is missing"
+done
+for guide in "$(dirname "${BASH_SOURCE[0]}")"/../../docs/*.md; do
+  there "doc/veneerd/docs/$(basename "$guide")" || fail "the guide $(basename "$guide") is missing"
+done
+there doc/veneerd/README.md || fail "README.md is missing"
+inside bash -n /usr/share/bash-completion/completions/veneerctl || fail "the shell cannot read veneerctl's completion"
 
 # What the units would do, by hand: as their user, in their folders, by their own lines.
 # No guardian's unit runs here: the daemon starts a guardian of its own.

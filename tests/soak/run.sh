@@ -5,7 +5,7 @@
 #   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
 #   holds        1,000 Holds, 250 on each machine, with and without lid; also written as holds.json
 #   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
-#                quiet and under each of seven loads; also as stop.json
+#                quiet and under each of eight loads, one of them 32 listeners and the planner at once; also as stop.json
 #   clients      50 STOPs each over TCP, over the Unix socket and by a console, and how soon the console hears of each, while
 #                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
 #                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json

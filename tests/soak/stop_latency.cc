@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
     const veneer::testing::TempDirectory dir(veneer::testing::TempDirectory::Place::kDisk);
     const auto figures = measure(kind, doors, stops, bin_dir, data.path(), dir.path(), seed);
     if (!figures) {
-      fmt::print("{:<9} {}\n", kind.name, figures.error().message);
+      fmt::print("{:<15} {}\n", kind.name, figures.error().message);
       good = false;
       continue;
     }
@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
     for (const StopDoor& door : figures->doors) {
       const double p99 = percentile(door.ms, 0.99);
       good = good && p99 <= limit_ms;
-      fmt::print("{:<9} {:<12} {:>4} stops  p50 {:8.2f} ms  p99 {:8.2f} ms  max {:8.2f} ms\n", kind.name, door.name,
+      fmt::print("{:<15} {:<12} {:>4} stops  p50 {:8.2f} ms  p99 {:8.2f} ms  max {:8.2f} ms\n", kind.name, door.name,
                  door.ms.size(), percentile(door.ms, 0.5), p99, percentile(door.ms, 1));
       rows.push_back({{"load", kind.name},
                       {"by", door.name},
@@ -145,7 +145,7 @@ int main(int argc, char** argv) {
                       {"max_ms", percentile(door.ms, 1)},
                       {"samples_ms", door.ms}});
     }
-    fmt::print("{:<9} {} stops failed; {}\n", kind.name, figures->failed, figures->done);
+    fmt::print("{:<15} {} stops failed; {}\n", kind.name, figures->failed, figures->done);
     std::fflush(stdout);
   }
   if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);

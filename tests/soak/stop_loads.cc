@@ -252,6 +252,22 @@ class Planners final : public StopLoad {
   Crowd crowd_;
 };
 
+// Both at once, as in a shop where everybody looks on while pictures are planned.
+class ListenersAndPlanners final : public StopLoad {
+ public:
+  ListenersAndPlanners(const LaserOnlyCell& cell, const fs::path& bin_dir, const fs::path& dir)
+      : listeners_(cell, cell.tcp_port()), planners_(cell, bin_dir, dir) {}
+  std::string done() const override { return listeners_.done() + "; " + planners_.done(); }
+  Status applied() const override {
+    const Status listened = listeners_.applied();
+    return listened ? planners_.applied() : listened;
+  }
+
+ private:
+  Listeners listeners_;
+  Planners planners_;
+};
+
 // Operators who send pictures of 48 MB that are none.
 class Uploads final : public StopLoad {
  public:
@@ -459,6 +475,10 @@ std::vector<StopLoadKind> stop_loads() {
       {"planning",
        [](const LaserOnlyCell& cell, const fs::path& bin_dir, const fs::path& dir) -> Begun {
          return std::make_unique<Planners>(cell, bin_dir, dir);
+       }},
+      {"events+planning",
+       [](const LaserOnlyCell& cell, const fs::path& bin_dir, const fs::path& dir) -> Begun {
+         return std::make_unique<ListenersAndPlanners>(cell, bin_dir, dir);
        }},
       {"upload",
        [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {

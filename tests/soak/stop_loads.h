@@ -32,7 +32,7 @@ struct StopLoadKind {
   bool stalled_log = false;  // the daemon's log goes to a pipe that nobody reads and that is full
 };
 
-// quiet, log, events, ledger, planning, upload, json, hang-up.
+// quiet, log, events, ledger, planning, events+planning, upload, json, hang-up.
 std::vector<StopLoadKind> stop_loads();
 
 // A data folder with a panel of which 100,000 pieces are booked, and one whose wood is free, to plan on.

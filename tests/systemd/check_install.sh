@@ -16,6 +16,19 @@ for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-guardia
   [[ -f $prefix/$file ]] || fail "$file is missing"
 done
 [[ ! -x $prefix/bin/veneerctl || -x $prefix/bin/veneerctl-plan ]] || fail "veneerctl came without its planner"
+# Guides, and a man page for each command, as soon as this build makes them.
+for guide in "$(dirname "$0")"/../../docs/*.md; do
+  cmp -s "$guide" "$prefix/share/doc/veneerd/docs/$(basename "$guide")" || fail "the guide $(basename "$guide") is missing"
+done
+if [[ -x $prefix/bin/veneerctl && -e $build/cli/manual/stamp ]]; then
+  commands=$("$prefix/bin/veneerctl" --help | sed -n '/^Subcommands:/,$s/^  \([a-z-][a-z-]*\) .*/\1/p')
+  [[ $commands == *job* ]] || fail "veneerctl --help names no commands"
+  for command in $commands; do
+    [[ -s $prefix/share/man/man1/veneerctl-$command.1 ]] || fail "there is no man page of veneerctl $command"
+  done
+  [[ -s $prefix/share/man/man1/veneerctl.1 ]] || fail "there is no man page of veneerctl"
+  bash -n "$prefix/share/bash-completion/completions/veneerctl" || fail "the shell cannot read veneerctl's completion"
+fi
 if grep -n '@[a-z]*@' "$prefix"/lib/systemd/system/*; then fail "a unit holds a path that was not filled in"; fi
 
 # Every path of the prefix that a unit names must be there.

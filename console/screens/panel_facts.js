@@ -1,0 +1,80 @@
+// What people say of a panel: of which wood each of its strips is, where it lies, how thick it is, what was done to it.
+import {h} from "../dom.js";
+import {squareCm, t} from "../words.js";
+import {askAll} from "../link.js";
+import {changed, loadPanels, mayChange} from "../model.js";
+import {command} from "../commands.js";
+import {hint, lacking} from "../parts.js";
+
+const code = encodeURIComponent;
+let of = "";         // the panel
+let typed = {};      // what is not kept yet, by field
+let woods = [];      // that were ever named
+let keeping = false, kept = false;
+
+export function beginFacts(id) {
+  of = id;
+  typed = {};
+  kept = false;
+  askAll("/materials", "materials").then((all) => { woods = all.map((one) => one.material); changed(); }, () => {});  // only offered
+}
+
+const known = (panel) => {
+  const {shelf, veneer_mm, substrate_mm} = panel.facts || {};
+  return {shelf: shelf || "", veneer_mm: veneer_mm ? String(veneer_mm) : "", substrate_mm: substrate_mm ? String(substrate_mm) : "", treated: "", product: "", day: "",
+          ...Object.fromEntries(panel.zones.map((zone) => [`zone-${zone.zone}`, zone.material || ""]))};
+};
+
+function said(panel) {
+  const before = known(panel), now = {...before, ...typed};
+  const zones = panel.zones.filter(({zone}) => now[`zone-${zone}`].trim() && now[`zone-${zone}`].trim() !== before[`zone-${zone}`]);
+  const facts = {};
+  if (now.shelf.trim() !== before.shelf) facts.shelf = now.shelf.trim();
+  for (const side of ["veneer_mm", "substrate_mm"]) if (now[side] && now[side] !== before[side]) facts[side] = Number(now[side]);
+  if (now.treated && now.product.trim()) Object.assign(facts, {[now.treated]: now.product.trim()}, now.day ? {day: now.day} : {});
+  return {now, zones, facts, anything: zones.length > 0 || Object.keys(facts).length > 0, half: Boolean(now.treated) && !now.product.trim()};
+}
+
+// Of one wood it is said at once, strip by strip only where they differ. What was taken is no longer typed.
+async function keep(event, panel) {
+  event.preventDefault();
+  const {now, zones, facts, anything, half} = said(panel);
+  if (keeping || !anything || half) return;
+  keeping = true;
+  kept = false;
+  changed();
+  const woodOf = ({zone}) => now[`zone-${zone}`].trim(), [first] = zones;
+  const alike = zones.length === panel.zones.length && zones.every((zone) => woodOf(zone) === woodOf(first));
+  const bodies = alike ? [{material: woodOf(first)}] : zones.map((zone) => ({zone: zone.zone, material: woodOf(zone)}));
+  let done = true;
+  for (const body of bodies) done = done && Boolean(await command(`/panels/${code(panel.id)}/material`, {body}));
+  if (done && Object.keys(facts).length) done = Boolean(await command(`/panels/${code(panel.id)}/facts`, {body: facts}));
+  keeping = false;
+  if (done && of === panel.id) { typed = {}; kept = true; }
+  loadPanels();
+  changed();
+}
+
+// `look` shows a strip on the map, or none.
+export function saidCard(panel, look) {
+  const {now, anything, half} = said(panel);
+  const take = (name) => (event) => { typed[name] = event.target.value; kept = false; changed(); };
+  const text = (name, label, more = {}) => h("label", {}, label, h("input", {type: "text", id: `say-${name}`, maxlength: 200, value: now[name], oninput: take(name), ...more}));
+  const number = (name) => h("label", {}, t(`say.${name}`), h("input", {type: "number", id: `say-${name}`, min: .001, max: 100, step: "any", value: now[name], oninput: take(name)}));
+  const all = (event) => { for (const {zone} of panel.zones) typed[`zone-${zone}`] = event.target.value; kept = false; changed(); };
+  const whole = panel.zones.length > 1 && panel.zones.every(({zone}) => now[`zone-${zone}`] === now[`zone-${panel.zones[0].zone}`]) ? now[`zone-${panel.zones[0].zone}`] : "";
+  return h("details.card", {"data-key": "say"}, h("summary", {}, t("say")),
+    h("form.form", {onsubmit: (event) => keep(event, panel)},
+      h("datalist", {id: "panel-woods"}, ...woods.map((wood) => h("option", {value: wood}, wood))),
+      panel.zones.length > 1 && h("label", {}, t("say.all"), h("input", {type: "text", id: "say-all", list: "panel-woods", maxlength: 200, value: whole, oninput: all})),
+      ...panel.zones.map((zone) => text(`zone-${zone.zone}`, t(panel.zones.length > 1 ? "say.zone" : "say.wood", {n: zone.zone, area: squareCm(zone.area_mm2)}),
+        {list: "panel-woods", onfocus: () => look(zone.zone), onblur: () => look(0)})),
+      text("shelf", t("panel.shelf")),
+      h("div.pair", {}, number("veneer_mm"), number("substrate_mm")),
+      h("label", {}, t("say.treated"), h("select", {id: "say-treated", value: now.treated, onchange: take("treated")},
+        h("option", {value: ""}, t("say.nothing")), ...["sanded", "finished"].map((one) => h("option", {value: one}, t(`say.${one}`))))),
+      now.treated && h("div.pair", {}, text("product", t("say.product"), {required: true}), h("label", {}, t("say.day"), h("input", {type: "date", id: "say-day", value: now.day, oninput: take("day")}))),
+      now.treated && hint(t("say.scan_again")),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-say", disabled: !mayChange() || keeping || !anything || half || Boolean(panel.retired)}, t("say.keep"), lacking("operator"))),
+      kept && h("p", {role: "status"}, t("say.kept"))));
+}

@@ -1,0 +1,282 @@
+#!/usr/bin/python3
+"""console_stock.py LINK PICTURES: what is kept in the cell, and what people say of it: a scan in doubt, the wood of a panel, a long
+shelf whose pictures stand in nobody's way, plans that are many, backups.
+"""
+import os
+
+from selenium.webdriver.common.keys import Keys
+
+from console_day import Day, play
+
+MANY = 40
+
+
+class Stock(Day):
+    # ---- what a scan is in doubt about
+
+    def scan_what_is_in_doubt(self):
+        """A sheet of no round size; a second doubt is put beside that, so that each has to be answered."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.overruled = [];
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              if (/proposals\\/\\d+\\/accept$/.test(path)) {
+                window.overruled.push(JSON.parse(how.body).override);
+                return fetch(path, {...how, body: JSON.stringify({override: JSON.parse(how.body).override.filter((name) => name !== 'another')})});
+              }
+              const reply = await fetch(path, how);
+              if (!/\\/proposals$/.test(path) || !reply.ok) return reply;
+              const told = await reply.json();
+              for (const one of told.proposals) one.warnings.push({name: 'another', text: 'something else is in doubt'});
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""")
+        self.hands("new-panel", "odd", "--width-mm", "182.5", "--height-mm", "132.5", "--strips", "2")
+        self.hands("place", "odd", "scanner", "--face", "show")
+        self.go("scan")
+        self.press("#do-scan")
+        self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
+        self.until("its picture", lambda: self.browser.execute_script(
+            "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0"))
+        self.names = list(self.doubts())
+        assert {"size", "another"} <= set(self.names) and not any(self.doubts().values()), self.doubts()
+        self.until_says("main", f"once all {len(self.names)} doubts are answered")
+        assert not self.find("[id^=accept-]").is_enabled(), "nobody has answered anything"
+        self.show("doubts")
+        for name in self.names[:-1]:
+            self.press(f"[data-doubt={name}]")
+        self.until_says("main", "once the one doubt is answered")
+        assert not self.find("[id^=accept-]").is_enabled(), "one is not answered"
+
+    def doubts(self):
+        return self.browser.execute_script("return Object.fromEntries([...document.querySelectorAll('[data-doubt]')].map((one) => [one.dataset.doubt, one.checked]))")
+
+    def answer_in_set_up(self):
+        """What was answered stays so on the other screen that asks; accepting says each by its name."""
+        self.go("setup")
+        self.press("li[data-key=wood] button")
+        self.until("what was seen", lambda: self.browser.execute_script(
+            "const seen = document.querySelector('.seen'); return seen && !seen.hidden && seen.naturalWidth > 0"))
+        assert self.doubts() == {name: name != self.names[-1] for name in self.names}, self.doubts()
+        assert not self.find("#do-accept").is_enabled()
+        self.press(f"[data-doubt={self.names[-1]}]")
+        self.until("all to be answered", lambda: self.find("#do-accept").is_enabled())
+        self.show("setup-doubts")
+        self.press("[data-doubt=size]")
+        self.until("one to be taken back", lambda: not self.find("#do-accept").is_enabled())
+        self.press("[data-doubt=size]")
+        self.press("#do-accept")
+        self.until("it to be in stock", lambda: self.asked_for("/accept") == 1 and not self.browser.find_elements("css selector", "[data-doubt]"))
+        told = self.browser.execute_script("return window.overruled")
+        assert len(told) == 1 and sorted(told[0]) == sorted(self.names), told
+        self.browser.execute_script("window.letGo()")
+        self.hands("lift", "scanner")
+
+    # ---- what is said of a panel
+
+    def name_its_wood(self):
+        """Strip by strip, or all at once; its shelf and its thickness; and what was done to it."""
+        self.go("panels")
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until_says("main", "Name its wood, shelf")
+        self.press("details[data-key=say] summary")
+        strips = len(self.browser.find_elements("css selector", "[id^=say-zone-]"))
+        assert strips > 1, "a panel of several strips"
+        assert not self.find("#do-say").is_enabled(), "nothing is said yet"
+        self.say("#say-all", "walnut")
+        self.say("#say-shelf", "B7")
+        self.say("#say-veneer_mm", "0.6")
+        drawn = lambda: self.browser.execute_script("const canvas = document.querySelector('.map .leaflet-overlay-pane canvas'); return canvas && canvas.toDataURL()")
+        self.until("the map", drawn)
+        self.browser.execute_script("document.activeElement.blur()")
+        before = drawn()
+        self.browser.execute_script("document.querySelector('#say-zone-1').focus()")
+        self.until("that strip on the map", lambda: drawn() != before)
+        self.show("say")
+        self.press("#do-say")
+        self.until_says("details[data-key=say]", "It is kept.")
+        assert self.asked_for("/P-0001/material") == 1, "all strips of one wood are said at once"
+        self.until_says("main", "walnut, ")
+        self.until_says("main", "0.6 mm of veneer")
+        self.say("#say-zone-2", "maple")
+        self.press("#do-say")
+        self.until("both kept", lambda: self.asked_for("/P-0001/material") == 2)
+        self.until_says("main", "maple, ")
+        self.until("walnut in the first strip", lambda: self.find("#say-zone-1").get_attribute("value") == "walnut")
+        self.go("panels")
+        self.until_says('.panel[href="#panels/P-0001"]', "Shelf B7")
+
+    def say(self, field, words):
+        self.until(field, lambda: self.find(field))
+        self.find(field).send_keys(Keys.CONTROL, "a")
+        self.find(field).send_keys(words)
+
+    def say_what_was_done_to_it(self):
+        """Of the other one, since nothing is planned from a panel that was sanded."""
+        self.press('.panel[href="#panels/P-0002"]')
+        self.until_says("main", "Name its wood, shelf")
+        self.press("details[data-key=say] summary")
+        self.browser.execute_script("const it = document.querySelector('#say-treated'); it.value = 'sanded'; it.dispatchEvent(new Event('change'))")
+        self.until_says("details[data-key=say]", "nothing is planned from it before it is scanned again")
+        assert not self.find("#do-say").is_enabled(), "with what?"
+        self.say("#say-product", "grit 240")
+        self.press("#do-say")
+        self.until_says("main", "Waits for a scan")
+        self.until_says("main", "grit 240, ")
+
+    def see_its_tags_from_above(self):
+        """A panel that is laid face up: its wood with the tags of that face by number, where they are to be seen."""
+        self.go("run")
+        self.until("the tags of its show face", lambda: self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/model.js').then(({model, changed}) => {
+              model.cell = {...model.cell, load: {panel: 'P-0001', face_up: 'show', found: false, sentence: ''}};
+              changed();
+              requestAnimationFrame(() => requestAnimationFrame(() => {
+                const seen = document.querySelector('.load .view img');
+                done(Boolean(seen && seen.naturalWidth && document.querySelector('svg.tags[data-show=P-0001] text')));
+              }));
+            });"""))
+        drawn, told = self.browser.execute_async_script("""
+            const done = arguments[0], of = (node) => node.getBoundingClientRect();
+            const over = document.querySelector('svg.tags'), wood = of(document.querySelector('.load .view img')), lies = of(over);
+            const share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
+            const drawn = Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]));
+            if (Math.abs(lies.width - wood.width) > 1 || Math.abs(lies.height - wood.height) > 1) return done([null, 'they do not lie on the wood']);
+            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done([drawn, Object.fromEntries(panel.fiducials
+              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))]));""")
+        assert drawn and drawn.keys() == told.keys() and len(told) > 3, (drawn, told)
+        far = {tag: [abs(a - b) for a, b in zip(drawn[tag], told[tag])] for tag in told}
+        assert max(max(one) for one in far.values()) < .03, far
+
+    # ---- a long shelf
+
+    def open_a_map_from_a_long_shelf(self):
+        """Pictures of panels that nobody sees are not asked for, and those of a left screen stand before no map."""
+        self.go("cell")
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.shelf = new Set();
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              if (/\\/stock.png\\?width=480$/.test(path)) {  // by nobody answered
+                window.shelf.add(path);
+                return new Promise((_, lost) => how.signal.addEventListener('abort', () => lost(new TypeError('given up'))));
+              }
+              const reply = await fetch(path, how);
+              if (!/\\/panels\\?/.test(path) || !reply.ok) return reply;
+              const told = await reply.json();
+              const [one] = told.panels;
+              for (let n = 0; n < arguments_; ++n) told.panels.push({...one, id: `P-9${String(n).padStart(3, '0')}`});
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""".replace("arguments_", str(MANY)))
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPanels()).then(() => done())")
+        asked = lambda: self.browser.execute_script("return window.shelf.size")
+        self.go("panels")
+        self.until("a long shelf", lambda: len(self.browser.find_elements("css selector", ".panel")) > MANY)
+        self.until("pictures of what is seen to be asked for", lambda: asked() == 2)
+        self.browser.execute_script("scrollTo(0, document.body.scrollHeight)")
+        self.until("two of those at the end instead", lambda: asked() == 4)
+        late = self.browser.execute_script("return [...window.shelf].slice(2)")
+        assert all(int(path.split("P-9")[1][:3]) > MANY / 2 for path in late), late
+        self.browser.execute_script("scrollTo(0, 0)")
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until("its map", lambda: self.browser.execute_script(
+            "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
+        self.browser.execute_script("window.letGo()")
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPanels()).then(() => done())")
+        self.go("panels")
+        self.until("the shelf's own pictures", lambda: self.browser.execute_script(
+            "const all = [...document.querySelectorAll('.panel img')]; return all.length === 2 && all.every((one) => one.naturalWidth > 0)"))
+
+    # ---- many plans
+
+    def find_a_plan_among_many(self):
+        """An older one is found by its name and by going on; what was looked at long ago is asked for again."""
+        self.browser.execute_script("""
+            const fetch = window.fetch;
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = async (path, how = {}) => {
+              const copied = /\\/plans\\/9\\d\\d\\d(.*)$/.exec(path);
+              if (copied) { window.asked.push(path); return fetch(`/api/v1/plans/1${copied[1]}`, how); }
+              const reply = await fetch(path, how);
+              if (!/\\/plans\\?/.test(path) || !reply.ok) return reply;
+              const told = await reply.json(), [one] = told.plans;
+              told.plans = Array.from({length: arguments_}, (_, n) => ({...one, id: 9000 + arguments_ - n, name: `copy ${arguments_ - n}`, jobs: []})).concat(told.plans);
+              return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
+            };""".replace("arguments_", str(MANY)))
+        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPlans()).then(() => done())")
+        self.go("new")
+        rows = lambda: len(self.browser.find_elements("css selector", "ul.plans li"))
+        self.until("the newest plans", lambda: rows() == 24)
+        self.press("#plans-more")
+        self.until("all of them", lambda: rows() == MANY + 1)
+        assert not self.browser.find_elements("css selector", "#plans-more"), "there are no more"
+        self.show("plans-many")
+        self.say("#plans-search", "control")
+        self.until("the one of this name", lambda: rows() == 1)
+        self.say("#plans-search", "nowhere")
+        self.until_says("main", "No plan has this number")
+        self.find("#plans-search").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
+        self.until("the newest again", lambda: rows() == 24)
+        for number in range(9000 + MANY, 9000 + MANY - 10, -1):
+            self.press(f'ul.plans li[data-key="{number}"] input')
+            self.until(f"pieces of plan {number}", lambda: self.asked_for(f"/plans/{number}/pieces") == 1)
+            self.press(f'ul.plans li[data-key="{number}"] input')
+        self.press(f'ul.plans li[data-key="{9000 + MANY - 1}"] input')
+        self.until("the first one's pieces to be asked for again", lambda: self.asked_for(f"/plans/{9000 + MANY - 1}/pieces") == 2)
+        self.browser.execute_script("window.letGo()")
+
+    # ---- backups
+
+    def back_up(self):
+        self.go("settings")
+        self.until_says("main", "No backup yet.")
+        self.press("#do-backup")
+        self.until_says("#backup-made", "Made ")
+        self.until("it in the list", lambda: len(self.browser.find_elements("css selector", "#backups li")) == 1)
+        self.until_says("#backups", "2 panels, 1 job, 16 pieces")
+        self.press("#do-check")
+        self.until_says("#check-done", "the database is sound")
+        self.show("backups")
+
+    def spoken_as_it_is_written(self):
+        """On a German page what the cell says is marked as English, so that a screen reader reads it as such."""
+        self.press("#language")
+        self.until_says("#nav", "Platten")
+        self.go("alarms")
+        self.hear_it_when_wanted()
+        self.find("#stop button").click()
+        self.until_says("#state-word", "Aborted")
+        self.until("an alarm", lambda: self.browser.execute_script("return document.querySelector('.alarms b [lang=en]')"))
+        english = self.browser.execute_script("return ['#state-reason', '.alarms b [lang=en]'].map((css) => document.querySelector(css).closest('[lang]').lang)")
+        assert english == ["en", "en"], english
+        self.until("a tone", lambda: self.tones() > self.tried)
+        self.press("#next button")
+        self.until_says("#state-word", "Stopped")
+        self.press("#sound")
+        self.press("#language")
+        self.until_says("#nav", "Panels")
+
+    def tones(self):
+        return self.browser.execute_script("return window.tones")
+
+    def hear_it_when_wanted(self):
+        """Once somebody has put the sound on, who hears it then."""
+        self.browser.execute_script("""
+            window.tones = 0;
+            const end = {connect: () => end, gain: {}};
+            window.AudioContext = class {
+              currentTime = 0;
+              resume() {}
+              createGain() { return end; }
+              createOscillator() { return {frequency: {}, connect: () => end, start() { ++window.tones; }, stop() {}}; }
+            };""")
+        self.press("#sound")
+        self.until("a try", lambda: self.tones() > 0)
+        self.tried = self.tones()
+
+
+if __name__ == "__main__":
+    play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
+         "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")
