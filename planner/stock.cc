@@ -11,8 +11,10 @@ namespace {
 
 Error no_such_material(std::span<const StockPanel> stock, const std::string& material) {
   std::set<std::string> known;
-  for (const StockPanel& panel : stock)
+  for (const StockPanel& panel : stock) {
     if (!panel.material.empty()) known.insert(panel.material);
+    for (const WoodZone& zone : panel.zones) known.insert(zone.material);
+  }
   return {ErrorCode::kInvalidArgument,
           known.empty() ? fmt::format("no panel is known to be {}, because none names its material: name it", material)
                         : fmt::format("no panel is {}: choose from {}", material, fmt::join(known, ", "))};
@@ -36,8 +38,11 @@ Status weigh_tones(std::span<StockPanel> stock, const std::string& material, dou
   if (!(weight >= 0 && weight <= 1000))
     return Error{ErrorCode::kInvalidArgument, fmt::format("the weight of {} must lie between 0 and 1000", material)};
   bool found = false;
-  for (StockPanel& panel : stock)
+  for (StockPanel& panel : stock) {
     if (panel.material == material) panel.tone_weight = weight, found = true;
+    for (WoodZone& zone : panel.zones)
+      if (zone.material == material) zone.tone_weight = weight, found = true;
+  }
   if (!found) return no_such_material(stock, material);
   return Ok();
 }

@@ -40,6 +40,16 @@ std::string material_of(const std::vector<db::ZoneRecord>& zones, const std::vec
   return offered.size() == 1 ? *offered.begin() : "";
 }
 
+// Of a panel that offers several woods, what is known of each.
+std::vector<planner::WoodZone> zones_of_several(const std::vector<db::ZoneRecord>& zones,
+                                                const std::vector<std::string>& woods) {
+  std::vector<planner::WoodZone> out;
+  if (!material_of(zones, woods).empty()) return out;
+  for (const auto& zone : zones)
+    if (!zone.material.empty() && is_wanted(zone.material, woods)) out.push_back({zone.material, zone.outline});
+  return out;
+}
+
 Raster<PanelFrame> only_zones(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
                               const std::vector<std::string>& woods) {
   if (woods.empty()) return free;
@@ -147,7 +157,13 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
     const auto free = pictures.free(h, wood.margin);
     if (!free) return free.error();
     if (cv::countNonZero(free->pixels) == 0 && !wood.index_dir.empty()) drop_index(wood.index_dir, h.id);
-    stock.push_back({h.id, {}, only_zones(*free, h.zones, wood.woods), {}, material_of(h.zones, wood.woods)});
+    stock.push_back({h.id,
+                     {},
+                     only_zones(*free, h.zones, wood.woods),
+                     {},
+                     material_of(h.zones, wood.woods),
+                     1,
+                     zones_of_several(h.zones, wood.woods)});
   }
   for (const auto& [panel, region] : wood.forbidden)
     if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();

@@ -55,9 +55,9 @@ struct JobWood {
 
 // Mask minus live allocations grown by `margin`. With `woods` a panel offers its zones of these materials only, and
 // none of the wood that another zone may reach into; its material is the one it offers, "" when there are
-// several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped. A panel with
-// `mask_now` offers its free wood as the job found it (StockPanel::free), and what is left of it (StockPanel::open).
-// `picture`: the area of the artwork.
+// several, each then in zones of its own, or nobody has said. Forbidden wood is not free. Indexes of panels that are
+// used up are dropped. A panel with `mask_now` offers its free wood as the job found it (StockPanel::free), and what is
+// left of it (StockPanel::open). `picture`: the area of the artwork.
 //
 // Blocks on files. kNotFound: wood is forbidden on a panel that is not among these. kInvalidArgument: no panel has a
 // wood that is asked for or weighed; forbidden wood lies beside its panel. kStorage: a panel's pictures cannot be read.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "planner/cancelled.h"
 #include "planner/grain/grain_field.h"
@@ -64,6 +65,44 @@ Result<cv::Mat> free_mask_like(const Raster<PanelFrame>& like, const Raster<Pane
       if (columns[static_cast<std::size_t>(c)] != kOutside) to[c] = from[columns[static_cast<std::size_t>(c)]];
   }
   return mask;
+}
+
+// Wood whose area counts so many times when tones are mapped.
+struct WeighedWood {
+  cv::Mat mask;  // CV_8UC1
+  double weight = 1;
+};
+
+// The free wood of a panel, as a mask over `like`, by its weights.
+std::vector<WeighedWood> by_tone_weight(const StockPanel& panel, const Raster<PanelFrame>& like, const cv::Mat& mask) {
+  const bool alike = std::all_of(panel.zones.begin(), panel.zones.end(),
+                                 [&](const WoodZone& zone) { return zone.tone_weight == panel.tone_weight; });
+  if (alike) return {WeighedWood{mask, panel.tone_weight}};
+  std::vector<const WoodZone*> zones;
+  for (const WoodZone& zone : panel.zones) zones.push_back(&zone);
+  // What counts least is drawn last: it keeps what several reach into.
+  std::stable_sort(zones.begin(), zones.end(),
+                   [](const WoodZone* a, const WoodZone* b) { return a->tone_weight > b->tone_weight; });
+  constexpr int kShift = 6;  // 1/64 pixel
+  cv::Mat which(mask.size(), CV_32SC1, cv::Scalar(0));
+  for (std::size_t i = 0; i < zones.size(); ++i) {
+    std::vector<std::vector<cv::Point>> rings(1);
+    for (const Point<PanelFrame>& p : zones[i]->outline) {
+      double column = 0, row = 0;
+      like.to_pixels(p, column, row);
+      // OpenCV draws with pixel centres at whole numbers.
+      rings[0].emplace_back(cvRound((column - 0.5) * (1 << kShift)), cvRound((row - 0.5) * (1 << kShift)));
+    }
+    cv::fillPoly(which, rings, cv::Scalar::all(static_cast<double>(i + 1)), cv::LINE_8, kShift);
+  }
+  std::vector<WeighedWood> out;
+  for (std::size_t i = 0; i <= zones.size(); ++i) {
+    cv::Mat within;
+    cv::compare(which, static_cast<int>(i), within, cv::CMP_EQ);
+    cv::bitwise_and(within, mask, within);
+    out.push_back({within, i == 0 ? panel.tone_weight : zones[i - 1]->tone_weight});
+  }
+  return out;
 }
 
 // Root mean square of edge responses.
@@ -132,10 +171,12 @@ Result<MatchPanel> working_panel(const StockPanel& panel, const PlanOptions& opt
   if (!grey.ok()) return grey.error();
   if (!mask.ok()) return mask.error();
   wood.any_free = wood.any_free || cv::countNonZero(*mask) > 0;
-  if (const Status added = wood.tones.add(*grey, *mask, panel.tone_weight, stop); !added.ok()) return added.error();
-  if (uses_wood_colours(options))
-    if (const Status added = wood.colours.add(picture->pixels, *grey, *mask, panel.tone_weight, stop); !added.ok())
+  for (const WeighedWood& part : by_tone_weight(panel, *picture, *mask)) {
+    if (const Status added = wood.tones.add(*grey, part.mask, part.weight, stop); !added.ok()) return added.error();
+    if (!uses_wood_colours(options)) continue;
+    if (const Status added = wood.colours.add(picture->pixels, *grey, part.mask, part.weight, stop); !added.ok())
       return added.error();
+  }
   const Result<cv::Mat> responses = filter_bank({picture->pixels, *grey, *grey, resolution}, options, stop);
   if (!responses.ok()) return responses.error();
   if (const Status added = wood.edges.add(*responses, options, stop, *mask); !added.ok()) return added.error();

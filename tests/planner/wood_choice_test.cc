@@ -144,6 +144,42 @@ TEST(WoodChoice, ToneWeightsPullThePictureTowardsAWood) {
   EXPECT_GT(dark_pieces(), even);
 }
 
+// One panel, dark on the left and pale on the right. Where outlines reach into each other the least weight counts.
+TEST(WoodChoice, ToneWeightsAreThoseOfAPanelsZones) {
+  std::vector<StockPanel> stock{test::wood_panel("P", 160, 80, 50.8, 1)};
+  stock[0].picture.pixels.setTo(cv::Scalar::all(190));
+  stock[0].picture.pixels.colRange(0, 80).setTo(cv::Scalar::all(60));
+  const auto zone = [](const char* material, double left, double right) {
+    return WoodZone{material,
+                    {point<PanelFrame>(left, 0), point<PanelFrame>(right, 0), point<PanelFrame>(right, 40),
+                     point<PanelFrame>(left, 40)}};
+  };
+  stock[0].zones = {zone("walnut", 0, 40), zone("maple", 20, 80)};
+  Artwork artwork = test::blob_artwork("A", 60, 60, 15_mm, 3);
+  cv::randu(artwork.picture, 100, 150);
+  cv::GaussianBlur(artwork.picture, artwork.picture, {}, 3);
+  PlanOptions options;
+  options.patch = 3_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1;
+  options.w_edge = 0, options.w_hist = 1;
+  const auto dark_pieces = [&] {
+    const auto plan = make_plan({&artwork, 1}, stock, options);
+    EXPECT_TRUE(plan.ok());
+    return std::count_if(plan->pieces.begin(), plan->pieces.end(), [](const Piece& piece) {
+      return piece.placement && bounds(piece.panel_outline()).min.x.count() < 39;
+    });
+  };
+  const auto even = dark_pieces();
+  EXPECT_GT(even, 0);
+  for (const bool first : {true, false}) {
+    if (!first) std::swap(stock[0].zones[0], stock[0].zones[1]);
+    ASSERT_TRUE(weigh_tones(stock, "walnut", 0).ok());
+    EXPECT_EQ(dark_pieces(), 0) << "the dark wood under both outlines has no weight either";
+    ASSERT_TRUE(weigh_tones(stock, "walnut", 10).ok());
+    EXPECT_GT(dark_pieces(), even);
+  }
+  EXPECT_EQ(weigh_tones(stock, "elm", 1).error().message, "no panel is elm: choose from maple, walnut");
+}
+
 TEST(WoodChoice, APictureWithoutDetailIsWarnedOf) {
   const std::vector<StockPanel> stock{test::wood_panel("P", 150, 150, 50.8, 1)};
   Artwork artwork = test::blob_artwork("A", 60, 60, 20_mm, 3);

@@ -258,6 +258,31 @@ TEST_F(PlanStockTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
   EXPECT_EQ(none.error().message, "no panel is oak: choose from maple, walnut");
 }
 
+TEST_F(PlanStockTest, AWoodThatIsGivenNoWeightLeavesNoTonesWhereItIsOnePartOfAPanel) {
+  cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
+  wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
+  add_panel("P-0001", 255, wood);
+  add_zone("P-0001", 0_mm, Millimetres(10.16), "walnut");
+  add_zone("P-0001", Millimetres(10.16), Millimetres(20.4), "maple");
+  JobRequest request = two_tone_job();
+  request.wood_weights = {{"walnut", 0}};
+  const auto expect_pale = [&](const char* why) {
+    const auto job = plan(request);
+    ASSERT_TRUE(job.ok()) << job.error().message;
+    EXPECT_THAT(job->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0001"}, std::size_t{4}))) << why;
+    const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+    for (const auto& piece : *pieces) EXPECT_GT(bounds(piece.panel_outline).min.x.count(), 10.1) << why << piece.mark;
+  };
+  // Beside it a panel that is all of that wood, which alone would be weighed.
+  add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(50)));
+  add_zone("P-0002", 0_mm, 20_mm, "walnut");
+  store_zones();
+  request.panels = {PanelId{"P-0001"}};
+  expect_pale("alone: ");
+  request.panels = {PanelId{"P-0001"}, PanelId{"P-0002"}};
+  expect_pale("beside walnut alone: ");
+}
+
 // Half of the panel is dark, half of it pale, and so is the picture.
 TEST_F(PlanStockTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesNorPieces) {
   cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
