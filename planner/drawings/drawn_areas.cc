@@ -145,7 +145,7 @@ class AreaRaster {
 }  // namespace
 
 Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name) {
-  if (!is_drawing(bytes)) return decode_picture(bytes, name);
+  if (!is_drawing(bytes)) return decode_labels(bytes, name);
   Result<cv::Mat> areas = areas_of_svg(std::string(bytes));
   if (!areas.ok()) return Error{areas.error().code, fmt::format("{}: {}", name, areas.error().message)};
   return areas;

@@ -10,8 +10,8 @@
 
 namespace veneer::planner {
 
-// As Artwork::segmentation wants it (CV_8UC3), of an SVG drawing or of any picture that decode_picture() takes: which
-// of them it is, its bytes say. `name` stands in error messages. kInvalidArgument: it is neither, or areas_of_svg()
+// As Artwork::segmentation wants it (CV_8UC3), of an SVG drawing or of any picture that decode_labels() takes: which of
+// them it is, its bytes say. `name` stands in error messages. kInvalidArgument: it is neither, or areas_of_svg()
 // refuses it.
 Result<cv::Mat> areas_of_file(std::string_view bytes, const std::string& name);
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -193,7 +195,38 @@ Result<cv::Mat> to_colours(const ReadPicture& read, std::string_view bytes, cons
   return turned_upright(*colour, orientation);
 }
 
+// CV_8UC3: values that are alike in all channels get one colour, in the order in which they come. None: there are more
+// than colours.
+std::optional<cv::Mat> in_colours_of_their_own(const cv::Mat& values) {
+  const cv::Mat whole = values.isContinuous() ? values : values.clone();
+  const std::size_t size = whole.elemSize();
+  std::map<std::string_view, std::uint32_t> known;
+  cv::Mat out(whole.size(), CV_8UC3);
+  std::string_view before;
+  std::uint32_t colour = 0;
+  for (int r = 0; r < whole.rows; ++r)
+    for (int c = 0; c < whole.cols; ++c) {
+      const std::string_view value(reinterpret_cast<const char*>(whole.ptr(r, c)), size);
+      if (value != before) colour = known.emplace(value, static_cast<std::uint32_t>(known.size())).first->second;
+      before = value;
+      if (colour >= 1U << 24U) return std::nullopt;
+      out.at<cv::Vec3b>(r, c) = {static_cast<std::uint8_t>(colour), static_cast<std::uint8_t>(colour >> 8U),
+                                 static_cast<std::uint8_t>(colour >> 16U)};
+    }
+  return out;
+}
+
 }  // namespace
+
+Result<cv::Mat> decode_labels(std::string_view bytes, const std::string& name) {
+  return decoded(bytes, name, [&](const ReadPicture& read) -> Result<cv::Mat> {
+    if (read.stored.inks || read.stored.pixels.depth() == CV_8U)
+      return to_colours(read, bytes, name, NotedTurn::kCarriedOut);
+    const auto labels = in_colours_of_their_own(read.stored.pixels);
+    if (!labels) return not_a_picture(name, bytes);
+    return read.is_turned() ? *labels : turned_upright(*labels, read.metadata.orientation);
+  });
+}
 
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
   return decoded(bytes, name, [&](const ReadPicture& read) -> Result<cv::Mat> {

@@ -18,6 +18,9 @@ namespace veneer::planner {
 Result<cv::Mat> load_picture(const std::filesystem::path& path);
 // The same from bytes in memory (an upload); `name` stands in error messages.
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
+// CV_8UC3 too, of a picture whose values are not tones but tell areas apart, upright. What has more than 8 bits a value
+// gets a colour for each value, whatever colour that is: as tones neighbouring labels would become one.
+Result<cv::Mat> decode_labels(std::string_view bytes, const std::string& name);
 // A scanner's picture, as CV_8UC3: its pixels lie as they are stored, whatever turn the file notes, since the scanner's
 // map belongs to the glass and not to how a program would show the picture.
 struct ScannedPicture {

@@ -5,8 +5,10 @@
 #include <gmock/gmock.h>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "planner/pictures/png_codec.h"
 
@@ -46,6 +48,23 @@ TEST(DrawnAreas, APictureIsTakenAsItIs) {
   const auto areas = areas_of_file(*encode_png(drawn), "areas.svg");
   ASSERT_TRUE(areas.ok()) << areas.error().message;
   EXPECT_EQ(cv::norm(*areas, drawn, cv::NORM_INF), 0);
+}
+
+// As tones all of them would be black.
+TEST(DrawnAreas, LabelsOf16BitsKeepApart) {
+  for (const int type : {CV_16UC1, CV_16UC3}) {
+    cv::Mat labels(4, 6, type);
+    for (int c = 0; c < labels.cols; ++c) labels.col(c).setTo(cv::Scalar(c / 2 + 1, 7, 7));
+    for (const char* format : {".png", ".tiff"}) {
+      std::vector<unsigned char> bytes;
+      ASSERT_TRUE(cv::imencode(format, labels, bytes));
+      const auto areas = areas_of_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "labels");
+      ASSERT_TRUE(areas.ok()) << areas.error().message;
+      EXPECT_EQ(colours_of(*areas).size(), 3U) << format;
+      EXPECT_EQ(areas->at<cv::Vec3b>(0, 0), areas->at<cv::Vec3b>(3, 1));
+      EXPECT_NE(areas->at<cv::Vec3b>(0, 0), areas->at<cv::Vec3b>(0, 2));
+    }
+  }
 }
 
 TEST(DrawnAreas, AFilesEndingIsToldByItsBytes) {
