@@ -58,6 +58,7 @@ std::optional<StoredPicture> read_stored(std::string_view bytes) {
     case PictureFormat::kPng:
       return stored(decode_png(bytes), false);
     case PictureFormat::kTiff:
+      if (!tiff_is_whole(bytes)) return std::nullopt;
       if (auto inks = tiff_inks(bytes)) return stored(std::move(inks), true);
       [[fallthrough]];
     default:

@@ -471,6 +471,32 @@ TEST_F(Pictures, OfWhichAPartIsMissingAreRefusedEvenWithAnEndMark) {
   EXPECT_TRUE(decode_picture(whole, "photo.jpg").ok());
 }
 
+// OpenCV leaves out the rows of a strip that does not unpack, and says nothing.
+TEST_F(Pictures, InTiffFilesThatAreSpoiltOrCutShortAreRefused) {
+  cv::Mat wood(400, 300, CV_8UC3), deep, grey;
+  cv::RNG random(3);
+  random.fill(wood, cv::RNG::NORMAL, 120, 8);
+  wood.convertTo(deep, CV_16U, 257);
+  cv::cvtColor(wood, grey, cv::COLOR_BGR2GRAY);
+  for (const cv::Mat& samples : {wood, deep, grey})
+    for (const int rows : {16, samples.rows}) {
+      const auto scan = tiff("scan.tif", samples, [&](TIFF* out) {
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, samples.channels() == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
+        TIFFSetField(out, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+        TIFFSetField(out, TIFFTAG_ROWSPERSTRIP, rows);
+      });
+      const std::string whole = read_whole(scan).value_or("");
+      ASSERT_TRUE(decode_picture(whole, "scan.tif").ok());
+      std::string spoilt = whole;
+      std::fill_n(spoilt.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2), 40, '\xff');
+      for (const std::string& bytes : {spoilt, whole.substr(0, whole.size() * 6 / 10)}) {
+        const auto loaded = decode_picture(bytes, "scan.tif");
+        ASSERT_FALSE(loaded.ok()) << samples.type() << " in strips of " << rows;
+        EXPECT_THAT(loaded.error().message, HasSubstr("scan.tif is damaged: open it in a picture program"));
+      }
+    }
+}
+
 // A kilobyte may claim gigabytes of pixels. These files hold none: whoever unpacked them would find them damaged.
 TEST_F(Pictures, OfAbsurdSizeAreRefusedByWhatTheySayOfThemselves) {
   // Appended piece by piece: g++ 12 sees writes beyond the end in sums of short texts.
