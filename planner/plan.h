@@ -132,7 +132,10 @@ struct PlanOptions {
   Curves curves = Curves::kG0;
   Millimetres overlap{0};      // how far refined pieces grow over their borders; 0: three eighths of a patch
   Millimetres min_width{1.5};  // of any part of a piece that is no plain square (fabrication.h)
-  int rematch = 0;             // how often at most wood is chosen again for refined shapes, which are then cut again
+  // Pieces are as large as a square of this side, of which the paper says that what is smaller gets lost. Layouts keep
+  // to it where patches are larger (problem/free_layout.h); smaller pieces that are asked for all the same are named.
+  Millimetres min_size{5};
+  int rematch = 0;  // how often at most wood is chosen again for refined shapes, which are then cut again
   Optimize optimize = Optimize::kGreedy;
   // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
   // the clock stopped is repeated by the iterations that it reports.
@@ -220,6 +223,18 @@ struct MosaicReport {
   double seconds = 0;             // not part of what a plan is
 };
 
+// What became of areas that somebody drew, over all artworks that have some.
+struct SegmentationReport {
+  // An area that is no piece: too small or too thin to be one, it went to its neighbours.
+  struct Merged {
+    std::size_t artwork = 0;
+    Point<ArtworkFrame> at;  // within it
+    SquareMillimetres area{};
+  };
+  std::size_t areas = 0;       // that hang together
+  std::vector<Merged> merged;  // the largest first
+};
+
 // How morphed grids came out, over all artworks.
 struct MorphReport {
   Millimetres mean_move{0}, most_move{0};    // of a grid's vertices from the straight grid's; the largest mean
@@ -254,9 +269,15 @@ struct RefineReport {
     std::size_t moved = 0;  // pieces that took other wood
   };
   std::vector<Round> rounds;  // of choosing wood again
-  std::size_t segments = 0;   // cubic curves of all borders between pieces
-  Millimetres length{0};      // of these borders
-  double seconds = 0;         // not part of what a plan is
+  // How far borders lie beside the pixels' cheapest cut, along lines that are cut so, measured straight across them:
+  // they are smoothed for curves' sake, and drawn back where a piece could not be made.
+  struct PixelCut {
+    Millimetres mean{0}, most{0};
+  };
+  std::optional<PixelCut> pixel_cut;  // none: borders are no lines (boundaries/edge_cuts.h), or none was moved
+  std::size_t segments = 0;           // cubic curves of all borders between pieces
+  Millimetres length{0};              // of these borders
+  double seconds = 0;                 // not part of what a plan is
 };
 
 // A piece that is planned as it was asked for, but can hardly be cut or handled.
@@ -279,6 +300,7 @@ struct Plan {
   std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<MosaicReport> mosaic;
+  std::optional<SegmentationReport> segmentation;
   std::optional<MorphReport> morph;
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;

@@ -135,6 +135,7 @@ constexpr std::array kFields = {
     field<&PlanOptions::curves>("curves"),
     field<&PlanOptions::overlap>("overlap_mm"),
     field<&PlanOptions::min_width>("min_width_mm"),
+    field<&PlanOptions::min_size>("min_size_mm"),
     field<&PlanOptions::rematch>("rematch"),
     field<&PlanOptions::dpi>("dpi"),
     field<&PlanOptions::w_intensity>("w_intensity"),

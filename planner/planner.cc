@@ -1,5 +1,6 @@
 // make_plan: from the problem and its index to the plan.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <memory>
 #include <numeric>
@@ -207,8 +208,10 @@ Status add_alternatives(std::span<const StockPanel> stock, const Problem& proble
 
 // Of every layout, squares too: whoever asks for small pieces has them, but is told.
 void note_unfit_pieces(const PlanOptions& options, int threads, Plan& plan) {
-  constexpr std::size_t kNamed = 8;  // in the warning
-  const FabricationLimits limits{options.min_width, options.min_width * options.min_width * kHandyArea};
+  constexpr std::size_t kNamed = 8;              // in the warning
+  constexpr SquareMillimetres kRounding{0.001};  // of a square of just that size, cut from a whole picture
+  const FabricationLimits limits{options.min_width, std::max(options.min_width * options.min_width * kHandyArea,
+                                                             options.min_size * options.min_size - kRounding)};
   std::vector<std::optional<FabricationFault>> faults(plan.pieces.size());
   (void)run_parallel(faults.size(), threads, {},
                      [&](std::size_t i) { faults[i] = fault_of(plan.pieces[i].artwork_outline, limits); });
@@ -222,9 +225,29 @@ void note_unfit_pieces(const PlanOptions& options, int threads, Plan& plan) {
   if (plan.unfit.empty()) return;
   if (plan.unfit.size() > kNamed) names += fmt::format(" and {} more", plan.unfit.size() - kNamed);
   plan.warnings.push_back(
-      fmt::format("{} pieces are thinner than {} mm or too small to be handled: {}; choose larger patches or a smaller "
-                  "--min-width-mm",
-                  plan.unfit.size(), limits.width.count(), names));
+      fmt::format("{} pieces are thinner than {} mm or smaller than a square of {:.4g} mm: {}; choose larger patches, "
+                  "or a smaller --min-width-mm or --min-size-mm if you can handle them",
+                  plan.unfit.size(), limits.width.count(), std::sqrt(limits.area.count()), names));
+}
+
+// Areas that were drawn and are no pieces.
+void note_merged_areas(const SegmentationReport& report, std::span<const Artwork> artworks, const PlanOptions& options,
+                       std::vector<std::string>& warnings) {
+  constexpr std::size_t kNamed = 8;
+  if (report.merged.empty()) return;
+  std::string places;
+  for (std::size_t i = 0; i < std::min(kNamed, report.merged.size()); ++i) {
+    const SegmentationReport::Merged& it = report.merged[i];
+    places += fmt::format("{}{:.2f} mm2 at {:.1f}, {:.1f} mm", i == 0 ? "" : ", ", it.area.count(), it.at.x.count(),
+                          it.at.y.count());
+    if (artworks.size() > 1) places += fmt::format(" of \"{}\"", artworks[it.artwork].name);
+  }
+  if (report.merged.size() > kNamed) places += fmt::format(" and {} more", report.merged.size() - kNamed);
+  warnings.push_back(fmt::format(
+      "{} of {} areas that were drawn are no pieces but went to their neighbours, smaller than a square of {} mm or "
+      "thinner than {} mm: {} from the lower left corner; draw them larger, or choose a smaller --min-size-mm or "
+      "--min-width-mm",
+      report.merged.size(), report.areas, options.min_size.count(), options.min_width.count(), places));
 }
 
 }  // namespace
@@ -251,6 +274,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   plan.warnings = std::move(problem->warnings);
   add_idle_options(options, plan.warnings);
   plan.mosaic = problem->mosaic;
+  plan.segmentation = std::move(problem->segmentation);
+  if (plan.segmentation) note_merged_areas(*plan.segmentation, artworks, options, plan.warnings);
   plan.morph = problem->morph;
   std::unique_ptr<Matcher> matcher;
   if (shared != nullptr) {

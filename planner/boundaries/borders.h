@@ -13,6 +13,7 @@
 #include "planner/boundaries/wood_claims.h"
 #include "planner/layout/partition.h"
 #include "planner/matching/matcher.h"
+#include "planner/plan.h"
 #include "planner/problem/problem.h"
 
 namespace veneer::planner {
@@ -32,6 +33,7 @@ class Borders {
     std::vector<Partition> layouts;            // one an artwork; faces in the order of faces()
     std::vector<Ring<ArtworkFrame>> outlines;  // one a task of the queue
     CurveLength curves;
+    std::optional<RefineReport::PixelCut> pixel_cut;  // of the last cut, where there are lines
   };
 
   virtual ~Borders() = default;

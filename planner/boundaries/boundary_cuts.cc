@@ -61,7 +61,7 @@ Borders::State BoundaryCuts::drawn(std::vector<CutLines> lines) const {
   return out;
 }
 
-std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs) const {
+BoundaryCuts::Proposal BoundaryCuts::proposal(const std::vector<FaceCost>& costs) const {
   std::vector<CutLines> cut = now_.lines;
   std::vector<std::vector<FaceCost>> own(members_.size());
   for (std::size_t a = 0; a < members_.size(); ++a) {
@@ -75,24 +75,41 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
     CurveLength curves;
     bool is_smooth() const { return curves.long_enough(); }
   };
-  return smoothed_enough([&](double bend) {
-           Smoothed out{cut, {}};
-           std::vector<CurveLength> lengths(cut.size());
-           (void)run_parallel(cut.size(), options_.threads, {}, [&](std::size_t a) {
-             smooth_all(out.lines[a], own[a], cut_options(), stride, bend * unit, kCutRounds);
-             lengths[a] =
-                 curve_length(curved_layout(out.lines[a], width_of(a), problem_.artworks[a].grid, options_.smoothness));
-           });
-           for (const CurveLength& length : lengths) out.curves += length;
-           return out;
-         })
-      .lines;
+  Proposal out{cut, {}};
+  out.smooth = smoothed_enough([&](double bend) {
+                 Smoothed it{cut, {}};
+                 std::vector<CurveLength> lengths(cut.size());
+                 (void)run_parallel(cut.size(), options_.threads, {}, [&](std::size_t a) {
+                   smooth_all(it.lines[a], own[a], cut_options(), stride, bend * unit, kCutRounds);
+                   lengths[a] = curve_length(
+                       curved_layout(it.lines[a], width_of(a), problem_.artworks[a].grid, options_.smoothness));
+                 });
+                 for (const CurveLength& length : lengths) it.curves += length;
+                 return it;
+               }).lines;
+  return out;
+}
+
+RefineReport::PixelCut BoundaryCuts::beside(const std::vector<CutLines>& lines,
+                                            const std::vector<CutLines>& by_pixels) const {
+  double sum = 0, most = 0, count = 0;
+  for (std::size_t a = 0; a < lines.size(); ++a)
+    for (std::size_t l = 0; l < lines[a].lines.size(); ++l) {
+      const CutLine& line = lines[a].lines[l];
+      for (double along = std::ceil(line.begin) + 0.5; along < line.end; along += 1) {
+        const double aside = std::abs(line(along) - by_pixels[a].lines[l](along));
+        sum += aside, most = std::max(most, aside), count += 1;
+      }
+    }
+  const ScanResolution& resolution = problem_.artworks.front().grid.resolution;
+  return {resolution.to_mm(Pixels(count > 0 ? sum / count : 0)), resolution.to_mm(Pixels(most))};
 }
 
 Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_token& stop) {
   const auto costs = costs_around(placements, stop);
   if (!costs.ok()) return costs.error();
-  const std::vector<CutLines> wanted = proposal(*costs);
+  const Proposal proposed = proposal(*costs);
+  const std::vector<CutLines>& wanted = proposed.smooth;
   std::vector<Shares> shares;
   shares.reserve(wanted.size());
   for (const CutLines& lines : wanted) shares.push_back(whole_way(lines));
@@ -108,6 +125,7 @@ Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_toke
     bool sound = true;
     for (std::size_t i = 0; i < bad.size() && sound; ++i) sound = !is_left(i);
     if (sound) {
+      next.pixel_cut = beside(next.lines, proposed.by_pixels);
       now_ = std::move(next);
       return Ok();
     }

@@ -18,7 +18,11 @@ class BoundaryCuts : public Borders {
 
  private:
   State drawn(std::vector<CutLines> lines) const;
-  std::vector<CutLines> proposal(const std::vector<FaceCost>& costs) const;
+  struct Proposal {
+    std::vector<CutLines> by_pixels, smooth;
+  };
+  Proposal proposal(const std::vector<FaceCost>& costs) const;
+  RefineReport::PixelCut beside(const std::vector<CutLines>& lines, const std::vector<CutLines>& by_pixels) const;
   CutOptions cut_options() const;
   Millimetres width_of(std::size_t artwork) const;
 };

@@ -50,7 +50,7 @@ class Refiner {
     const bool free = std::any_of(problem.artworks.begin(), problem.artworks.end(),
                                   [](const WorkingArtwork& it) { return it.layout && !it.lines; });
     if (free) return {face_limits(options), handy_size(options)};
-    return {{options.min_width, options.min_width * options.min_width * kHandyArea}};
+    return {moved_limits(options)};
   }
   // Of all pieces, in these shapes.
   double measured(const std::vector<Ring<ArtworkFrame>>& outlines, PatchPlacements& placements) const {
@@ -140,6 +140,7 @@ class Refiner {
     for (std::size_t a = 0; a < out_.layouts.size(); ++a) out_.faces.push_back(borders_->faces(a));
     out_.report.cost = measured(borders_->outlines(), out_.patches);
     const CurveLength& curves = borders_->state().curves;
+    out_.report.pixel_cut = borders_->state().pixel_cut;
     out_.report.segments = curves.segments, out_.report.length = curves.length;
   }
 

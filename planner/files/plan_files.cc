@@ -250,6 +250,9 @@ json refined_to_json(const RefineReport& refined) {
           {"gain_refined", gain(refined.cost_refined)},
           {"gain", gain(refined.cost)},
           {"rounds", std::move(rounds)},
+          {"pixel_cut", refined.pixel_cut ? json{{"mean_mm", refined.pixel_cut->mean.count()},
+                                                 {"most_mm", refined.pixel_cut->most.count()}}
+                                          : json()},
           {"segments", refined.segments},
           {"length_mm", refined.length.count()},
           {"seconds", refined.seconds}};
@@ -275,6 +278,18 @@ json mosaic_to_json(const MosaicReport& mosaic) {
           {"cell_deviation_deg", mosaic.cell_deviation_deg},
           {"straddling", mosaic.straddling},
           {"seconds", mosaic.seconds}};
+}
+
+json segmentation_to_json(const SegmentationReport& segmentation) {
+  constexpr std::size_t kMostListed = 100;  // a drawing that was saved as JPEG has specks by the thousand
+  json largest = json::array();
+  for (const SegmentationReport::Merged& it : segmentation.merged) {
+    if (largest.size() == kMostListed) break;
+    largest.push_back(
+        {{"artwork", it.artwork}, {"x_mm", it.at.x.count()}, {"y_mm", it.at.y.count()}, {"area_mm2", it.area.count()}});
+  }
+  return {
+      {"areas", segmentation.areas}, {"merged", segmentation.merged.size()}, {"largest_merged", std::move(largest)}};
 }
 
 json morph_to_json(const MorphReport& morph) {
@@ -411,6 +426,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"unfit", std::move(unfit)},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"mosaic", plan.mosaic ? mosaic_to_json(*plan.mosaic) : json()},
+                 {"segmentation", plan.segmentation ? segmentation_to_json(*plan.segmentation) : json()},
                  {"morph", plan.morph ? morph_to_json(*plan.morph) : json()},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},

@@ -73,6 +73,12 @@ std::string text_of(const Raster<Frame>& raster) {
                      raster.origin.y.count());
 }
 
+std::string text_of(const WoodZone& zone) {
+  std::string out = fmt::format(" \"{}\" {}", zone.material, zone.tone_weight);
+  for (const auto& p : zone.outline) out += fmt::format(" {} {}", p.x.count(), p.y.count());
+  return out;
+}
+
 std::string text_of(const LayoutGuides& guides) {
   if (guides.empty()) return "";
   std::string out = fmt::format(" {} {}", hash_of(guides.large), hash_of(guides.fine));
@@ -85,9 +91,9 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [layout, triangles, patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_range, w_detail,
                w_gamut, w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels, adaptive_factor, priority,
-               interleave, reserve, exact, thoroughness, fine_rotation, refine, curves, overlap, min_width, rematch,
-               optimize, optimize_seconds, optimize_iterations, index_cache, kept, kept_layouts, alternatives, seed,
-               threads] = options;
+               interleave, reserve, exact, thoroughness, fine_rotation, refine, curves, overlap, min_width, min_size,
+               rematch, optimize, optimize_seconds, optimize_iterations, index_cache, kept, kept_layouts, alternatives,
+               seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -98,9 +104,10 @@ std::string text_of(const PlanOptions& options) {
     stays += fmt::format(" \"{}\" {} {} {}", piece.placement->panel.value, map.angle().count(), map.shift().x.count(),
                          map.shift().y.count());
   }
-  const std::string borders = fmt::format("{} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles,
-                                          web.count(), static_cast<int>(refine), static_cast<int>(curves),
-                                          overlap.count(), min_width.count(), rematch, w_range, w_detail, thoroughness);
+  const std::string borders =
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, web.count(),
+                  static_cast<int>(refine), static_cast<int>(curves), overlap.count(), min_width.count(),
+                  min_size.count(), rematch, w_range, w_detail, thoroughness);
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
                      rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_gamut, w_grain, edge.count(), dpi,
                      kerf.count(), position_margin.count(), adaptive_levels, adaptive_factor,
@@ -180,8 +187,10 @@ std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPan
   for (const Artwork& it : artworks)
     text += fmt::format("\n{} {} {} {} {} {}{}", it.letter, it.width.count(), it.height.count(), hash_of(it.picture),
                         hash_of(it.importance), hash_of(it.segmentation), text_of(it.guides));
-  for (const StockPanel& it : stock)
+  for (const StockPanel& it : stock) {
     text += fmt::format("\n{} {} {} {}", it.id.value, it.tone_weight, text_of(it.picture), text_of(it.free));
+    for (const WoodZone& zone : it.zones) text += text_of(zone);
+  }
   return hash_of(text);
 }
 

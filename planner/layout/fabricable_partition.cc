@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <numeric>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "planner/cancelled.h"
 #include "planner/cutting/marks.h"
@@ -23,6 +26,60 @@ bool is_sound(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits
   return outline.size() >= 3 && signed_area(outline) > 0 && !fault_of(outline, limits);
 }
 
+// Calls f(label of a, label of b, pixels, first column, row) for each run of pixels that are alike in both.
+template <class Run>
+void for_each_run(const cv::Mat& a, const cv::Mat& b, const Run& run) {
+  for (int r = 0; r < a.rows; ++r) {
+    const auto *first = a.ptr<int>(r), *second = b.ptr<int>(r);
+    for (int c = 0; c < a.cols;) {
+      const int begin = c;
+      while (c < a.cols && first[c] == first[begin] && second[c] == second[begin]) ++c;
+      run(first[begin], second[begin], c - begin, begin, r);
+    }
+  }
+}
+
+// Both numbered from 0.
+RegionFates fates_of(const cv::Mat& before, int regions, const cv::Mat& after, int faces, Millimetres width,
+                     Millimetres height) {
+  struct Seen {
+    std::int64_t pixels = 0;
+    double columns = 0, rows = 0;  // summed up
+    cv::Point first;
+    bool is_face = false;
+  };
+  std::vector<Seen> seen(static_cast<std::size_t>(regions));
+  std::map<std::pair<int, int>, std::int64_t> shared;  // of a face with a region
+  for_each_run(before, after, [&](int region, int face, int pixels, int column, int row) {
+    Seen& it = seen[static_cast<std::size_t>(region)];
+    if (it.pixels == 0) it.first = {column, row};
+    it.pixels += pixels;
+    it.columns += pixels * (column + (pixels - 1) / 2.0), it.rows += static_cast<double>(pixels) * row;
+    shared[{face, region}] += pixels;
+  });
+  std::vector<std::pair<std::int64_t, int>> most(static_cast<std::size_t>(faces), {0, 0});
+  for (const auto& [pair, pixels] : shared) {
+    auto& it = most[static_cast<std::size_t>(pair.first)];
+    if (pixels > it.first) it = {pixels, pair.second};
+  }
+  for (const auto& [pixels, region] : most) seen[static_cast<std::size_t>(region)].is_face = true;
+  RegionFates out;
+  out.regions = seen.size();
+  const double columns = before.cols, rows = before.rows;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Seen& it = seen[i];
+    if (it.is_face) continue;
+    const double pixels = static_cast<double>(it.pixels);
+    cv::Point at(static_cast<int>(std::lround(it.columns / pixels)), static_cast<int>(std::lround(it.rows / pixels)));
+    if (before.at<int>(at) != static_cast<int>(i)) at = it.first;
+    out.merged.push_back({{width * ((at.x + 0.5) / columns), height * (1 - (at.y + 0.5) / rows)},
+                          width * height * (pixels / (columns * rows))});
+  }
+  std::stable_sort(out.merged.begin(), out.merged.end(),
+                   [](const RegionFates::Merged& a, const RegionFates::Merged& b) { return a.area > b.area; });
+  return out;
+}
+
 class Maker {
  public:
   Maker(cv::Mat labels, Millimetres width, Millimetres height, const FabricableOptions& options)
@@ -32,7 +89,10 @@ class Maker {
                options.limits.area.count() * px_per_mm * px_per_mm * kSpare};
   }
 
-  Result<Partition> run(const std::stop_token& stop) {
+  Result<Partition> run(const std::stop_token& stop, RegionFates* fates) {
+    cv::Mat before;
+    int regions = 0;
+    if (fates != nullptr) before = labels_.clone(), regions = number_regions(before);
     clean_regions(labels_, limits_);
     for (int round = 0;; ++round) {
       const int count = number_regions(labels_);
@@ -48,7 +108,10 @@ class Maker {
         for (const int f : faulty) how_[static_cast<std::size_t>(f)] = next;
         if (faulty.empty()) break;
       }
-      if (faulty.empty() || count == 1) return with_faces(out, reading_order(out));
+      if (faulty.empty() || count == 1) {
+        if (fates != nullptr) *fates = fates_of(before, regions, labels_, count, width_, height_);
+        return with_faces(out, reading_order(out));
+      }
       absorb_regions(labels_, faulty);
       // Cleaning may part what was joined; without it regions become fewer each time, so there is an end.
       if (round < kCleanings)
@@ -101,8 +164,9 @@ class Maker {
 }  // namespace
 
 Result<Partition> fabricable_partition(cv::Mat labels, Millimetres width, Millimetres height,
-                                       const FabricableOptions& options, const std::stop_token& stop) {
-  return Maker(std::move(labels), width, height, options).run(stop);
+                                       const FabricableOptions& options, const std::stop_token& stop,
+                                       RegionFates* fates) {
+  return Maker(std::move(labels), width, height, options).run(stop, fates);
 }
 
 }  // namespace veneer::planner

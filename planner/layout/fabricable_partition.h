@@ -8,7 +8,9 @@
 #include <opencv2/core/mat.hpp>
 #include <stop_token>
 #include <string>
+#include <vector>
 
+#include "base/geometry.h"
 #include "base/result.h"
 #include "planner/layout/bezier_fit.h"
 #include "planner/layout/fabrication.h"
@@ -25,9 +27,21 @@ struct FabricableOptions {
   std::string letter{};
 };
 
+// What became of the labels' regions, parts of one label that hang together.
+struct RegionFates {
+  struct Merged {
+    Point<ArtworkFrame> at;  // within it
+    SquareMillimetres area{};
+  };
+  std::size_t regions = 0;
+  std::vector<Merged> merged;  // those of which no face has more than of any other, the largest first
+};
+
 // `labels`: CV_32SC1 over the artwork, any. All faces are as `options` wants them, unless a single one is left.
-// kCancelled: a stop was requested.
+// kCancelled: a stop was requested. `fates`, if given, is filled; of a label that is parted or loses a tip no word is
+// said.
 Result<Partition> fabricable_partition(cv::Mat labels, Millimetres width, Millimetres height,
-                                       const FabricableOptions& options, const std::stop_token& stop = {});
+                                       const FabricableOptions& options, const std::stop_token& stop = {},
+                                       RegionFates* fates = nullptr);
 
 }  // namespace veneer::planner

@@ -18,9 +18,10 @@ namespace {
 constexpr double kPatchPixels = 24;        // side of a patch in the mosaic's raster
 constexpr double kLeastPixels = 6;         // the same, of very many
 constexpr double kMostRasterPixels = 9e6;  // in a raster that is finer than that
-constexpr double kSizeRatio = 2;           // of the largest tile to the smallest
+constexpr double kSizeRatio = 2;           // of the largest tile to the smallest, at most
 constexpr double kSmallest = 0.25;         // area of the smallest patch, in wished ones
-constexpr Millimetres kHandySize{5};       // what is smaller gets lost (paper, section 4.1)
+constexpr double kStated = 0.5;            // the same, for the sake of the stated size
+constexpr double kTileSpare = 1.5;         // area of the smallest tile that is wished for, in the smallest faces
 constexpr int kToneGroups = 6;             // of an automatic segmentation
 constexpr double kLargestArea = 6;         // of it, in wished patches, about
 
@@ -79,13 +80,24 @@ PatchRaster patch_raster(const Artwork& artwork, const PlanOptions& options) {
   return out;
 }
 
+SquareMillimetres square_of(Millimetres side) { return side * side; }
+
+SquareMillimetres handy_area(const PlanOptions& options) { return square_of(options.min_width) * kHandyArea; }
+
+// Of the largest tile to the smallest, so that cells around the smallest are seldom too small. The side of tiles goes
+// evenly from the smallest to the largest over the picture's area, so the smallest times the ratio is a mean tile.
+double size_ratio(const PlanOptions& options, double coarser) {
+  const double mean = square_of(options.patch).count() * coarser;
+  return std::clamp(mean / (face_limits(options).area.count() * kTileSpare), 1.0, kSizeRatio);
+}
+
 // As many tiles as the grid has patches, or so many times fewer.
 Result<Mosaic> mosaic_of(const Artwork& artwork, const PatchRaster& raster, double coarser, const PlanOptions& options,
                          SaliencyMaps& maps, const std::stop_token& stop) {
   const int tiles = std::max(1, static_cast<int>(std::lround(raster.patches / coarser)));
-  return decorative_mosaic(raster.picture,
-                           tile_sizes(detail_of(artwork, maps, raster.picture.size()), tiles, kSizeRatio),
-                           {tiles, 1, options.seed, threads_meant(options.threads)}, stop);
+  return decorative_mosaic(
+      raster.picture, tile_sizes(detail_of(artwork, maps, raster.picture.size()), tiles, size_ratio(options, coarser)),
+      {tiles, 1, options.seed, threads_meant(options.threads)}, stop);
 }
 
 // Areas of one tone, where they are large cut along the cells of a coarse mosaic: no piece may be larger than wood is.
@@ -99,12 +111,21 @@ Result<cv::Mat> areas_of(const Artwork& artwork, const PlanOptions& options, Sal
 
 }  // namespace
 
-FabricationLimits face_limits(const PlanOptions& options) {
-  const SquareMillimetres handy = options.min_width * options.min_width * kHandyArea;
-  return {options.min_width, std::max(handy, options.patch * options.patch * kSmallest)};
+FabricationLimits moved_limits(const PlanOptions& options) {
+  if (options.min_size >= options.patch) return {options.min_width, handy_area(options)};
+  const SquareMillimetres stated = std::min(square_of(options.min_size), square_of(options.patch) * kStated);
+  return {options.min_width, std::max(handy_area(options), stated)};
 }
 
-Millimetres handy_size(const PlanOptions& options) { return std::min(kHandySize, options.patch / 2); }
+FabricationLimits face_limits(const PlanOptions& options) {
+  return {options.min_width, std::max(moved_limits(options).area, square_of(options.patch) * kSmallest)};
+}
+
+FabricationLimits drawn_limits(const PlanOptions& options) {
+  return {options.min_width, std::max(handy_area(options), square_of(options.min_size))};
+}
+
+Millimetres handy_size(const PlanOptions& options) { return std::min(options.min_size, options.patch / 2); }
 
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
                                const std::stop_token& stop) {
@@ -124,10 +145,12 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   }
   const bool drawn_by_hand = options.layout == LayoutKind::kSegmentation && !artwork.segmentation.empty();
   const bool marked = options.patch >= kLeastMarkedPatch && !drawn_by_hand;
-  const FabricableOptions wanted{face_limits(options), options.patch,
+  const FabricableOptions wanted{drawn_by_hand ? drawn_limits(options) : face_limits(options), options.patch,
                                  options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                                  threads_meant(options.threads), marked ? artwork.letter : ""};
-  Result<Partition> partition = fabricable_partition(std::move(labels), artwork.width, artwork.height, wanted, stop);
+  if (drawn_by_hand) out.drawn.emplace();
+  Result<Partition> partition = fabricable_partition(std::move(labels), artwork.width, artwork.height, wanted, stop,
+                                                     drawn_by_hand ? &*out.drawn : nullptr);
   if (!partition.ok()) return partition.error();
   out.partition = std::move(*partition);
   return out;

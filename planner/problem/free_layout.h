@@ -4,6 +4,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "planner/layout/fabricable_partition.h"
 #include "planner/layout/fabrication.h"
 #include "planner/layout/mosaic.h"
 #include "planner/layout/partition.h"
@@ -16,10 +17,17 @@ struct FreeLayout {
   // Faces in reading order, all fabricable, and with room for their marks: patches of 6 mm or more that nobody drew.
   Partition partition;
   std::optional<MosaicFigures> mosaic;
+  std::optional<RegionFates> drawn;  // what became of areas that somebody drew
 };
 
-// What faces of a layout that is no straight grid keep to: handy, and no mere slivers of a patch.
+// What pieces keep to whose borders move: PlanOptions::min_width and, where patches are larger than
+// PlanOptions::min_size, an area of its square, or half a patch if that is less: whoever asks for smaller patches wants
+// them.
+FabricationLimits moved_limits(const PlanOptions& options);
+// What faces of a layout that is no straight grid keep to: the same, and no mere slivers of a patch.
 FabricationLimits face_limits(const PlanOptions& options);
+// What drawn areas keep to, whatever a patch is: they are as large as somebody wants them.
+FabricationLimits drawn_limits(const PlanOptions& options);
 // The disc that a cell of a morphed grid holds, and a piece whose borders are refined: its diameter.
 Millimetres handy_size(const PlanOptions& options);
 

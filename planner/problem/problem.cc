@@ -186,6 +186,13 @@ void note_figures(const MosaicFigures& figures, double seconds, std::optional<Mo
   all.straddling = std::max(all.straddling, figures.straddling);
 }
 
+void note_fates(const RegionFates& fates, std::size_t artwork, std::optional<SegmentationReport>& report) {
+  SegmentationReport& all = report ? *report : report.emplace();
+  all.areas += fates.regions;
+  for (const RegionFates::Merged& it : fates.merged) all.merged.push_back({artwork, it.at, it.area});
+  std::stable_sort(all.merged.begin(), all.merged.end(), [](const auto& a, const auto& b) { return a.area > b.area; });
+}
+
 void note_figures(const MorphFigures& figures, double seconds, std::optional<MorphReport>& report) {
   if (!report) report = MorphReport{{}, {}, figures.edges_before, figures.edges_after, 0, 0, 0};
   if (figures.edges_after < report->edges_after)
@@ -234,13 +241,13 @@ const KeptLayout* kept_free(const Artwork& artwork, const PlanOptions& options) 
 }
 
 // The layout without rows that an earlier plan has of the artwork, or that the options ask for; none: it is a grid.
-Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, const PlanOptions& options,
-                                                     const WorkingArtwork& work, SaliencyMaps& saliency,
+Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, std::size_t index,
+                                                     const PlanOptions& options, SaliencyMaps& saliency,
                                                      Problem& problem, const std::stop_token& stop) {
   if (const KeptLayout* kept = kept_free(artwork, options)) return std::optional(kept->layout);
   if (options.layout == LayoutKind::kGrid) return std::optional<Partition>();
   if (options.layout == LayoutKind::kMorph) {
-    Result<MorphedGrid> made = morphed(artwork, options, work, problem, stop);
+    Result<MorphedGrid> made = morphed(artwork, options, problem.artworks[index], problem, stop);
     if (!made.ok()) return made.error();
     return std::optional(std::move(made->partition));
   }
@@ -248,6 +255,7 @@ Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, con
   Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
   if (!made.ok()) return made.error();
   if (made->mosaic) note_figures(*made->mosaic, watch.seconds(), problem.mosaic);
+  if (made->drawn) note_fates(*made->drawn, index, problem.segmentation);
   return std::optional(std::move(made->partition));
 }
 
@@ -281,8 +289,7 @@ Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanO
     if (!cells.ok()) return cells.error();
     layout = std::move(*cells), is_fixed = true;
   } else {
-    Result<std::optional<Partition>> free =
-        layout_without_rows(artwork, options, problem.artworks[index], saliency, problem, stop);
+    Result<std::optional<Partition>> free = layout_without_rows(artwork, index, options, saliency, problem, stop);
     if (!free.ok()) return free.error();
     if (*free) {
       Result<std::vector<PatchTree>> faces = faces_of(**free, artwork, all_turns, problem);

@@ -38,6 +38,7 @@ struct Problem {
   std::vector<TaskTree> squares;
   double entries_per_unit = 1;
   std::optional<MosaicReport> mosaic;
+  std::optional<SegmentationReport> segmentation;
   std::optional<MorphReport> morph;
 
   Problem();

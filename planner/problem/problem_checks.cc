@@ -40,6 +40,7 @@ Status check_options(const PlanOptions& o) {
     return unusable("the overlap of refined pieces must lie between 0 and 1000 mm");
   if (!within(o.min_width.count(), 0.1, 100))
     return unusable("the least width of refined pieces must lie between 0.1 and 100 mm");
+  if (!within(o.min_size.count(), 0, 1000)) return unusable("the least size of pieces must lie between 0 and 1000 mm");
   if (!within(o.rematch, 0, 100)) return unusable("wood can be chosen again for refined pieces from 0 to 100 times");
   if (o.layout != LayoutKind::kGrid && o.adaptive_levels > 0)
     return unusable("only a grid has adaptive levels: leave them at 0, or choose the layout grid");
@@ -102,6 +103,8 @@ Status check_patches(const Artwork& artwork, std::span<const StockPanel> stock, 
         fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
                     "working resolution",
                     artwork.name, pixels(width), pixels(height), options.dpi));
+  // Areas that somebody drew are as large as they are: each is held against the panels once it is known.
+  if (options.layout == LayoutKind::kSegmentation && !artwork.segmentation.empty()) return Ok();
   const Millimetres margin = (options.kerf_and_web() + options.margin_and_web()) * 2;
   const auto all_turns = turns(options.rotations);
   const bool fit = std::any_of(stock.begin(), stock.end(), [&](const StockPanel& panel) {
@@ -125,6 +128,9 @@ Status check_panel(const StockPanel& panel) {
     return unusable(fmt::format("the picture of panel {} is not 8-bit colour", name));
   if (!within(panel.tone_weight, 0, 1000))
     return unusable(fmt::format("the tone weight of panel {} must lie between 0 and 1000", name));
+  if (!std::all_of(panel.zones.begin(), panel.zones.end(),
+                   [](const WoodZone& zone) { return within(zone.tone_weight, 0, 1000); }))
+    return unusable(fmt::format("the tone weights of panel {}'s woods must lie between 0 and 1000", name));
   if (panel.free.pixels.empty() || panel.free.pixels.type() != CV_8UC1)
     return unusable(fmt::format("panel {} has no mask of free wood", name));
   if (!panel.open.pixels.empty() &&

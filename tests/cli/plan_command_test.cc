@@ -205,7 +205,7 @@ TEST_F(PlanCommand, NamesThePanelWhoseMarksDoNotFit) {
   cv::imwrite(path("left.png"), left), cv::imwrite(path("right.png"), right);
   std::string arguments = replaced("mask.png", "left.png");
   const std::string seven = "--patch-mm 7";
-  arguments.replace(arguments.find(seven), seven.size(), "--patch-mm 3.5");
+  arguments.replace(arguments.find(seven), seven.size(), "--patch-mm 3.5 --min-size-mm 3");
   const Outcome outcome =
       plan(arguments + " --panel " + path("panel.png") + ",mask=" + path("right.png") + ",dpi=50.8,id=Q");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;

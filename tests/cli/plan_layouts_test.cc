@@ -134,7 +134,45 @@ TEST_F(PlanLayouts, CutsAPictureIntoTheAreasOfAnother) {
   const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.png"));
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
-  EXPECT_TRUE(json("out/report.json")["mosaic"].is_null());
+  const nlohmann::json report = json("out/report.json");
+  EXPECT_TRUE(report["mosaic"].is_null());
+  EXPECT_EQ(report["segmentation"]["areas"], 4);
+  EXPECT_EQ(report["segmentation"]["merged"], 1);
+  const nlohmann::json& merged = report["segmentation"]["largest_merged"].at(0);
+  EXPECT_EQ(merged["artwork"], 0);
+  EXPECT_NEAR(merged["x_mm"], 31.5 / 60 * 11, 0.6);
+  EXPECT_NEAR(merged["y_mm"], 21 - 21.0 / 60 * 11, 0.6);
+  EXPECT_NEAR(merged["area_mm2"], 31.5 / 60 * 2 * 21 / 60 * 2, 0.01);
+  EXPECT_THAT(outcome.errors, HasSubstr("1 of 4 areas that were drawn are no pieces but went to their neighbours, "
+                                        "smaller than a square of 5 mm or thinner than 1.5 mm: 0.73 mm2 at "));
+}
+
+// Whatever a patch is: what somebody draws is as large as it is meant to be.
+TEST_F(PlanLayouts, KeepsDrawnAreasThatAreSmallerThanAQuarterOfAPatch) {
+  cv::Mat areas(100, 150, CV_8UC3, cv::Scalar(0, 0, 0));
+  areas.colRange(75, 150).setTo(cv::Scalar(0, 0, 255));
+  areas(cv::Rect(20, 30, 27, 27)).setTo(cv::Scalar(255, 0, 0));  // 5.7 mm
+  ASSERT_TRUE(cv::imwrite(path("areas.png"), areas));
+  const std::string arguments = " --layout segmentation --segmentation " + path("areas.png");
+  const Outcome outcome = plan(replaced("--patch-mm 7", "--patch-mm 14") + arguments);
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 4U) << "what surrounds it is cut in two";
+  EXPECT_EQ(json("out/report.json")["segmentation"]["merged"], 0);
+  EXPECT_THAT(outcome.errors, ::testing::Not(HasSubstr("areas that were drawn")));
+  const Outcome stated = plan(replaced("--patch-mm 7", "--patch-mm 14 --min-size-mm 7") + arguments);
+  ASSERT_EQ(stated.status, 0) << stated.errors;
+  EXPECT_EQ(json("out/report.json")["segmentation"]["merged"], 1);
+  // Nor need a patch of that size fit anywhere.
+  EXPECT_EQ(plan(replaced("--patch-mm 7", "--patch-mm 60") + arguments).status, 0);
+}
+
+TEST_F(PlanLayouts, TellsLabelsOf16BitsApart) {
+  cv::Mat labels(60, 90, CV_16UC1);
+  for (int k = 0; k < 3; ++k) labels.colRange(k * 30, k * 30 + 30).setTo(k + 1);
+  ASSERT_TRUE(cv::imwrite(path("labels.png"), labels));
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("labels.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
 }
 
 TEST_F(PlanLayouts, CutsAPictureIntoTheRegionsOfADrawing) {

@@ -25,6 +25,7 @@ const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"
                                                              {"curves", "g1"},
                                                              {"overlap_mm", "2.5"},
                                                              {"min_width_mm", "1.25"},
+                                                             {"min_size_mm", "3.5"},
                                                              {"rematch", "4"},
                                                              {"dpi", "120"},
                                                              {"w_intensity", "0.25"},
@@ -73,6 +74,7 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   EXPECT_EQ(o.curves, Curves::kG1);
   EXPECT_EQ(o.overlap.count(), 2.5);
   EXPECT_EQ(o.min_width.count(), 1.25);
+  EXPECT_EQ(o.min_size.count(), 3.5);
   EXPECT_EQ(o.rematch, 4);
   EXPECT_EQ(o.dpi, 120);
   EXPECT_EQ(o.w_intensity, 0.25);

@@ -333,7 +333,7 @@ TEST(Plan, NamesSquaresThatAreTooSmallToBeHandledAndPlansThem) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 91)};
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 5_mm, 92)};
   PlanOptions options = small_options();
-  options.patch = 1.6667_mm, options.min_width = 1.5_mm;  // 2.8 mm2, where 4 are the least
+  options.patch = 1.6667_mm, options.min_width = 1.5_mm, options.min_size = 0_mm;  // 2.8 mm2, where 4 are the least
   const Plan small = planned(artworks, stock, options);
   ASSERT_EQ(small.unfit.size(), 9U);
   EXPECT_EQ(small.unfit.front().mark, "A1-1");
@@ -345,6 +345,39 @@ TEST(Plan, NamesSquaresThatAreTooSmallToBeHandledAndPlansThem) {
   const Plan large = planned(artworks, stock, options);
   EXPECT_TRUE(large.unfit.empty());
   EXPECT_THAT(large.warnings, Each(Not(HasSubstr("handled"))));
+}
+
+// The paper's lower bound, since smaller ones get lost.
+TEST(Plan, NamesSquaresThatAreSmallerThanTheStatedSizeAndPlansThem) {
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 91)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 14.7_mm, 92)};
+  PlanOptions options = small_options();
+  options.patch = 4.9_mm;
+  const Plan small = planned(artworks, stock, options);
+  ASSERT_EQ(small.unfit.size(), 9U);
+  EXPECT_EQ(unfilled(small), 0U);
+  EXPECT_THAT(small.warnings, Contains(AllOf(HasSubstr("9 pieces are thinner than 1.5 mm or smaller than a square of "
+                                                       "5 mm: A1-1 is too small to be handled"),
+                                             HasSubstr("or a smaller --min-width-mm or --min-size-mm"))));
+  options.min_size = 4.9_mm;
+  EXPECT_TRUE(planned(artworks, stock, options).unfit.empty());
+  options.min_size = 5_mm, options.patch = 7.35_mm;
+  EXPECT_TRUE(planned(artworks, stock, options).unfit.empty());
+}
+
+// However they are laid out, where patches are larger than it.
+TEST(Plan, LayoutsMakeNoPieceSmallerThanTheStatedSize) {
+  const std::vector<StockPanel> stock{wood_panel("P", 220, 180, 50.8, 93)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 60, 60, 44_mm, 94)};
+  for (const LayoutKind layout : {LayoutKind::kMosaic, LayoutKind::kSegmentation, LayoutKind::kMorph})
+    for (const Refine refine : {Refine::kNone, Refine::kDp}) {
+      PlanOptions options = small_options();
+      options.patch = 8_mm, options.layout = layout, options.refine = refine, options.min_size = 5.5_mm;
+      const Plan plan = planned(artworks, stock, options);
+      for (const Piece& piece : plan.pieces)
+        EXPECT_GE(signed_area(piece.artwork_outline), 5.5 * 5.5 - 0.01) << static_cast<int>(layout) << piece.mark;
+      EXPECT_TRUE(plan.unfit.empty()) << static_cast<int>(layout) << static_cast<int>(refine);
+    }
 }
 
 TEST(Preview, CostsWhatItsPixelsMeasureSeamsIncluded) {

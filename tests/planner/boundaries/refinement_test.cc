@@ -275,7 +275,15 @@ TEST_F(Refined, TakeTheWoodThatIsTheirsWhenOtherPiecesAreRefusedTheirs) {
 
 TEST_F(Refined, HaveCurvesOfThreeMillimetresOnTheMean) {
   const Plan plan = planned(artworks_, stock_, options());
-  EXPECT_GE(plan.refined->length.count() / static_cast<double>(plan.refined->segments), 2.9);
+  EXPECT_GE(plan.refined->length.count() / static_cast<double>(plan.refined->segments), 3);
+}
+
+TEST_F(Refined, SayHowFarTheyLieBesideThePixelsCut) {
+  const Plan plan = planned(artworks_, stock_, options());
+  ASSERT_TRUE(plan.refined->pixel_cut.has_value());
+  EXPECT_GT(plan.refined->pixel_cut->mean.count(), 0) << "the pixels' cut goes in steps";
+  EXPECT_GE(plan.refined->pixel_cut->most, plan.refined->pixel_cut->mean);
+  EXPECT_LE(plan.refined->pixel_cut->mean.count(), 0.25);
 }
 
 TEST_F(Refined, AreTheSameForAnyNumberOfThreads) {
