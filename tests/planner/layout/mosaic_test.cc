@@ -276,7 +276,8 @@ TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
   EXPECT_EQ(mosaic->figures.tiles, 150);
   EXPECT_LT(mosaic->figures.mean_move_px, 0.1);
   EXPECT_LE(mosaic->figures.deviation_deg, 5);
-  EXPECT_LE(mosaic->figures.straddling, 0.05);
+  EXPECT_LE(mosaic->figures.cell_deviation_deg, 5);
+  EXPECT_LE(mosaic->figures.straddling, 0.02);
   const auto again = decorative_mosaic(picture, size, {150, 1, 4, 1});
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(cv::countNonZero(mosaic->labels != again->labels), 0);
