@@ -39,5 +39,5 @@ export function backupsCard() {
     facts(fact(t("database"), h("span", {}, t(`database.${database.state || "good"}`), database.sentence && " ", database.sentence && inEnglish(asSentence(database.sentence))), database.state === "damaged"),
       database.checked && fact(t("database.checked"), dayTime(database.checked))),
     h("div.commands", {}, button(t("check.do"), check, {id: "do-check", wide: true, small: t("check.small"), disabled: off("check")})),
-    workRow("check"), read && h("p", {role: "status", id: "check-done"}, t("check.done")));
+    workRow("check"), read && (database.state || "good") === "good" && h("p", {role: "status", id: "check-done"}, t("check.done")));
 }

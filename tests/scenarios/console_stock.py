@@ -239,6 +239,13 @@ class Stock(Day):
         self.press("#do-check")
         self.until_says("#check-done", "the database is sound")
         self.show("backups")
+        assert not self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/model.js').then(({model, changed}) => {
+              model.cell = {...model.cell, database: {state: 'damaged', sentence: 'a page is damaged'}};
+              changed();
+              requestAnimationFrame(() => requestAnimationFrame(() => done(Boolean(document.querySelector('#check-done')))));
+            });"""), "sound and damaged at once"
 
     def spoken_as_it_is_written(self):
         """On a German page what the cell says is marked as English, so that a screen reader reads it as such."""
