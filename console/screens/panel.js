@@ -24,7 +24,7 @@ export function enterPanel(id, piece) {
   if (map) { map.close(); map = null; }
   mapOf = "";
   beginBrush(id);
-  beginFacts(id);
+  beginFacts();
 }
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,

@@ -7,13 +7,11 @@ import {command} from "../commands.js";
 import {hint, lacking} from "../parts.js";
 
 const code = encodeURIComponent;
-let of = "";         // the panel
 let typed = {};      // what is not kept yet, by field
 let woods = [];      // that were ever named
 let keeping = false, kept = false;
 
-export function beginFacts(id) {
-  of = id;
+export function beginFacts() {
   typed = {};
   kept = false;
   askAll("/materials", "materials").then((all) => { woods = all.map((one) => one.material); changed(); }, () => {});  // only offered
@@ -39,6 +37,8 @@ function said(panel) {
 async function keep(event, panel) {
   event.preventDefault();
   const {now, zones, facts, anything, half} = said(panel);
+  const mine = typed, sent = {...typed};  // people type on meanwhile, or begin another panel
+  const taken = (names) => { for (const name of names) if (mine[name] === sent[name]) delete mine[name]; };
   if (keeping || !anything || half) return;
   keeping = true;
   kept = false;
@@ -47,10 +47,14 @@ async function keep(event, panel) {
   const alike = zones.length === panel.zones.length && zones.every((zone) => woodOf(zone) === woodOf(first));
   const bodies = alike ? [{material: woodOf(first)}] : zones.map((zone) => ({zone: zone.zone, material: woodOf(zone)}));
   let done = true;
-  for (const body of bodies) done = done && Boolean(await command(`/panels/${code(panel.id)}/material`, {body}));
+  for (const body of bodies) {
+    done = done && Boolean(await command(`/panels/${code(panel.id)}/material`, {body}));
+    if (done) taken((body.zone ? [body] : zones).map(({zone}) => `zone-${zone}`));
+  }
   if (done && Object.keys(facts).length) done = Boolean(await command(`/panels/${code(panel.id)}/facts`, {body: facts}));
   keeping = false;
-  if (done && of === panel.id) { typed = {}; kept = true; }
+  if (done) taken(Object.keys(sent));
+  kept = done && mine === typed && !Object.keys(typed).length;
   loadPanels();
   changed();
 }

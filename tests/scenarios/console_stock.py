@@ -99,8 +99,16 @@ class Stock(Day):
         self.until_says("main", "walnut, ")
         self.until_says("main", "0.6 mm of veneer")
         self.say("#say-zone-2", "maple")
+        self.keep_back("/P-0001/material")
         self.press("#do-say")
+        self.until("it to be on its way", lambda: not self.find("#do-say").is_enabled())
+        self.say("#say-shelf", "B8")  # meanwhile
+        self.let_go()
         self.until("both kept", lambda: self.asked_for("/P-0001/material") == 2)
+        self.until("the shelf to be kept next", lambda: self.find("#do-say").is_enabled())
+        assert self.find("#say-shelf").get_attribute("value") == "B8", "what was typed meanwhile is lost"
+        assert "It is kept." not in self.text("details[data-key=say]"), "not all of it"
+        self.say("#say-shelf", "B7")
         self.until_says("main", "maple, ")
         self.until("walnut in the first strip", lambda: self.find("#say-zone-1").get_attribute("value") == "walnut")
         self.go("panels")
