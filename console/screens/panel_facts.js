@@ -7,6 +7,7 @@ import {command} from "../commands.js";
 import {hint, lacking} from "../parts.js";
 
 const code = encodeURIComponent;
+const kLongestWood = 60;  // characters that the cell takes
 let typed = {};      // what is not kept yet, by field
 let woods = [];      // that were ever named
 let keeping = false, kept = false;
@@ -65,20 +66,23 @@ export function saidCard(panel, look) {
   const take = (name) => (event) => { typed[name] = event.target.value; kept = false; changed(); };
   const text = (name, label, more = {}) => h("label", {}, label, h("input", {type: "text", id: `say-${name}`, maxlength: 200, value: now[name], oninput: take(name), ...more}));
   const number = (name) => h("label", {}, t(`say.${name}`), h("input", {type: "number", id: `say-${name}`, min: .001, max: 100, step: "any", value: now[name], oninput: take(name)}));
+  const before = known(panel), isEmptied = (name) => Boolean(before[name]) && !now[name].trim();
+  const emptied = ["veneer_mm", "substrate_mm", ...panel.zones.map(({zone}) => `zone-${zone}`)].some(isEmptied);
   const all = (event) => { for (const {zone} of panel.zones) typed[`zone-${zone}`] = event.target.value; kept = false; changed(); };
   const whole = panel.zones.length > 1 && panel.zones.every(({zone}) => now[`zone-${zone}`] === now[`zone-${panel.zones[0].zone}`]) ? now[`zone-${panel.zones[0].zone}`] : "";
   return h("details.card", {"data-key": "say"}, h("summary", {}, t("say")),
     h("form.form", {onsubmit: (event) => keep(event, panel)},
       h("datalist", {id: "panel-woods"}, ...woods.map((wood) => h("option", {value: wood}, wood))),
-      panel.zones.length > 1 && h("label", {}, t("say.all"), h("input", {type: "text", id: "say-all", list: "panel-woods", maxlength: 200, value: whole, oninput: all})),
+      panel.zones.length > 1 && h("label", {}, t("say.all"), h("input", {type: "text", id: "say-all", list: "panel-woods", maxlength: kLongestWood, value: whole, oninput: all})),
       ...panel.zones.map((zone) => text(`zone-${zone.zone}`, t(panel.zones.length > 1 ? "say.zone" : "say.wood", {n: zone.zone, area: squareCm(zone.area_mm2)}),
-        {list: "panel-woods", onfocus: () => look(zone.zone), onblur: () => look(0)})),
+        {list: "panel-woods", maxlength: kLongestWood, onfocus: () => look(zone.zone), onblur: () => look(0)})),
       text("shelf", t("panel.shelf")),
       h("div.pair", {}, number("veneer_mm"), number("substrate_mm")),
       h("label", {}, t("say.treated"), h("select", {id: "say-treated", value: now.treated, onchange: take("treated")},
         h("option", {value: ""}, t("say.nothing")), ...["sanded", "finished"].map((one) => h("option", {value: one}, t(`say.${one}`))))),
       now.treated && h("div.pair", {}, text("product", t("say.product"), {required: true}), h("label", {}, t("say.day"), h("input", {type: "date", id: "say-day", value: now.day, oninput: take("day")}))),
       now.treated && hint(t("say.scan_again")),
+      emptied && h("p.dim.hint", {id: "say-emptied"}, t("say.emptied")),
       h("div.commands", {}, h("button.wide", {type: "submit", id: "do-say", disabled: !mayChange() || keeping || !anything || half || Boolean(panel.retired)}, t("say.keep"), lacking("operator"))),
       kept && h("p", {role: "status"}, t("say.kept"))));
 }

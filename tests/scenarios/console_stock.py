@@ -105,6 +105,13 @@ class Stock(Day):
         assert self.asked_for("/P-0001/material") == 1, "all strips of one wood are said at once"
         self.until_says("main", "walnut, ")
         self.until_says("main", "0.6 mm of veneer")
+        self.until("the thickness that was kept", lambda: self.find("#say-veneer_mm").get_attribute("value") == "0.6")
+        self.find("#say-veneer_mm").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
+        self.until_says("#say-emptied", "changed, not taken back")
+        assert not self.find("#do-say").is_enabled(), "that is nothing to keep"
+        self.say("#say-veneer_mm", "0.6")
+        self.until("the hint to go", lambda: not self.browser.find_elements("css selector", "#say-emptied"))
+        assert self.find("#say-zone-1").get_attribute("maxlength") == self.find("#say-all").get_attribute("maxlength") == "60"
         self.say("#say-zone-2", "maple")
         self.keep_back("/P-0001/material")
         self.press("#do-say")
