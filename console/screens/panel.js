@@ -80,7 +80,7 @@ export function panelDrawn(place, id) {
     map.show(shown.allocations);
     map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
-  }, (fault) => showRefusal(t("map.none", {why: fault.message}), language));
+  }, (fault) => showRefusal(tWith("map.none", "why", fault.message), language));
 }
 
 export function drawPanel(id) {

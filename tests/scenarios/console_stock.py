@@ -273,6 +273,11 @@ class Stock(Day):
         """On a German page what the cell says is marked as English, so that a screen reader reads it as such."""
         self.press("#language")
         self.until_says("#nav", "Platten")
+        self.go("new")
+        self.until("the form", lambda: self.find("form"))
+        self.browser.execute_script("document.querySelector('form').dispatchEvent(new Event('submit', {cancelable: true}))")
+        self.until_says("#refusal", "Wählen Sie erst ein Bild.")
+        assert self.find("#refusal").get_attribute("lang") == "de", "the page's own words"
         self.go("alarms")
         self.hear_it_when_wanted()
         self.find("#stop button").click()
