@@ -8,10 +8,16 @@ import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 
 const kShown = 10;
 let told = null;  // GET /backups
-let more = false;
+let more = false, asked = 0;
 
 export async function enterBackups() {
-  try { told = await get(`/backups?limit=${more ? 1000 : kShown}`); } catch (fault) { setTimeout(() => { if (!told) enterBackups(); }, kAgainMs); }
+  const mine = ++asked;  // only the last question is answered, and asked again where it was not
+  try {
+    const fresh = await get(`/backups?limit=${more ? 1000 : kShown}`);
+    if (mine === asked) told = fresh;
+  } catch (fault) {
+    setTimeout(() => { if (mine === asked) enterBackups(); }, kAgainMs);
+  }
   changed();
 }
 
