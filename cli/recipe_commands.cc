@@ -71,7 +71,9 @@ void add_remove(CLI::App& recipe, CommandContext& context) {
       ->check(CLI::IsMember({"cut", "engrave"}));
   remove->callback([names, &context] {
     context.finish_step(context.client().request("DELETE", recipe_target(names->first, names->second), "", ""),
-                        [](const json&) { return std::string(); });
+                        [names](const json&) {
+                          return fmt::format("The recipe of {}, {}, is removed.\n", names->first, names->second);
+                        });
   });
 }
 

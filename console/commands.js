@@ -5,10 +5,10 @@ import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, mode
 
 const refusal = document.getElementById("refusal");
 
-// What the cell says, unless it is said otherwise.
+// What the cell says, unless it is said otherwise; or parts of a sentence (tWith), of which each says what it is.
 export function showRefusal(sentence, spoken = "en") {
   refusal.lang = spoken;
-  refusal.textContent = sentence ? asSentence(sentence) : "";
+  refusal.replaceChildren(...(Array.isArray(sentence) ? sentence : [sentence ? asSentence(sentence) : ""]));
   refusal.hidden = !sentence;
   if (sentence) refusal.scrollIntoView({block: "nearest"});
 }

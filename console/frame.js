@@ -71,7 +71,7 @@ function showNext(next) {
     next.step === "settle" && here !== "run" && oneSuspect(),
     next.step === "clear" && here !== "run" && button(t("do.clear"), () => give("clear"), {disabled: !mayCommand("clear") || isStale()}),
     screen && here !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
-  loadPictures($("next"));
+  loadPictures($("next"), true);
 }
 
 // Every half second: nobody operates on what may be no longer true. STOP is not among what is shut off then.

@@ -122,12 +122,18 @@ export const loadPanels = loader(async () => {
   model.panels = await askAll("/panels", "panels");
 });
 export const loadJobs = loader(async () => { model.jobs = await askAll(model.archived ? "/jobs?archived=true" : "/jobs", "jobs"); });
-let plansWanted = 200;
+const kPlansAtOnce = 200;
+let plansWanted = kPlansAtOnce;
 export const loadPlans = loader(async () => { model.plans = await askAll("/plans", "plans", plansWanted); });
 export const mayHaveMorePlans = () => model.plans.length >= plansWanted;
 export function loadMorePlans(all) {
-  plansWanted = all ? Infinity : plansWanted + 200;
+  plansWanted = all ? Infinity : plansWanted + kPlansAtOnce;
   return loadPlans();
+}
+// Each event asks for as many as are wanted: the newest again, and `kept` of them that are looked at.
+export function fewerPlans(kept) {
+  plansWanted = kPlansAtOnce * Math.ceil((kept + 1) / kPlansAtOnce);
+  model.plans = model.plans.slice(0, plansWanted);
 }
 
 const pieceLoaders = new Map();

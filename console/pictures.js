@@ -17,10 +17,11 @@ const waiting = [];          // {path, screen, isWanted, tell, giveUp}, in the o
 const underWay = new Set();  // of them
 let screen = 0;
 
-// A URL that whoever asked revokes; "" when none comes, or when it is not wanted any more before it came.
-export function pictureUrl(path, isWanted = () => true) {
+// A URL that whoever asked revokes; "" when none comes, or when it is not wanted any more before it came. `first`: it
+// goes before those of any screen.
+export function pictureUrl(path, isWanted = () => true, first = false) {
   return new Promise((tell) => {
-    waiting.push({path, screen, isWanted, tell, giveUp: new AbortController()});
+    waiting.push({path, screen: first ? Infinity : screen, isWanted, tell, giveUp: new AbortController()});
     fetchNext();
   });
 }
@@ -94,13 +95,14 @@ function isWanted(image) {
 // Whether this very picture is to be seen: an <img> keeps its last one until the next is there.
 export const isShown = (image, path) => Boolean(image && !image.hidden && image.came_ === path && image.complete && image.naturalWidth > 0);
 
-// After a screen was put: fetches what is new on it. The last picture stays until the next is there.
-export function loadPictures(place) {
+// After a screen was put: fetches what is new on it. The last picture stays until the next is there. `first`: of what
+// stands on every screen.
+export function loadPictures(place, first = false) {
   releaseGone();
-  for (const image of place.querySelectorAll("img[data-picture]")) load(image);
+  for (const image of place.querySelectorAll("img[data-picture]")) load(image, first);
 }
 
-async function load(image) {
+async function load(image, first = false) {
   const {picture: path, version} = image.dataset;
   const wanted = `${path} ${version}`;
   if (image.loading_ === wanted) return;
@@ -109,7 +111,7 @@ async function load(image) {
   if (!isWanted(image)) return void (image.loading_ = "");
   image.loading_ = wanted;
   const isStill = () => image.loading_ === wanted && isWanted(image);
-  const url = path ? await pictureUrl(path, isStill) : "";
+  const url = path ? await pictureUrl(path, isStill, first) : "";
   // Another one was wanted meanwhile, or the screen was left.
   if (image.loading_ !== wanted || !image.isConnected) return url && URL.revokeObjectURL(url);
   const again = () => { if (image.loading_ === wanted) image.loading_ = ""; };

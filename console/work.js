@@ -21,14 +21,20 @@ export async function over(id) {
   }
 }
 
-// One thing at a time for each place of a screen that begins work: {task, text, fault, result}.
+// One thing at a time for each place of a screen that begins work: {task, text, fault, own, result}.
 const places = new Map();
 export const workAt = (place) => places.get(place) || {};
 export const isBusy = (place) => Boolean(workAt(place).busy);
 const note = (place, what) => { places.set(place, {...workAt(place), ...what}); changed(); };
 export const forgetWork = (place) => { places.delete(place); changed(); };
 
-export class Refused extends Error {}
+// By the cell, unless it is in the page's own words.
+export class Refused extends Error {
+  constructor(sentence, {own = false} = {}) {
+    super(sentence);
+    this.own = own;
+  }
+}
 
 // A request that begins a task; throws when it is refused, or when the task fails. What it was done for.
 export async function run(place, path, body, timeoutMs = 20000) {
@@ -37,7 +43,7 @@ export async function run(place, path, body, timeoutMs = 20000) {
   if (!begun.task) return begun;
   note(place, {task: begun.task});
   const task = await over(begun.task);
-  if (task.state !== "done") throw new Refused(task.error ? task.error.message : t("work.failed"));
+  if (task.state !== "done") throw task.error ? new Refused(task.error.message) : new Refused(t("work.failed"), {own: true});
   return task.result;
 }
 
@@ -51,15 +57,15 @@ export async function doSteps(place, steps) {
       note(place, {result: await act()});
     }
   } catch (fault) {
-    note(place, {fault: fault.message});
+    note(place, {fault: fault.message, own: Boolean(fault.own)});
   }
   note(place, {busy: false, task: 0, text: ""});
 }
 
 // What goes on there, or what went wrong.
 export function workRow(place) {
-  const {busy, text, task: id, fault} = workAt(place);
-  if (fault) return h("p.fault", {role: "alert"}, "▲ ", inEnglish(asSentence(fault)));
+  const {busy, text, task: id, fault, own} = workAt(place);
+  if (fault) return h("p.fault", {role: "alert"}, "▲ ", own ? asSentence(fault) : inEnglish(asSentence(fault)));
   if (!busy) return null;
   const task = model.tasks.get(id);
   const running = task && task.state === "running";

@@ -1,6 +1,6 @@
 // A picture becomes a plan, plans are compared, and one of them becomes a job. Planning reserves no wood.
 import {h} from "../dom.js";
-import {t} from "../words.js";
+import {language, t} from "../words.js";
 import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
@@ -152,14 +152,14 @@ const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, c
 
 async function plan(event) {
   event.preventDefault();
-  if (!wanted.file) return showRefusal(t("picture.need"));
+  if (!wanted.file) return showRefusal(t("picture.need"), language);
   const query = asked();
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
-  if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}));
+  if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}), language);
   if (drawing) query.set("segmentation_bytes", drawing.size);
   const body = drawing ? new Blob([wanted.file, drawing]) : wanted.file;
   const started = await command(`/plans?${query}`, {body, timeoutMs: 60000});

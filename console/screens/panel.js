@@ -24,7 +24,7 @@ export function enterPanel(id, piece) {
   if (map) { map.close(); map = null; }
   mapOf = "";
   beginBrush(id);
-  beginFacts(id);
+  beginFacts();
 }
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
@@ -80,7 +80,7 @@ export function panelDrawn(place, id) {
     map.show(shown.allocations);
     map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
-  }, (fault) => showRefusal(t("map.none", {why: fault.message}), language));
+  }, (fault) => showRefusal(tWith("map.none", "why", fault.message), language));
 }
 
 export function drawPanel(id) {

@@ -7,13 +7,12 @@ import {command} from "../commands.js";
 import {hint, lacking} from "../parts.js";
 
 const code = encodeURIComponent;
-let of = "";         // the panel
+const kLongestWood = 60;  // characters that the cell takes
 let typed = {};      // what is not kept yet, by field
 let woods = [];      // that were ever named
 let keeping = false, kept = false;
 
-export function beginFacts(id) {
-  of = id;
+export function beginFacts() {
   typed = {};
   kept = false;
   askAll("/materials", "materials").then((all) => { woods = all.map((one) => one.material); changed(); }, () => {});  // only offered
@@ -39,6 +38,8 @@ function said(panel) {
 async function keep(event, panel) {
   event.preventDefault();
   const {now, zones, facts, anything, half} = said(panel);
+  const mine = typed, sent = {...typed};  // people type on meanwhile, or begin another panel
+  const taken = (names) => { for (const name of names) if (mine[name] === sent[name]) delete mine[name]; };
   if (keeping || !anything || half) return;
   keeping = true;
   kept = false;
@@ -47,10 +48,14 @@ async function keep(event, panel) {
   const alike = zones.length === panel.zones.length && zones.every((zone) => woodOf(zone) === woodOf(first));
   const bodies = alike ? [{material: woodOf(first)}] : zones.map((zone) => ({zone: zone.zone, material: woodOf(zone)}));
   let done = true;
-  for (const body of bodies) done = done && Boolean(await command(`/panels/${code(panel.id)}/material`, {body}));
+  for (const body of bodies) {
+    done = done && Boolean(await command(`/panels/${code(panel.id)}/material`, {body}));
+    if (done) taken((body.zone ? [body] : zones).map(({zone}) => `zone-${zone}`));
+  }
   if (done && Object.keys(facts).length) done = Boolean(await command(`/panels/${code(panel.id)}/facts`, {body: facts}));
   keeping = false;
-  if (done && of === panel.id) { typed = {}; kept = true; }
+  if (done) taken(Object.keys(sent));
+  kept = done && mine === typed && !Object.keys(typed).length;
   loadPanels();
   changed();
 }
@@ -61,20 +66,23 @@ export function saidCard(panel, look) {
   const take = (name) => (event) => { typed[name] = event.target.value; kept = false; changed(); };
   const text = (name, label, more = {}) => h("label", {}, label, h("input", {type: "text", id: `say-${name}`, maxlength: 200, value: now[name], oninput: take(name), ...more}));
   const number = (name) => h("label", {}, t(`say.${name}`), h("input", {type: "number", id: `say-${name}`, min: .001, max: 100, step: "any", value: now[name], oninput: take(name)}));
+  const before = known(panel), isEmptied = (name) => Boolean(before[name]) && !now[name].trim();
+  const emptied = ["veneer_mm", "substrate_mm", ...panel.zones.map(({zone}) => `zone-${zone}`)].some(isEmptied);
   const all = (event) => { for (const {zone} of panel.zones) typed[`zone-${zone}`] = event.target.value; kept = false; changed(); };
   const whole = panel.zones.length > 1 && panel.zones.every(({zone}) => now[`zone-${zone}`] === now[`zone-${panel.zones[0].zone}`]) ? now[`zone-${panel.zones[0].zone}`] : "";
   return h("details.card", {"data-key": "say"}, h("summary", {}, t("say")),
     h("form.form", {onsubmit: (event) => keep(event, panel)},
       h("datalist", {id: "panel-woods"}, ...woods.map((wood) => h("option", {value: wood}, wood))),
-      panel.zones.length > 1 && h("label", {}, t("say.all"), h("input", {type: "text", id: "say-all", list: "panel-woods", maxlength: 200, value: whole, oninput: all})),
+      panel.zones.length > 1 && h("label", {}, t("say.all"), h("input", {type: "text", id: "say-all", list: "panel-woods", maxlength: kLongestWood, value: whole, oninput: all})),
       ...panel.zones.map((zone) => text(`zone-${zone.zone}`, t(panel.zones.length > 1 ? "say.zone" : "say.wood", {n: zone.zone, area: squareCm(zone.area_mm2)}),
-        {list: "panel-woods", onfocus: () => look(zone.zone), onblur: () => look(0)})),
+        {list: "panel-woods", maxlength: kLongestWood, onfocus: () => look(zone.zone), onblur: () => look(0)})),
       text("shelf", t("panel.shelf")),
       h("div.pair", {}, number("veneer_mm"), number("substrate_mm")),
       h("label", {}, t("say.treated"), h("select", {id: "say-treated", value: now.treated, onchange: take("treated")},
         h("option", {value: ""}, t("say.nothing")), ...["sanded", "finished"].map((one) => h("option", {value: one}, t(`say.${one}`))))),
       now.treated && h("div.pair", {}, text("product", t("say.product"), {required: true}), h("label", {}, t("say.day"), h("input", {type: "date", id: "say-day", value: now.day, oninput: take("day")}))),
       now.treated && hint(t("say.scan_again")),
+      emptied && h("p.dim.hint", {id: "say-emptied"}, t("say.emptied")),
       h("div.commands", {}, h("button.wide", {type: "submit", id: "do-say", disabled: !mayChange() || keeping || !anything || half || Boolean(panel.retired)}, t("say.keep"), lacking("operator"))),
       kept && h("p", {role: "status"}, t("say.kept"))));
 }

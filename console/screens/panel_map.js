@@ -1,6 +1,7 @@
 // A panel's map: its scan, and over it what is booked in its wood, its tags and its strips. Millimetres of the panel are
 // the map's coordinates (CRS.Simple), so that nothing is projected. The scan comes small, and in tiles over that where
 // somebody looks closer.
+import {h} from "../dom.js";
 import {t} from "../words.js";
 import {pictureUrl} from "../pictures.js";
 import {brushKey} from "../brush_keys.js";
@@ -23,6 +24,7 @@ const hiddenLayers = new Set(["free", "zones"]);
 export const isShown = (layer) => !hiddenLayers.has(layer);
 
 const at = ([x, y]) => [y, x];  // Leaflet's latitude is our y
+const words = (text) => h("span", {}, text);  // Leaflet takes a string for HTML, and a wood's name is what somebody typed
 let leaflet = null;
 
 async function library() {
@@ -90,7 +92,7 @@ export async function openMap(place, panel, onPiece) {
     const marker = fiducial.kind === "tag" && fiducial.corners_mm.length === 4
         ? L.polygon(fiducial.corners_mm.map(at), {color: "#005f46", weight: 3, fillOpacity: .1, dashArray: fiducial.face === "back" ? "3 5" : null})
         : L.circleMarker(at(fiducial.centre_mm), {radius: 6, color: "#005f46", weight: 3, fillOpacity: 0});
-    layers.fiducials.addLayer(marker.bindTooltip(`${name}, ${t(`face.${fiducial.face}`)}`));
+    layers.fiducials.addLayer(marker.bindTooltip(words(`${name}, ${t(`face.${fiducial.face}`)}`)));
   }
   let strips = [], strip = null;  // strip: the one that is shown
   const outlineOf = (zone) => L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05});
@@ -129,7 +131,7 @@ export async function openMap(place, panel, onPiece) {
         if (!kStates[one.state]) return;  // given back
         const [layer, look] = kStates[one.state];
         const rings = one.outline_mm && one.outline_mm.length > 2 ? [one.outline_mm.map(at)] : (one.allocation_mm || []).map((ring) => ring.map(at));
-        const polygon = L.polygon(rings, {weight: 2, ...look}).bindTooltip([one.mark, t(`state.${one.state}`)].filter(Boolean).join(", "));
+        const polygon = L.polygon(rings, {weight: 2, ...look}).bindTooltip(words([one.mark, t(`state.${one.state}`)].filter(Boolean).join(", ")));
         polygon.on("click", () => { if (!hand.paints()) onPiece(one); });
         drawn.set(one.piece || `none-${number}`, polygon);
         layers[layer].addLayer(polygon);
@@ -151,7 +153,7 @@ export async function openMap(place, panel, onPiece) {
     zones(zones) {
       strips = zones.filter((zone) => Array.isArray(zone.outline_mm) && zone.outline_mm.length > 2);
       layers.zones.clearLayers();
-      for (const zone of strips) layers.zones.addLayer(outlineOf(zone).bindTooltip(`${zone.zone}: ${zone.material || t("panel.unnamed")}`));
+      for (const zone of strips) layers.zones.addLayer(outlineOf(zone).bindTooltip(words(`${zone.zone}: ${zone.material || t("panel.unnamed")}`)));
     },
     // By its number; 0 = none.
     zone(number) {

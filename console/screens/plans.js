@@ -2,7 +2,7 @@
 import {h, svg} from "../dom.js";
 import {span, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
-import {changed, followEvent, loadMorePlans, loadPlans, mayChange, mayHaveMorePlans, model} from "../model.js";
+import {changed, fewerPlans, followEvent, loadMorePlans, loadPlans, mayChange, mayHaveMorePlans, model} from "../model.js";
 import {choose, command} from "../commands.js";
 import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
@@ -62,7 +62,8 @@ function showMore() {
 function look(words) {
   search = words;
   shown = kShown;
-  if (search && mayHaveMorePlans()) loadMorePlans(true);
+  if (!search) fewerPlans(1 + Math.max(-1, ...ticked.map((id) => model.plans.findIndex((plan) => plan.id === id))));
+  else if (mayHaveMorePlans()) loadMorePlans(true);
   changed();
 }
 

@@ -37,11 +37,12 @@ function bedWords() {
 
 // One answer of the cell's is kept, the last one: null while it is on its way.
 function lastOf(path) {
-  let of = "", told = null;
+  let of = "", told = null, toldOf = "";
   return (id, version) => {
     const key = `${id} ${version}`;
     if (of !== key) {
-      if (!of.startsWith(`${id} `)) told = null;  // what is known of another one
+      if (toldOf !== String(id)) told = null;  // what is known of another one
+      toldOf = String(id);
       of = key;
       get(`${path}/${encodeURIComponent(id)}`).then((fresh) => { if (of === key) { told = fresh; changed(); } }, () => setTimeout(() => { if (of === key) { of = ""; changed(); } }, kAgainMs));
     }

@@ -70,6 +70,7 @@ function followWaiting(task) {
 function proposalCard(seen) {
   const {number, panel} = seen;
   const take = async () => {
+    if (openDoubts(seen).length) return;  // the button may be of a moment ago
     const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
     if (told) begun = told.task;
     changed();

@@ -8,10 +8,16 @@ import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 
 const kShown = 10;
 let told = null;  // GET /backups
-let more = false;
+let more = false, asked = 0;
 
 export async function enterBackups() {
-  try { told = await get(`/backups?limit=${more ? 1000 : kShown}`); } catch (fault) { setTimeout(() => { if (!told) enterBackups(); }, kAgainMs); }
+  const mine = ++asked;  // only the last question is answered, and asked again where it was not
+  try {
+    const fresh = await get(`/backups?limit=${more ? 1000 : kShown}`);
+    if (mine === asked) told = fresh;
+  } catch (fault) {
+    setTimeout(() => { if (mine === asked) enterBackups(); }, kAgainMs);
+  }
   changed();
 }
 
@@ -39,5 +45,5 @@ export function backupsCard() {
     facts(fact(t("database"), h("span", {}, t(`database.${database.state || "good"}`), database.sentence && " ", database.sentence && inEnglish(asSentence(database.sentence))), database.state === "damaged"),
       database.checked && fact(t("database.checked"), dayTime(database.checked))),
     h("div.commands", {}, button(t("check.do"), check, {id: "do-check", wide: true, small: t("check.small"), disabled: off("check")})),
-    workRow("check"), read && h("p", {role: "status", id: "check-done"}, t("check.done")));
+    workRow("check"), read && (database.state || "good") === "good" && h("p", {role: "status", id: "check-done"}, t("check.done")));
 }

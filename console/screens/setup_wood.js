@@ -34,14 +34,15 @@ function followProposals() {
   const now = `${over} ${model.panels.length} ${(model.cell.next_step || {}).step}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; keepDoubts(proposals); changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; keepDoubts(proposals); changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
 }
 
 const stocked = async (work) => { const made = await work; loadPanels(); return made; };
 const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked(run(place, "/scans", body))});
 
 function proposal(place, seen) {
-  const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
+  // The button may be of a moment ago.
+  const accept = () => !openDoubts(seen).length && doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
   // Nobody accepts what has not been shown yet.
   const path = `/proposals/${seen.number}/picture.png`;
   const shown = isShown(document.querySelector("img.seen"), path);

@@ -117,7 +117,7 @@ export const words = {
   "difference.write_off": "Abschreiben", "difference.leave": "So lassen",
   "say": "Holz, Fach, Dicke, Behandlung angeben", "say.wood": "Holz der Platte", "say.all": "Holz aller Streifen", "say.zone": "Holz von Streifen {n}, {area}", "say.veneer_mm": "Furnier, mm", "say.substrate_mm": "Träger, mm",
   "say.treated": "Was mit der Oberfläche geschah", "say.nothing": "nichts Neues", "say.sanded": "geschliffen", "say.finished": "geölt, lackiert oder dergleichen", "say.product": "Womit", "say.day": "An welchem Tag (leer: heute)",
-  "say.scan_again": "Danach sieht sie anders aus: Geplant wird aus ihr erst wieder, wenn sie neu gescannt ist.", "say.keep": "So behalten", "say.kept": "Es ist vermerkt.",
+  "say.scan_again": "Danach sieht sie anders aus: Geplant wird aus ihr erst wieder, wenn sie neu gescannt ist.", "say.keep": "So behalten", "say.kept": "Es ist vermerkt.", "say.emptied": "Holz und Dicke lassen sich ändern, nicht zurücknehmen: Was leer bleibt, bleibt, wie es war.",
   // Scannen
   "scan.how": "Legen Sie die Platte auf das Glas, dann scannen Sie. Der erste Scan einer Platte zeigt ihre Sichtseite.",
   "scan.face": "Welche Seite liegt auf dem Glas?", "scan.which": "Welche Platte ist es?", "scan.new": "die Zelle erkennt sie an den Marken", "scan.more": "Die Platte ist größer als das Glas: weitere Kacheln folgen",

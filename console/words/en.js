@@ -109,7 +109,7 @@ export const words = {
   "difference.write_off": "Write it off", "difference.leave": "Leave it as it is",
   "say": "Name its wood, shelf, thickness, treatment", "say.wood": "Wood of the panel", "say.all": "Wood of all strips", "say.zone": "Wood of strip {n}, {area}", "say.veneer_mm": "Veneer, mm", "say.substrate_mm": "Substrate, mm",
   "say.treated": "What was done to its surface", "say.nothing": "nothing new", "say.sanded": "sanded", "say.finished": "oiled, varnished or the like", "say.product": "With what", "say.day": "On which day (empty: today)",
-  "say.scan_again": "After that it looks otherwise: nothing is planned from it before it is scanned again.", "say.keep": "Keep this", "say.kept": "It is kept.",
+  "say.scan_again": "After that it looks otherwise: nothing is planned from it before it is scanned again.", "say.keep": "Keep this", "say.kept": "It is kept.", "say.emptied": "A wood or a thickness is changed, not taken back: what is left empty stays as it was.",
   // Scan
   "scan.how": "Lay the panel on the glass, then scan it. The first scan of a panel is of its show face.",
   "scan.face": "Which face lies on the glass?", "scan.which": "Which panel is it?", "scan.new": "the cell finds out by its tags", "scan.more": "The panel is larger than the glass: more tiles follow",

@@ -2,13 +2,16 @@
 """console_stock.py LINK PICTURES: what is kept in the cell, and what people say of it: a scan in doubt, the wood of a panel, a long
 shelf whose pictures stand in nobody's way, plans that are many, backups.
 """
-import os
+import itertools
 
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from console_day import Day, play
 
 MANY = 40
+PLANS = 230  # more than the page asks for at once
+SIGNS = "<b>oak</b> <2 mm"
 
 
 class Stock(Day):
@@ -65,6 +68,13 @@ class Stock(Day):
         self.press("[data-doubt=size]")
         self.until("one to be taken back", lambda: not self.find("#do-accept").is_enabled())
         self.press("[data-doubt=size]")
+        self.until("all to be answered again", lambda: self.find("#do-accept").is_enabled())
+        self.browser.execute_script("""
+            document.querySelector('[data-doubt=size]').click();  // and at once, before the page is drawn anew
+            document.querySelector('#do-accept').click();""")
+        self.until("one to be taken back", lambda: not self.find("#do-accept").is_enabled())
+        assert self.asked_for("/accept") == 0, "accepted with a doubt that is open"
+        self.press("[data-doubt=size]")
         self.press("#do-accept")
         self.until("it to be in stock", lambda: self.asked_for("/accept") == 1 and not self.browser.find_elements("css selector", "[data-doubt]"))
         told = self.browser.execute_script("return window.overruled")
@@ -92,19 +102,60 @@ class Stock(Day):
         before = drawn()
         self.browser.execute_script("document.querySelector('#say-zone-1').focus()")
         self.until("that strip on the map", lambda: drawn() != before)
+        self.browser.execute_script("document.activeElement.blur()")
+        self.until("the map as it was", lambda: drawn() == before)
+        self.browser.execute_script("document.querySelector('#say-zone-1').focus()")
         self.show("say")
         self.press("#do-say")
         self.until_says("details[data-key=say]", "It is kept.")
         assert self.asked_for("/P-0001/material") == 1, "all strips of one wood are said at once"
         self.until_says("main", "walnut, ")
         self.until_says("main", "0.6 mm of veneer")
+        self.until("the thickness that was kept", lambda: self.find("#say-veneer_mm").get_attribute("value") == "0.6")
+        self.find("#say-veneer_mm").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
+        self.until_says("#say-emptied", "changed, not taken back")
+        assert not self.find("#do-say").is_enabled(), "that is nothing to keep"
+        self.say("#say-veneer_mm", "0.6")
+        self.until("the hint to go", lambda: not self.browser.find_elements("css selector", "#say-emptied"))
+        assert self.find("#say-zone-1").get_attribute("maxlength") == self.find("#say-all").get_attribute("maxlength") == "60"
+        self.name_it_with_signs()
         self.say("#say-zone-2", "maple")
+        self.keep_back("/P-0001/material")
         self.press("#do-say")
-        self.until("both kept", lambda: self.asked_for("/P-0001/material") == 2)
+        self.until("it to be on its way", lambda: not self.find("#do-say").is_enabled())
+        self.say("#say-shelf", "B8")  # meanwhile
+        self.let_go()
+        self.until("both kept", lambda: self.asked_for("/P-0001/material") == 3)
+        self.until("the shelf to be kept next", lambda: self.find("#do-say").is_enabled())
+        assert self.find("#say-shelf").get_attribute("value") == "B8", "what was typed meanwhile is lost"
+        assert "It is kept." not in self.text("details[data-key=say]"), "not all of it"
+        self.say("#say-shelf", "B7")
         self.until_says("main", "maple, ")
         self.until("walnut in the first strip", lambda: self.find("#say-zone-1").get_attribute("value") == "walnut")
         self.go("panels")
         self.until_says('.panel[href="#panels/P-0001"]', "Shelf B7")
+
+    def name_it_with_signs(self):
+        """A name is text, whatever it looks like, where the pointer stands over its strip."""
+        self.say("#say-zone-2", SIGNS)
+        self.press("#do-say")
+        self.until_says("details[data-key=say]", "It is kept.")
+        layers = self.browser.execute_script("""
+            window.turned = [...document.querySelectorAll('.layers label')].filter((one) => one.querySelector('input').checked !== Boolean(one.querySelector('.layer-zones')));
+            window.turned.forEach((one) => one.querySelector('input').click());
+            document.querySelector('.map').scrollIntoView({block: 'center'});
+            return window.turned.length;""")
+        assert layers > 0, "strips are not shown unasked"
+        places = itertools.cycle([(across, down) for across in range(-3, 4) for down in range(-3, 4)])
+
+        def next_place_tells_it():
+            place, (across, down) = self.find(".map"), next(places)
+            ActionChains(self.browser, duration=0).move_to_element_with_offset(
+                place, across * place.size["width"] // 8, down * place.size["height"] // 8).perform()
+            return self.text(".leaflet-tooltip") == f"2: {SIGNS}"
+
+        self.until("its name as it was typed", next_place_tells_it)
+        self.browser.execute_script("window.turned.forEach((one) => one.querySelector('input').click())")
 
     def say(self, field, words):
         self.until(field, lambda: self.find(field))
@@ -195,36 +246,56 @@ class Stock(Day):
         """An older one is found by its name and by going on; what was looked at long ago is asked for again."""
         self.browser.execute_script("""
             const fetch = window.fetch;
+            window.limits = [];
             window.letGo = () => { window.fetch = fetch; };
             window.fetch = async (path, how = {}) => {
               const copied = /\\/plans\\/9\\d\\d\\d(.*)$/.exec(path);
               if (copied) { window.asked.push(path); return fetch(`/api/v1/plans/1${copied[1]}`, how); }
-              const reply = await fetch(path, how);
-              if (!/\\/plans\\?/.test(path) || !reply.ok) return reply;
-              const told = await reply.json(), [one] = told.plans;
-              told.plans = Array.from({length: arguments_}, (_, n) => ({...one, id: 9000 + arguments_ - n, name: `copy ${arguments_ - n}`, jobs: []})).concat(told.plans);
+              if (!/\\/plans\\?/.test(path)) return fetch(path, how);
+              const reply = await fetch('/api/v1/plans?limit=1000', how);
+              if (!reply.ok) return reply;
+              const told = await reply.json(), [one] = told.plans, page = new URL(path, location).searchParams;
+              const all = Array.from({length: arguments_}, (_, n) => ({...one, id: 9000 + arguments_ - n, name: `copy ${arguments_ - n}`, jobs: []})).concat(told.plans);
+              const limit = Number(page.get('limit')), from = Number(page.get('cursor') || 0);
+              window.limits.push(limit);
+              told.plans = all.slice(from, from + limit);
+              told.next = from + limit < all.length ? String(from + limit) : null;
               return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
-            };""".replace("arguments_", str(MANY)))
-        self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPlans()).then(() => done())")
+            };""".replace("arguments_", str(PLANS)))
+        load = lambda: self.browser.execute_async_script("const done = arguments[0]; import('/console/model.js').then((model) => model.loadPlans()).then(() => done())")
+        limit = lambda: self.browser.execute_script("return window.limits.at(-1)")
+        load()
+        assert limit() == 200, limit()
         self.go("new")
         rows = lambda: len(self.browser.find_elements("css selector", "ul.plans li"))
         self.until("the newest plans", lambda: rows() == 24)
-        self.press("#plans-more")
-        self.until("all of them", lambda: rows() == MANY + 1)
-        assert not self.browser.find_elements("css selector", "#plans-more"), "there are no more"
         self.show("plans-many")
-        self.say("#plans-search", "control")
+        self.say("#plans-search", "control")  # the oldest of all
         self.until("the one of this name", lambda: rows() == 1)
+        assert limit() == 1000, limit()
         self.say("#plans-search", "nowhere")
         self.until_says("main", "No plan has this number")
         self.find("#plans-search").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
         self.until("the newest again", lambda: rows() == 24)
-        for number in range(9000 + MANY, 9000 + MANY - 10, -1):
+        load()
+        assert limit() == 200, "all of them are asked for though nobody looks for one"
+        while limit() == 200:
+            before = rows()
+            self.press("#plans-more")
+            self.until("older ones", lambda: rows() > before)
+            self.until("the cell to be asked", lambda: limit() == 400 or rows() < 200)
+        self.press("#plans-more")
+        self.until("all of them", lambda: rows() == PLANS + 1)
+        assert limit() == 400 and not self.browser.find_elements("css selector", "#plans-more"), "there are no more"
+        self.say("#plans-search", "copy")
+        self.find("#plans-search").send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
+        self.until("the newest once more", lambda: rows() == 24)
+        for number in range(9000 + PLANS, 9000 + PLANS - 10, -1):
             self.press(f'ul.plans li[data-key="{number}"] input')
             self.until(f"pieces of plan {number}", lambda: self.asked_for(f"/plans/{number}/pieces") == 1)
             self.press(f'ul.plans li[data-key="{number}"] input')
-        self.press(f'ul.plans li[data-key="{9000 + MANY - 1}"] input')
-        self.until("the first one's pieces to be asked for again", lambda: self.asked_for(f"/plans/{9000 + MANY - 1}/pieces") == 2)
+        self.press(f'ul.plans li[data-key="{9000 + PLANS - 1}"] input')
+        self.until("the first one's pieces to be asked for again", lambda: self.asked_for(f"/plans/{9000 + PLANS - 1}/pieces") == 2)
         self.browser.execute_script("window.letGo()")
 
     # ---- backups
@@ -239,11 +310,23 @@ class Stock(Day):
         self.press("#do-check")
         self.until_says("#check-done", "the database is sound")
         self.show("backups")
+        assert not self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/model.js').then(({model, changed}) => {
+              model.cell = {...model.cell, database: {state: 'damaged', sentence: 'a page is damaged'}};
+              changed();
+              requestAnimationFrame(() => requestAnimationFrame(() => done(Boolean(document.querySelector('#check-done')))));
+            });"""), "sound and damaged at once"
 
     def spoken_as_it_is_written(self):
         """On a German page what the cell says is marked as English, so that a screen reader reads it as such."""
         self.press("#language")
         self.until_says("#nav", "Platten")
+        self.go("new")
+        self.until("the form", lambda: self.find("#main form"))
+        self.browser.execute_script("document.querySelector('#main form').dispatchEvent(new Event('submit', {cancelable: true}))")
+        self.until_says("#refusal", "Wählen Sie erst ein Bild.")
+        assert self.find("#refusal").get_attribute("lang") == "de", "the page's own words"
         self.go("alarms")
         self.hear_it_when_wanted()
         self.find("#stop button").click()

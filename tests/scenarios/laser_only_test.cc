@@ -190,7 +190,9 @@ TEST_F(LaserOnly, BurnsATestCardAndKeepsTheRecipeItGave) {
   const Finished list = cell->veneerctl({"recipe", "list"});
   for (const char* word : {"walnut", "12 mm/s", "80 %", "0.31 mm", "0.22 mm"})
     EXPECT_THAT(list.output, HasSubstr(word));
-  EXPECT_EQ(cell->veneerctl({"recipe", "remove", "walnut", "cut"}).status, 0);
+  const Finished removed = cell->veneerctl({"recipe", "remove", "walnut", "cut"});
+  EXPECT_EQ(removed.status, 0) << removed.output;
+  EXPECT_THAT(removed.output, HasSubstr("The recipe of walnut, cut, is removed."));
   EXPECT_EQ(cell->veneerctl({"recipe", "remove", "walnut", "cut"}).status, 1);
 }
 
