@@ -87,12 +87,14 @@ class ModelledCell : public ModelledPeople {
     int drawn = *in_range(0, all);
     auto command = commands().begin();
     for (; drawn >= command->weight; ++command) drawn -= command->weight;
-    ++given_[command->name];
-    (this->*command->give)();
+    give(*command);
   }
+  void give(const std::string& name) { give(*std::ranges::find(commands(), name, &Command::name)); }
   // How often each command was given; nothing of one that never was.
   const std::map<std::string, int>& given() const { return given_; }
   int made_again_at_once() const { return made_again_at_once_; }
+  // How often a backup was put back.
+  int restored() const { return restored_; }
 
   void compare() {
     for (ModelJob& job : jobs_) {
@@ -247,6 +249,10 @@ class ModelledCell : public ModelledPeople {
     RC_ASSERT(unite(areas).area().count() == sum);
   }
   std::filesystem::path folder() const { return cell_.file().parent_path(); }
+  void give(const Command& command) {
+    ++given_[command.name];
+    (this->*command.give)();
+  }
   void back_up() {
     namespace fs = std::filesystem;
     fs::remove_all(folder() / "backup");
@@ -266,6 +272,7 @@ class ModelledCell : public ModelledPeople {
     const auto over = fs::copy_options::recursive | fs::copy_options::overwrite_existing;
     if (fs::exists(folder() / "backup" / "plans")) fs::copy(folder() / "backup" / "plans", folder() / "plans", over);
     static_cast<ModelledKnowledge&>(*this) = *backup_;
+    ++restored_;
   }
   // Statements that nobody should make: nothing may come of them.
   void stray() {
@@ -285,6 +292,7 @@ class ModelledCell : public ModelledPeople {
 
   const Backups backups_;
   std::optional<ModelledKnowledge> backup_;
+  int restored_ = 0;
   std::map<std::string, int> given_;
 };
 
