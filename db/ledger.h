@@ -2,6 +2,7 @@
 //
 //   reserved -> cutting | released        cutting -> cut | suspect
 //   suspect -> cut | scrap | released     cut -> scrap
+//   scrap -> suspect                      of a piece that was called lost by mistake, and has no other wood
 //   reserved, cut -> suspect              when a beam may have strayed onto them (JobStore::abort_run)
 //   leased -> released                    when the lease ends (db/leases.h)
 //

@@ -32,6 +32,8 @@ class ModelledCell : public ModelledPeople {
         {"book", 5, &ModelledCell::book},
         {"finish_or_abort", 4, &ModelledCell::finish_or_abort},
         {"settle", 3, &ModelledCell::settle},
+        {"look_and_settle", 4, &ModelledCell::look_and_settle},
+        {"break_off_or_clear", 1, &ModelledCell::break_off_or_clear},
         {"saw_apart", 3, &ModelledCell::saw_apart},
         {"store_plan", 4, &ModelledCell::store_plan},
         {"remove_plan", 1, &ModelledCell::remove_plan},
@@ -109,7 +111,7 @@ class ModelledCell : public ModelledPeople {
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(found[i].sighting.has_value() ==
-                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen));
+                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen.has_value()));
       // What is told of a piece ends with what it is.
       for (const PieceRecord& piece : found) {
         const auto steps = must(cell_.jobs().history(piece.id));
@@ -210,6 +212,11 @@ class ModelledCell : public ModelledPeople {
     for (int pieces = 0; pieces < 4; ++pieces) mark_cutting(), book();
     if (run_) finish(false);
     redo();
+  }
+  // Mostly some of it was seen.
+  void look_and_settle() {
+    for (int looks = *in_range(0, 4); looks > 0; --looks) look_at_a_piece();
+    settle_as_seen();
   }
   void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
   void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
