@@ -77,14 +77,32 @@ void add_settle(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
   const auto piece = std::make_shared<std::string>();
   const auto verdict = std::make_shared<std::string>();
+  const auto as_seen = std::make_shared<bool>(false);
+  const auto there = std::make_shared<std::string>();
   CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
   CLI::Option* named = settle->add_option("PIECE", *piece, "Its mark [shows those that are suspect]");
   CLI::Option* said =
-      settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")
-          ->check(CLI::IsMember({"cut", "scrap", "released"}));
+      settle
+          ->add_option("VERDICT", *verdict,
+                       "cut: it is good; scrap: it is lost; released: its wood is whole; suspect: it was called scrap "
+                       "by mistake, look again")
+          ->check(CLI::IsMember({"cut", "scrap", "released", "suspect"}));
   said->needs(named);
-  settle->callback([id, piece, verdict, &context] {
+  CLI::Option* seen =
+      settle->add_flag("--as-seen", *as_seen, "All whose wood the last scan saw gone are cut; the rest stays suspect")
+          ->excludes(named);
+  settle
+      ->add_option("--there", *there,
+                   "With --as-seen, of all whose wood it saw in the panel: scrap, or released when none of them is "
+                   "burnt; no scan sees a kerf that was begun, so look first")
+      ->check(CLI::IsMember({"scrap", "released"}))
+      ->needs(seen);
+  settle->callback([id, piece, verdict, as_seen, there, &context] {
     const std::string path = fmt::format("/jobs/{}", *id);
+    if (*as_seen)
+      return context.finish_step(
+          context.client().post(path + "/settle-as-seen", there->empty() ? json::object() : json{{"there", *there}}),
+          render_settled_as_seen);
     if (piece->empty()) return context.finish(context.client().get(path), render_suspects);
     if (verdict->empty())
       return context.finish(

@@ -120,6 +120,7 @@ constexpr std::array kOperations = {
     ApiOperation{"unarchiveJob", "POST", "/api/v1/jobs/{id}/unarchive", Role::kOperator},
     ApiOperation{"assemblePieces", "POST", "/api/v1/jobs/{id}/assembled", Role::kOperator, Takes::kJson},
     ApiOperation{"settlePiece", "POST", "/api/v1/jobs/{id}/pieces/{mark}/settle", Role::kOperator, Takes::kJson},
+    ApiOperation{"settleAsSeen", "POST", "/api/v1/jobs/{id}/settle-as-seen", Role::kOperator, Takes::kJson},
     ApiOperation{"checkIntegrity", "POST", "/api/v1/integrity-check", Role::kOperator},
     ApiOperation{"makeBackup", "POST", "/api/v1/backups", Role::kOperator},
     ApiOperation{"listBackups", "GET", "/api/v1/backups", Role::kViewer, Takes::kQuery},
