@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "db/audit_chain.h"
 #include "db/job_sql.h"
 #include "db/lease_sql.h"
@@ -263,6 +265,48 @@ std::vector<SuspectPiece> suspects_of(SQLite::Database& connection, JobId job) {
   return out;
 }
 
+std::vector<std::string> marks_seen(const std::vector<SuspectPiece>& suspects, const char* seen) {
+  std::vector<std::string> out;
+  for (const SuspectPiece& suspect : suspects)
+    if (suspect.seen == seen) out.push_back(suspect.mark);
+  return out;
+}
+
+// What a person said of pieces as he saw them listed holds only while a scan still says the same of each.
+Status expect_seen(JobId job, const std::vector<SuspectPiece>& suspects, const std::vector<std::string>& marks,
+                   const char* seen) {
+  const auto now = marks_seen(suspects, seen);
+  for (const std::string& mark : marks)
+    if (std::find(now.begin(), now.end(), mark) == now.end())
+      return Error{
+          ErrorCode::kConflict,
+          fmt::format("piece {} of job {} is not suspect any more, or the scan that counts now did not see its "
+                      "wood {}: nothing was settled, look at the list again (veneerctl job settle {})",
+                      mark, job.value, seen == std::string(to_string(Seen::kCut)) ? "gone" : "in the panel",
+                      job.value)};
+  return Ok();
+}
+
+// Why nothing can be taken over, and what helps.
+Error nothing_seen(JobId job, const std::vector<SuspectPiece>& suspects) {
+  if (suspects.empty()) return {ErrorCode::kConflict, fmt::format("job {} has no suspect piece", job.value)};
+  const auto there = marks_seen(suspects, to_string(Seen::kStillThere));
+  if (there.empty())
+    return {
+        ErrorCode::kConflict,
+        fmt::format("no scan that counts saw what became of the suspect pieces of job {0}: scan their panels, or look "
+                    "at each piece and say it with veneerctl job settle {0} PIECE VERDICT",
+                    job.value)};
+  const bool one = there.size() == 1;
+  return {
+      ErrorCode::kConflict,
+      fmt::format("the scan saw the wood of {0} still in the panel, and no scan sees a cut that was only begun: look "
+                  "at {1}, then say veneerctl job settle {2} --as-seen --there scrap --pieces {3} (or released for "
+                  "scrap, when {4} burnt)",
+                  fmt::join(there, ", "), one ? "it" : "each", job.value, fmt::join(there, " "),
+                  one ? "it is not" : "none is")};
+}
+
 // It was called scrap by mistake, and somebody has to look again.
 Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& at) {
   if (piece.state != PieceState::kScrap)
@@ -454,30 +498,33 @@ Status JobStore::settle(PieceId piece, AllocationState verdict, const std::strin
   });
 }
 
-Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, std::optional<AllocationState> there, const std::string& who,
+Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, const AsSeen& said, const std::string& who,
                                                const std::string& at) {
-  if (there && *there != AllocationState::kScrap && *there != AllocationState::kReleased)
+  if (said.there && *said.there != AllocationState::kScrap && *said.there != AllocationState::kReleased)
     return Error{ErrorCode::kInvalidArgument, "a piece whose wood is in the panel is scrap or released"};
+  if (said.pieces ? said.pieces->empty() : said.there.has_value())
+    return Error{ErrorCode::kInvalidArgument,
+                 "name the pieces that you looked at: what is said of wood in the panel holds for no other"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<SettledAsSeen> {
     if (const auto state = state_of(connection, job); !state.ok()) return state.error();
+    const char* const wanted = to_string(said.there ? Seen::kStillThere : Seen::kCut);
+    const auto suspects = suspects_of(connection, job);
+    if (said.pieces)
+      if (Status same = expect_seen(job, suspects, *said.pieces, wanted); !same.ok()) return same.error();
     SettledAsSeen out;
-    for (const SuspectPiece& suspect : suspects_of(connection, job)) {
-      const bool cut = suspect.seen == to_string(Seen::kCut);
-      const bool settled = cut || (there && suspect.seen == to_string(Seen::kStillThere));
-      (!settled ? out.left : cut ? out.cut : out.there).push_back(suspect.mark);
+    for (const SuspectPiece& suspect : suspects) {
+      const bool settled =
+          suspect.seen == wanted &&
+          (!said.pieces || std::find(said.pieces->begin(), said.pieces->end(), suspect.mark) != said.pieces->end());
+      (!settled ? out.left : said.there ? out.there : out.cut).push_back(suspect.mark);
       if (settled)
-        move_piece(connection, suspect.piece, AllocationState::kSuspect, cut ? AllocationState::kCut : *there, at);
+        move_piece(connection, suspect.piece, AllocationState::kSuspect, said.there.value_or(AllocationState::kCut),
+                   at);
     }
-    if (out.cut.empty() && out.there.empty())
-      return Error{ErrorCode::kConflict,
-                   out.left.empty()
-                       ? fmt::format("job {} has no suspect piece", job.value)
-                       : fmt::format("no scan that counts saw what became of a suspect piece of job {0}: scan their "
-                                     "panels, or look at each and say it with veneerctl job settle {0} PIECE VERDICT",
-                                     job.value)};
+    if (out.cut.empty() && out.there.empty()) return nothing_seen(job, suspects);
     append_to_chain(connection, {0, at, who, "job.settle-as-seen",
                                  fmt::format("job {}; cut: {}; {}: {}; still suspect: {}", job.value,
-                                             fmt::join(out.cut, ", "), there ? to_string(*there) : "there",
+                                             fmt::join(out.cut, ", "), said.there ? to_string(*said.there) : "there",
                                              fmt::join(out.there, ", "), fmt::join(out.left, ", "))});
     if (Status followed = follow_settled(connection, job, at); !followed.ok()) return followed.error();
     return out;

@@ -106,6 +106,14 @@ struct JobLoss {
   int missing = 0;
 };
 
+// What a person takes over of what scans saw of a job's suspect pieces.
+struct AsSeen {
+  // What the pieces are whose wood was seen in the panel, kScrap or kReleased; nullopt: those seen gone are cut.
+  std::optional<AllocationState> there;
+  // The marks that the person was shown; with `there` they are needed. nullopt: all that were seen gone.
+  std::optional<std::vector<std::string>> pieces;
+};
+
 // What became of suspect pieces by what scans saw of them: marks, in the order of the plan.
 struct SettledAsSeen {
   std::vector<std::string> cut;    // seen gone
@@ -230,11 +238,11 @@ class JobStore {
   // back, for it may be somebody else's by now. The job follows.
   Status settle(PieceId piece, AllocationState verdict, const std::string& at);
   // An operator takes over what scans saw of the job's suspect pieces. Those seen gone are cut. Of those seen in the
-  // panel no scan sees whether a kerf was begun: `there` is what he says of them all, kScrap or kReleased; without it
-  // they stay suspect. What a scan saw that was taken back since, or saw unclearly, decides nothing. The job follows;
-  // the audit log names the pieces. kConflict when nothing can be decided.
-  Result<SettledAsSeen> settle_as_seen(JobId job, std::optional<AllocationState> there, const std::string& who,
-                                       const std::string& at);
+  // panel no scan sees whether a kerf was begun: he looks at each, names them, and says what they are; a piece that a
+  // scan saw there meanwhile is not among them, and stays suspect. What a scan saw that was taken back since, or saw
+  // unclearly, decides nothing. The job follows; the audit log names the pieces. kConflict, and nothing is settled,
+  // when nothing can be decided, or when a named piece is not suspect or was not seen so by the scan that counts now.
+  Result<SettledAsSeen> settle_as_seen(JobId job, const AsSeen& said, const std::string& who, const std::string& at);
 
   // A person ticked these pieces off as laid in the picture, or took the tick back: all of them, or none. One that is
   // so already stays as it was noted. kConflict: a piece is not cut. kNotFound: it is not the job's.

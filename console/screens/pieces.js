@@ -98,7 +98,7 @@ async function settleAsSeen(job, these, there) {
   const keys = these.map(keyOf);
   for (const key of keys) said.add(key);
   changed();
-  const done = await command(`/jobs/${job}/settle-as-seen`, {body: there ? {there} : {}});
+  const done = await command(`/jobs/${job}/settle-as-seen`, {body: {...(there && {there}), pieces: these.map(({piece}) => piece.mark)}});
   loadJobs();
   setTimeout(() => { for (const key of keys) said.delete(key); changed(); }, done ? kTakenMs : 0);
 }

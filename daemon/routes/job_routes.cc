@@ -250,12 +250,14 @@ void settle_as_seen(const JobServices& s, const ApiRequest& request, const Reply
   if (!id) return reply(ApiReply::error(id.error()));
   auto body = RequestReader::body_of(request);
   const auto word = body.word("there", {"scrap", "released"});
+  db::AsSeen said;
+  said.pieces = body.texts("pieces");
+  if (word) body.require("pieces");
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  std::optional<db::AllocationState> there;
-  if (word) there = *word == "scrap" ? db::AllocationState::kScrap : db::AllocationState::kReleased;
-  s.database.async([job = JobId{*id}, there, who = request.caller.who](
-                       Repositories& r) { return r.jobs.settle_as_seen(job, there, who, utc_timestamp()); },
-                   [s, reply, there, job = JobId{*id}](const Result<db::SettledAsSeen>& settled) {
+  if (word) said.there = *word == "scrap" ? db::AllocationState::kScrap : db::AllocationState::kReleased;
+  s.database.async([job = JobId{*id}, said, who = request.caller.who](
+                       Repositories& r) { return r.jobs.settle_as_seen(job, said, who, utc_timestamp()); },
+                   [s, reply, there = said.there, job = JobId{*id}](const Result<db::SettledAsSeen>& settled) {
                      if (!settled) return reply(ApiReply::error(settled.error()));
                      s.on_job_changed(job);
                      json out = {{"job", job.value}, {"cut", settled->cut}, {"left", settled->left}};

@@ -39,7 +39,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-2", "suspect"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "--as-seen"}), 0);
-  EXPECT_EQ(run({"job", "settle", "3", "--as-seen", "--there", "released"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "--as-seen", "--there", "released", "--pieces", "A1-1", "A3-12"}), 0);
   EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "A3-12"}), 0);
   EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "--take-back"}), 0);
   EXPECT_EQ(run({"job", "cancel", "3"}), 0);
@@ -53,6 +53,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "cut", "--as-seen"}), 2) << "one, or all?";
   EXPECT_EQ(run({"job", "settle", "3", "--as-seen", "--there", "cut"}), 2);
   EXPECT_EQ(run({"job", "settle", "3", "--there", "scrap"}), 2);
+  EXPECT_EQ(run({"job", "settle", "3", "--pieces", "A1-1"}), 2);
   EXPECT_EQ(run({"job", "recut", "3"}), 2);
   EXPECT_EQ(run({"frame", "--power", "200%"}), 2);
   EXPECT_EQ(run({"frame", "--power", "1"}), 2) << "of what?";
@@ -64,7 +65,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
       R"(/api/v1/jobs/3/pieces/A1-2/settle {"verdict":"suspect"})",
       R"(/api/v1/jobs/3/settle-as-seen {})",
-      R"(/api/v1/jobs/3/settle-as-seen {"there":"released"})",
+      R"(/api/v1/jobs/3/settle-as-seen {"pieces":["A1-1","A3-12"],"there":"released"})",
       R"(/api/v1/jobs/3/assembled {"assembled":true,"pieces":["A1-1","A3-12"]})",
       R"(/api/v1/jobs/3/assembled {"assembled":false,"pieces":["A1-1"]})",
       R"(/api/v1/jobs/3/cancel {})",

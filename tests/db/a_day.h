@@ -232,8 +232,10 @@ inline std::vector<Step> a_day() {
                          {tag}};
     return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
   });
-  jobs("settled as seen",
-       [](JobStore store) { return store.settle_as_seen({4}, AllocationState::kReleased, "local:1000", kLater); });
+  jobs("settled as seen", [](JobStore store) {
+    return store.settle_as_seen({4}, {AllocationState::kReleased, std::vector<std::string>{"D2"}}, "local:1000",
+                                kLater);
+  });
 
   add("written off", [=](Database& db) {
     return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);

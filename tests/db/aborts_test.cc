@@ -15,6 +15,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Optional;
+using ::testing::UnorderedElementsAre;
 
 class Aborts : public PlannedJob {
  protected:
@@ -132,28 +133,35 @@ class SettledByScans : public Aborts {
       later.sightings.emplace_back(pieces[i].allocation, Sighting{seen[i], 0.5, 0, kLater});
     must(LaterScans(cell.database()).enter(panel, later));
   }
-  Result<SettledAsSeen> settle(std::optional<AllocationState> there = AllocationState::kReleased) {
-    return jobs.settle_as_seen(job, there, "anna", kLater);
+  Result<SettledAsSeen> settle_gone() { return jobs.settle_as_seen(job, {}, "anna", kLater); }
+  Result<SettledAsSeen> settle(AllocationState there, std::vector<std::string> marks) {
+    return jobs.settle_as_seen(job, {there, std::move(marks)}, "anna", kLater);
   }
   int version_ = 1;
 };
 
 TEST_F(SettledByScans, WhatAScanSawClearlyIsTakenOverAndTheRestStaysSuspect) {
-  EXPECT_THAT(settle().error().message, HasSubstr("no scan that counts saw what became of"));
+  EXPECT_THAT(settle_gone().error().message,
+              HasSubstr("no scan that counts saw what became of the suspect pieces of job 1: scan their panels"));
   scan("map-2", {Seen::kCut, Seen::kStillThere, Seen::kUnclear});
-  const SettledAsSeen settled = must(settle());
-  EXPECT_THAT(settled.cut, ElementsAre("A1"));
-  EXPECT_THAT(settled.there, ElementsAre("A2"));
-  EXPECT_THAT(settled.left, ElementsAre("A3"));
+  const SettledAsSeen gone = must(settle_gone());
+  EXPECT_THAT(gone.cut, ElementsAre("A1"));
+  EXPECT_THAT(gone.left, ElementsAre("A2", "A3"));
+  const SettledAsSeen whole = must(settle(AllocationState::kReleased, {"A2"}));
+  EXPECT_THAT(whole.cut, ElementsAre());
+  EXPECT_THAT(whole.there, ElementsAre("A2"));
+  EXPECT_THAT(whole.left, ElementsAre("A3"));
   EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kReleased, PieceState::kSuspect,
                                     PieceState::kReserved, PieceState::kUnfilled));
   AuditFilter filter;
   filter.what = "job.settle-as-seen";
   const auto rows = must(Audit(cell.database()).read(filter, 10));
-  ASSERT_EQ(rows.size(), 1U);
+  ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].who, "anna");
-  EXPECT_EQ(rows[0].detail, fmt::format("job {}; cut: A1; released: A2; still suspect: A3", job.value));
-  const auto again = settle();
+  EXPECT_THAT((std::vector{rows[0].detail, rows[1].detail}),
+              UnorderedElementsAre(fmt::format("job {}; cut: A1; there: ; still suspect: A2, A3", job.value),
+                                   fmt::format("job {}; cut: ; released: A2; still suspect: A3", job.value)));
+  const auto again = settle_gone();
   ASSERT_FALSE(again.ok()) << "nothing is left that was seen clearly";
   EXPECT_EQ(again.error().code, ErrorCode::kConflict);
   EXPECT_EQ(jobs.settle_as_seen({99}, {}, "anna", kLater).error().code, ErrorCode::kNotFound);
@@ -162,46 +170,73 @@ TEST_F(SettledByScans, WhatAScanSawClearlyIsTakenOverAndTheRestStaysSuspect) {
 // A kerf that was begun is too fine for what a scan compares: that wood is whole is a person's word.
 TEST_F(SettledByScans, OfWoodThatIsStillThereAPersonSaysWhatItIs) {
   scan("map-2", {Seen::kCut, Seen::kStillThere, Seen::kStillThere});
-  const SettledAsSeen only_cut = must(settle(std::nullopt));
+  const SettledAsSeen only_cut = must(settle_gone());
   EXPECT_THAT(only_cut.cut, ElementsAre("A1"));
   EXPECT_THAT(only_cut.left, ElementsAre("A2", "A3"));
-  EXPECT_FALSE(settle(std::nullopt).ok());
-  EXPECT_EQ(settle(AllocationState::kCut).error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(must(settle(AllocationState::kScrap)).there, ElementsAre("A2", "A3"));
+  EXPECT_EQ(
+      settle_gone().error().message,
+      "the scan saw the wood of A2, A3 still in the panel, and no scan sees a cut that was only begun: look at each, "
+      "then say veneerctl job settle 1 --as-seen --there scrap --pieces A2 A3 (or released for scrap, when none is "
+      "burnt)");
+  EXPECT_EQ(settle(AllocationState::kCut, {"A2"}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(must(settle(AllocationState::kScrap, {"A3", "A2"})).there, ElementsAre("A2", "A3"));
   EXPECT_EQ(states()[1], PieceState::kScrap);
+}
+
+// The list that he confirmed is as old as his walk to the panel: a scan that was entered meanwhile adds none to it.
+TEST_F(SettledByScans, WhatIsSaidOfWoodInThePanelHoldsForThePiecesThatWereShown) {
+  scan("map-2", {Seen::kStillThere, Seen::kUnclear, Seen::kCut});
+  scan("map-3", {Seen::kStillThere, Seen::kStillThere, Seen::kCut});
+  for (const std::vector<std::string>& none : {std::vector<std::string>{}, {"A1", "A3"}, {"A1", "A4"}, {"A1", "Z9"}})
+    EXPECT_FALSE(settle(AllocationState::kReleased, none).ok()) << fmt::format("{}", fmt::join(none, " "));
+  EXPECT_EQ(jobs.settle_as_seen(job, {AllocationState::kReleased, {}}, "anna", kLater).error().code,
+            ErrorCode::kInvalidArgument);
+  EXPECT_EQ(jobs.settle_as_seen(job, {{}, std::vector<std::string>{"A3", "A1"}}, "anna", kLater).error().code,
+            ErrorCode::kConflict)
+      << "the scan saw the wood of A1 in the panel";
+  EXPECT_EQ(states()[0], PieceState::kSuspect);
+  const SettledAsSeen settled = must(settle(AllocationState::kReleased, {"A1"}));
+  EXPECT_THAT(settled.there, ElementsAre("A1"));
+  EXPECT_THAT(settled.left, ElementsAre("A2", "A3"));
+  EXPECT_EQ(states()[1], PieceState::kSuspect) << "nobody has looked at it";
+  EXPECT_EQ(settle(AllocationState::kReleased, {"A1"}).error().code, ErrorCode::kConflict)
+      << "it is not suspect any more";
+  scan("map-4", {Seen::kUnclear, Seen::kUnclear});
+  EXPECT_EQ(settle(AllocationState::kReleased, {"A2"}).error().code, ErrorCode::kConflict) << "not seen so now";
 }
 
 // What was taken back may have been of another panel, or of one that lay askew.
 TEST_F(SettledByScans, AScanThatWasTakenBackDecidesNothing) {
   scan("map-2", {Seen::kCut, Seen::kStillThere, Seen::kUnclear});
   must(cell.panels().revert_mask(panel, 1, kLater, "anna"));
-  EXPECT_FALSE(settle().ok());
+  EXPECT_FALSE(settle_gone().ok());
   EXPECT_EQ(states()[0], PieceState::kSuspect);
   must(cell.panels().revert_mask(panel, 2, kLater, "anna"));
-  EXPECT_THAT(must(settle()).cut, ElementsAre("A1")) << "it counts again";
+  EXPECT_THAT(must(settle_gone()).cut, ElementsAre("A1")) << "it counts again";
 }
 
 TEST_F(SettledByScans, OnlyTheLastScanDecides) {
   scan("map-2", {Seen::kCut});
   scan("map-3", {Seen::kUnclear});
-  EXPECT_FALSE(settle().ok());
+  EXPECT_FALSE(settle_gone().ok());
   scan("map-4", {});
-  EXPECT_FALSE(settle().ok());
+  EXPECT_FALSE(settle_gone().ok());
 }
 
 // Wood that became suspect anew, after a scan had seen it.
 TEST_F(SettledByScans, WhatWasSeenBeforeAPieceBecameSuspectDecidesNothing) {
   scan("map-2", {Seen::kCut});
-  must(settle());
+  must(settle_gone());
   VENEER_ASSERT_OK(jobs.make_suspect({{id(0)}}, kLater));
-  EXPECT_FALSE(settle().ok());
+  EXPECT_FALSE(settle_gone().ok());
 }
 
 TEST_F(SettledByScans, TheLastOfThemCompletesTheJob) {
   cut_on_other();
   ASSERT_EQ(state(), JobState::kStopped) << "three pieces are suspect";
   scan("map-2", {Seen::kCut, Seen::kCut, Seen::kStillThere});
-  must(settle());
+  must(settle_gone());
+  must(settle(AllocationState::kReleased, {"A3"}));
   EXPECT_EQ(state(), JobState::kComplete);
 }
 

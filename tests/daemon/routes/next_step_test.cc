@@ -8,6 +8,7 @@ namespace veneer::daemon {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 class NextStepOfTheCell : public testing::RoutedCell {
@@ -100,16 +101,25 @@ TEST_F(NextStepOfTheCell, SuspectAndThenMissingPiecesOfAJobOfYesterdayAreNamed) 
   };
   EXPECT_EQ(told()["command"], "veneerctl job settle 1");
   const auto as_seen = [this](const json& body) { return ask("POST", "/api/v1/jobs/1/settle-as-seen", body); };
-  EXPECT_EQ(as_seen({{"there", "scrap"}}).status, 409) << "no scan saw it";
+  const json scrap = {{"there", "scrap"}, {"pieces", {"A1-1"}}};
+  EXPECT_EQ(as_seen(scrap).status, 409) << "no scan saw it";
   ASSERT_TRUE(cell->database->call([](Repositories& r) -> Status {
     const std::pair seen(r.jobs.find_piece(PieceId{1})->allocation,
                          db::Sighting{db::Seen::kStillThere, 0.01, 1, utc_timestamp()});
     return r.jobs.note_sightings({&seen, 1});
   }));
-  EXPECT_EQ(as_seen(json::object()).status, 409) << "whether a kerf was begun it did not see";
+  const ApiReply begun = as_seen(json::object());
+  EXPECT_EQ(begun.status, 409) << "whether a kerf was begun it did not see";
+  EXPECT_THAT(
+      body_of(begun)["error"]["message"].get<std::string>(),
+      HasSubstr("the scan saw the wood of A1-1 still in the panel, and no scan sees a cut that was only begun: look "
+                "at it, then say veneerctl job settle 1 --as-seen --there scrap --pieces A1-1"));
+  EXPECT_EQ(as_seen({{"there", "scrap"}}).status, 400) << "which did he look at?";
+  EXPECT_EQ(as_seen({{"there", "scrap"}, {"pieces", json::array()}}).status, 400);
+  EXPECT_EQ(as_seen({{"there", "scrap"}, {"pieces", {"A1-1", "A1-2"}}}).status, 409) << "not all of them were seen so";
   const json none = json::array();
   EXPECT_EQ(
-      body_of(as_seen({{"there", "scrap"}})),
+      body_of(as_seen(scrap)),
       json(
           {{"schema_version", 1}, {"job", 1}, {"cut", none}, {"scrap", {"A1-1"}}, {"released", none}, {"left", none}}));
   const auto noted = cell->database->call([](Repositories& r) {
