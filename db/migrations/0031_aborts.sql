@@ -37,7 +37,7 @@ BEGIN
 END;
 CREATE TRIGGER only_a_piece_is_found_again BEFORE UPDATE OF state ON allocations
 WHEN OLD.state = 'scrap' AND NEW.state = 'suspect'
- AND (OLD.piece IS NULL OR OLD.id <> (SELECT max(id) FROM allocations WHERE piece = OLD.piece)
+ AND (OLD.piece IS NULL OR OLD.id <> (SELECT max(id) FROM allocations WHERE job = OLD.job AND piece = OLD.piece)
   OR (SELECT retired FROM retirements WHERE panel = OLD.panel ORDER BY id DESC LIMIT 1) = 1)
 BEGIN
   SELECT RAISE(ABORT, 'only a lost piece that has no other wood, of a panel in stock, is suspect again');
