@@ -153,13 +153,15 @@ NextStep scan_wanted(const std::vector<PanelId>& to_scan) {
 
 // ---- jobs -----------------------------------------------------------------------------------------------------------
 
-// "1 piece of job 3", "4 pieces of job 1, 1 piece of job 3 and others".
+// "1 piece of job 3", "4 pieces of job 1, 1 piece of job 3, 2 pieces of job 4 and some pieces of 2 other jobs".
 std::string of_jobs(const std::vector<std::pair<JobId, int>>& jobs) {
   constexpr std::size_t kNamed = 3;
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < std::min(kNamed, jobs.size()); ++i)
     parts.push_back(fmt::format("{} of job {}", pieces(jobs[i].second), jobs[i].first.value));
-  if (jobs.size() > kNamed) parts.push_back(fmt::format("of {} jobs more", jobs.size() - kNamed));
+  if (jobs.size() > kNamed)
+    parts.push_back(
+        fmt::format("some pieces of {} other job{}", jobs.size() - kNamed, jobs.size() - kNamed == 1 ? "" : "s"));
   const std::string last = parts.size() > 1 ? " and " + parts.back() : "";
   if (parts.size() > 1) parts.pop_back();
   return fmt::format("{}{}", fmt::join(parts, ", "), last);

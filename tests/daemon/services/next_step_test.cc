@@ -154,8 +154,10 @@ TEST(NextStep, SuspectPiecesOfEveryJobComeBeforeAnythingNew) {
   view.rest->id = JobId{1};
   EXPECT_EQ(next_step(view, needs).sentence, "1 piece of job 3 is suspect: look at it, and say what became of it.");
   needs.suspects = {{JobId{1}, 1}, {JobId{2}, 1}, {JobId{3}, 2}, {JobId{4}, 1}, {JobId{6}, 1}};
-  EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence,
-              StartsWith("1 piece of job 1, 1 piece of job 2, 2 pieces of job 3 and of 2 jobs more are suspect: "));
+  EXPECT_THAT(
+      next_step(in(CellState::kIdle), needs).sentence,
+      StartsWith(
+          "1 piece of job 1, 1 piece of job 2, 2 pieces of job 3 and some pieces of 2 other jobs are suspect: "));
 }
 
 TEST(NextStep, MissingPiecesOfAnyJobAreLookedForOnceNoJobWaits) {
