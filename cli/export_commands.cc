@@ -1,5 +1,5 @@
-// export stock|history: what the cell has and what it did, for spreadsheets and other programs. Page by page, so that
-// neither the daemon nor this program ever holds a million pieces.
+// export stock|history|wood: what the cell has and what it did, for spreadsheets and other programs. Page by page, so
+// that neither the daemon nor this program ever holds a million pieces.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,10 +41,23 @@ json species_of(const json& panel) {
   return species;
 }
 
+// "finish shellac 2026-04-30", the oldest first.
+json treatments_of(const json& panel) {
+  json out = json::array();
+  for (const json& one : member(panel, "treatments"))
+    out.push_back(
+        fmt::format("{} {} {}", text_or(one, "kind", "?"), text_or(one, "product", "?"), text_or(one, "on", "?")));
+  return out;
+}
+
 const Columns& stock_columns() {
   static const Columns kColumns = {{"panel", [](const json& row) { return member(row, "id"); }},
                                    as_it_is("name"),
                                    {"species", species_of},
+                                   within("shelf", "facts", "shelf"),
+                                   within("veneer_mm", "facts", "veneer_mm"),
+                                   within("substrate_mm", "facts", "substrate_mm"),
+                                   {"treatments", treatments_of},
                                    as_it_is("width_mm"),
                                    as_it_is("height_mm"),
                                    within("area_mm2", "area_book_mm2", "panel"),
@@ -71,6 +84,14 @@ const Columns& history_columns() {
       as_it_is("job"),         as_it_is("job_name"),  as_it_is("job_made"),  as_it_is("piece"), as_it_is("mark"),
       as_it_is("panel"),       as_it_is("state"),     as_it_is("since"),     as_it_is("run"),   as_it_is("who"),
       as_it_is("run_started"), as_it_is("run_ended"), as_it_is("run_result")};
+  return kColumns;
+}
+
+const Columns& wood_columns() {
+  static const Columns kColumns = {as_it_is("step"),  as_it_is("at"),       as_it_is("panel"), as_it_is("allocation"),
+                                   as_it_is("state"), as_it_is("area_mm2"), as_it_is("job"),   as_it_is("piece"),
+                                   as_it_is("mark"),  as_it_is("plan"),     as_it_is("run"),   as_it_is("who"),
+                                   as_it_is("reason")};
   return kColumns;
 }
 
@@ -129,6 +150,14 @@ class Export {
       begin("", history_columns());
     }
     if (Status all = every("/history", "pieces", [this](const json& piece) { return row(piece, history_columns()); });
+        !all)
+      return all;
+    return end();
+  }
+
+  Status wood() {
+    begin("\"steps\":[", wood_columns());
+    if (Status all = every("/history/wood", "steps", [this](const json& step) { return row(step, wood_columns()); });
         !all)
       return all;
     return end();
@@ -202,12 +231,14 @@ void add_export(CLI::App& parent, CommandContext& context, const char* name, con
 }  // namespace
 
 void add_export_commands(CLI::App& app, CommandContext& context) {
-  CLI::App* parent = app.add_subcommand("export", "Stock and history, for spreadsheets and other programs");
+  CLI::App* parent = app.add_subcommand("export", "Stock, history and wood, for spreadsheets and other programs");
   parent->require_subcommand(1);
   add_export(*parent, context, "stock", "Every panel with its species and what each square millimetre of it is",
              &Export::stock);
   add_export(*parent, context, "history",
              "Every piece of every job: where, by which run, whose word, what became of it", &Export::history);
+  add_export(*parent, context, "wood",
+             "Every state that any wood entered: first tries of pieces made again, leases, write-offs", &Export::wood);
 }
 
 }  // namespace veneer::cli

@@ -72,19 +72,65 @@ void add_assembled(CLI::App& job, CommandContext& context) {
   });
 }
 
+// What is said of wood in the panel holds for pieces that somebody has looked at: else he is told which to look at.
+Error name_what_you_looked_at(const Result<json>& job, std::int64_t id, const std::string& there) {
+  if (!job) return job.error();
+  std::vector<std::string> marks;
+  if (const auto suspects = job->find("suspects"); suspects != job->end() && suspects->is_array())
+    for (const json& piece : *suspects)
+      if (const auto seen = piece.find("sighting"); seen != piece.end() && seen->is_object())
+        if (seen->value("seen", "") == "still_there") marks.push_back(piece.value("mark", ""));
+  if (marks.empty())
+    return {
+        ErrorCode::kConflict,
+        fmt::format("no scan saw the wood of a suspect piece of job {0} in the panel: scan the panel, or say of each "
+                    "piece what became of it (veneerctl job settle {0})",
+                    id)};
+  return {
+      ErrorCode::kInvalidArgument,
+      fmt::format("name the pieces that you looked at; the scan saw the wood of {0} in the panel, and no scan sees a "
+                  "cut that was only begun: `veneerctl job settle {1} --as-seen --there {2} --pieces {3}`",
+                  fmt::join(marks, ", "), id, there, fmt::join(marks, " "))};
+}
+
 // Without a piece it tells which are suspect, and how to say of each what became of it.
 void add_settle(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
   const auto piece = std::make_shared<std::string>();
   const auto verdict = std::make_shared<std::string>();
+  const auto as_seen = std::make_shared<bool>(false);
+  const auto there = std::make_shared<std::string>();
+  const auto looked_at = std::make_shared<std::vector<std::string>>();
   CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
   CLI::Option* named = settle->add_option("PIECE", *piece, "Its mark [shows those that are suspect]");
   CLI::Option* said =
-      settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")
-          ->check(CLI::IsMember({"cut", "scrap", "released"}));
+      settle
+          ->add_option("VERDICT", *verdict,
+                       "cut: it is good; scrap: it is lost; released: its wood is whole; suspect: it was called scrap "
+                       "by mistake, look again")
+          ->check(CLI::IsMember({"cut", "scrap", "released", "suspect"}));
   said->needs(named);
-  settle->callback([id, piece, verdict, &context] {
+  CLI::Option* seen =
+      settle->add_flag("--as-seen", *as_seen, "All whose wood the last scan saw gone are cut; the rest stays suspect")
+          ->excludes(named);
+  settle
+      ->add_option("--there", *there,
+                   "What the --pieces are that the scan still saw in the panel: scrap, or released if you looked and "
+                   "none is burnt. A scan does not see a cut that was only begun")
+      ->check(CLI::IsMember({"scrap", "released"}))
+      ->needs(seen);
+  settle->add_option("--pieces", *looked_at, "With --as-seen: only these marks [with --there: shows which to look at]")
+      ->needs(seen);
+  settle->callback([id, piece, verdict, as_seen, there, looked_at, &context] {
     const std::string path = fmt::format("/jobs/{}", *id);
+    if (*as_seen && !there->empty() && looked_at->empty())
+      return context.finish(name_what_you_looked_at(context.client().get(path), *id, *there), render_settled_as_seen);
+    if (*as_seen) {
+      json said = json::object();
+      if (!there->empty()) said["there"] = *there;
+      if (!looked_at->empty()) said["pieces"] = *looked_at;
+      return context.finish_step(context.client().post(path + "/settle-as-seen", said), render_settled_as_seen);
+    }
     if (piece->empty()) return context.finish(context.client().get(path), render_suspects);
     if (verdict->empty())
       return context.finish(

@@ -40,6 +40,7 @@ std::string render_zones(const nlohmann::json& panel);         // {"zones": [...
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
 std::string render_job(const nlohmann::json& job);
 std::string render_suspects(const nlohmann::json& job);
+std::string render_settled_as_seen(const nlohmann::json& settled);
 std::string render_new_job(const nlohmann::json& result);
 std::string render_redone(const nlohmann::json& result);
 std::string render_plans(const nlohmann::json& reply);  // {"plans": [...]}

@@ -107,12 +107,32 @@ std::string render_suspects(const json& job) {
   const json& list = member(job, "suspects");
   if (!list.is_array() || list.empty()) return fmt::format("No piece of job {} is suspect.\n", id);
   std::string text;
-  for (const json& piece : list) text += suspect_words(piece) + "\n";
+  bool seen = false;
+  for (const json& piece : list) {
+    text += suspect_words(piece) + "\n";
+    const std::string what = text_or(member(piece, "sighting"), "seen", "");
+    seen = seen || what == "cut";
+  }
   const std::string first = text_or(list.front(), "mark", "?");
-  return text + fmt::format(
-                    "Look at {}, and say what became of it: `veneerctl job settle {} {} cut` when it is good, "
-                    "`scrap` when it is lost, `released` when its wood is whole.\n",
-                    list.size() == 1 ? "it" : "each", id, first);
+  return text +
+         fmt::format(
+             "Look at {}, and say what became of it: `veneerctl job settle {} {} cut` when it is good, "
+             "`scrap` when it is lost, `released` when its wood is whole.\n",
+             list.size() == 1 ? "it" : "each", id, first) +
+         (seen ? fmt::format(
+                     "`veneerctl job settle {} --as-seen` says of all that the last scan saw gone that they are cut.\n",
+                     id)
+               : "");
+}
+
+std::string render_settled_as_seen(const json& settled) {
+  std::string text;
+  for (const auto& [list, words] :
+       {std::pair("cut", "Cut"), std::pair("scrap", "Lost"), std::pair("released", "Released, their wood is free"),
+        std::pair("left", "Still suspect, look at each")})
+    if (const json& marks = member(settled, list); marks.is_array() && !marks.empty())
+      text += fmt::format("{}: {}.\n", words, names_of(marks));
+  return text;
 }
 
 namespace {

@@ -438,6 +438,7 @@ CellNeeds Cell::needs() const {
   needs.job = counts.job;
   needs.plan = counts.plan;
   needs.suspects = counts.suspects;
+  needs.missing = counts.missing;
   needs.backups_silent = backup_disk->silence();
   needs.device_seconds_per_second = config.sim.time_scale;
   return needs;

@@ -93,7 +93,7 @@ class OrderlyEnd {
   OrderlyEnd(boost::asio::io_context& reactor, Cell& cell) : reactor_(reactor), cell_(cell), deadline_(reactor) {}
 
   void begin(const std::string& reason) {
-    cell_.runner->abort(reason);
+    cell_.runner->end(reason);
     cell_.integrity->cancel();
     deadline_.expires_after(kPatience);
     deadline_.async_wait([this](const boost::system::error_code& cancelled) {

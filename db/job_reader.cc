@@ -203,6 +203,22 @@ Result<std::vector<JobWork>> JobStore::with_work() {
   });
 }
 
+Result<std::vector<JobLoss>> JobStore::with_loss() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobLoss>> {
+    // Of complete jobs, of which there are many, only those that ever lost wood are looked at piece by piece.
+    SQLite::Statement rows(
+        connection,
+        "SELECT s.job, count(*) FROM piece_states AS s WHERE s.state IN ('unfilled', 'scrap', 'released') AND s.job IN "
+        "(SELECT j.id FROM jobs AS j WHERE (j.state IN ('aborted', 'stopped') OR j.state = 'complete' AND EXISTS "
+        "(SELECT 1 FROM allocations WHERE job = j.id AND state IN ('scrap', 'released'))) AND NOT EXISTS (SELECT 1 "
+        "FROM allocations WHERE job = j.id AND state IN ('reserved', 'cutting', 'suspect')) AND coalesce((SELECT "
+        "archived FROM archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), 0) = 0) GROUP BY s.job ORDER BY s.job");
+    std::vector<JobLoss> out;
+    while (rows.executeStep()) out.push_back({{rows.getColumn(0).getInt64()}, rows.getColumn(1).getInt()});
+    return out;
+  });
+}
+
 Result<std::string> JobStore::plan_json(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
     SQLite::Statement row(

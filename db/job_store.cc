@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "db/audit_chain.h"
 #include "db/job_sql.h"
 #include "db/lease_sql.h"
 #include "db/ledger_sql.h"
+#include "db/panel_sql.h"
 #include "db/plan_sql.h"
 #include "db/request_sql.h"
 #include "db/sql.h"
@@ -239,6 +242,100 @@ Status doubt(SQLite::Database& connection, std::span<const PieceId> pieces, cons
   return Ok();
 }
 
+struct SuspectPiece {
+  PieceId piece;
+  std::string mark;
+  std::string seen;  // by the scan that counts for its panel now; "" when that saw nothing of it
+};
+std::vector<SuspectPiece> suspects_of(SQLite::Database& connection, JobId job) {
+  // A scan that was taken back, or that a later one followed which noted nothing, saw another map than the newest.
+  SQLite::Statement rows(
+      connection,
+      "SELECT s.piece, s.mark, g.seen FROM piece_states AS s JOIN allocations AS a ON a.id = s.allocation LEFT JOIN "
+      "sightings AS g ON g.id = (SELECT max(id) FROM sightings WHERE allocation = a.id AND step = (SELECT max(id) FROM "
+      "allocation_history WHERE allocation = a.id)) AND (SELECT map_file FROM masks WHERE panel = a.panel AND version "
+      "= g.mask_version) = (SELECT map_file FROM masks WHERE panel = a.panel ORDER BY version DESC LIMIT 1) WHERE "
+      "s.job = ? AND s.state = 'suspect' ORDER BY s.ordinal");
+  rows.bind(1, job.value);
+  std::vector<SuspectPiece> out;
+  while (rows.executeStep())
+    out.push_back({{rows.getColumn(0).getInt64()},
+                   text(rows.getColumn(1)),
+                   rows.getColumn(2).isNull() ? "" : text(rows.getColumn(2))});
+  return out;
+}
+
+std::vector<std::string> marks_seen(const std::vector<SuspectPiece>& suspects, const char* seen) {
+  std::vector<std::string> out;
+  for (const SuspectPiece& suspect : suspects)
+    if (suspect.seen == seen) out.push_back(suspect.mark);
+  return out;
+}
+
+// What a person said of pieces as he saw them listed holds only while a scan still says the same of each.
+Status expect_seen(JobId job, const std::vector<SuspectPiece>& suspects, const std::vector<std::string>& marks,
+                   const char* seen) {
+  const auto now = marks_seen(suspects, seen);
+  for (const std::string& mark : marks)
+    if (std::find(now.begin(), now.end(), mark) == now.end())
+      return Error{
+          ErrorCode::kConflict,
+          fmt::format("piece {} of job {} is not suspect any more, or the scan that counts now did not see its "
+                      "wood {}: nothing was settled, look at the list again (veneerctl job settle {})",
+                      mark, job.value, seen == std::string(to_string(Seen::kCut)) ? "gone" : "in the panel",
+                      job.value)};
+  return Ok();
+}
+
+// Why nothing can be taken over, and what helps.
+Error nothing_seen(JobId job, const std::vector<SuspectPiece>& suspects) {
+  if (suspects.empty()) return {ErrorCode::kConflict, fmt::format("job {} has no suspect piece", job.value)};
+  const auto there = marks_seen(suspects, to_string(Seen::kStillThere));
+  if (there.empty())
+    return {
+        ErrorCode::kConflict,
+        fmt::format("no scan that counts saw what became of the suspect pieces of job {0}: scan their panels, or look "
+                    "at each piece and say it with veneerctl job settle {0} PIECE VERDICT",
+                    job.value)};
+  const bool one = there.size() == 1;
+  return {
+      ErrorCode::kConflict,
+      fmt::format("the scan saw the wood of {0} still in the panel, and no scan sees a cut that was only begun: look "
+                  "at {1}, then say veneerctl job settle {2} --as-seen --there scrap --pieces {3} (or released for "
+                  "scrap, when {4} burnt)",
+                  fmt::join(there, ", "), one ? "it" : "each", job.value, fmt::join(there, " "),
+                  one ? "it is not" : "none is")};
+}
+
+// It was called scrap by mistake, and somebody has to look again.
+Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& at) {
+  if (piece.state != PieceState::kScrap)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("piece {} of job {} is {}, and only that a piece is lost is taken back", piece.mark,
+                             piece.job.value, to_string(piece.state))};
+  if (piece.panel && is_retired(connection, *piece.panel)) return retired_meanwhile(*piece.panel);
+  move_piece(connection, piece.id, AllocationState::kScrap, AllocationState::kSuspect, at);
+  const auto state = state_of(connection, piece.job);
+  if (!state.ok()) return state.error();
+  return *state == JobState::kComplete ? move_job(connection, piece.job, JobState::kStopped, at) : Ok();
+}
+
+// A job that waited for the last of its suspect pieces is complete.
+Status follow_settled(SQLite::Database& connection, JobId job, const std::string& at) {
+  const auto state = state_of(connection, job);
+  if (!state.ok()) return state.error();
+  const bool waits = *state == JobState::kAborted || *state == JobState::kStopped;
+  if (waits && open_pieces(connection, job) == 0) return move_job(connection, job, JobState::kComplete, at);
+  return Ok();
+}
+
+std::string why_broken_off(const Recovery& found) {
+  if (found.aborted_jobs.empty()) return "the program ended while it cut";
+  std::vector<std::int64_t> jobs;
+  for (const JobId job : found.aborted_jobs) jobs.push_back(job.value);
+  return fmt::format("the program ended in the middle of job{} {}", jobs.size() == 1 ? "" : "s", fmt::join(jobs, ", "));
+}
+
 // "job 7 aborted, piece 14 suspect", for the audit log.
 std::string describe(const Recovery& found) {
   std::vector<std::string> said;
@@ -392,16 +489,45 @@ Status JobStore::settle(PieceId piece, AllocationState verdict, const std::strin
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto found = read_piece(connection, piece);
     if (!found.ok()) return found.error();
+    if (verdict == AllocationState::kSuspect) return take_back(connection, *found, at);
     const bool known =
         verdict == AllocationState::kCut || verdict == AllocationState::kScrap || verdict == AllocationState::kReleased;
     if (!known || !move_piece(connection, piece, AllocationState::kSuspect, verdict, at))
       return piece_is_elsewhere(connection, piece, verdict);
-    const auto state = state_of(connection, found->job);
-    if (!state.ok()) return state.error();
-    const bool waits = *state == JobState::kAborted || *state == JobState::kStopped;
-    if (waits && open_pieces(connection, found->job) == 0)
-      return move_job(connection, found->job, JobState::kComplete, at);
-    return Ok();
+    return follow_settled(connection, found->job, at);
+  });
+}
+
+Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, const AsSeen& said, const std::string& who,
+                                               const std::string& at) {
+  if (said.there && *said.there != AllocationState::kScrap && *said.there != AllocationState::kReleased)
+    return Error{ErrorCode::kInvalidArgument, "a piece whose wood is in the panel is scrap or released"};
+  if (said.pieces ? said.pieces->empty() : said.there.has_value())
+    return Error{ErrorCode::kInvalidArgument,
+                 "name the pieces that you looked at: what is said of wood in the panel holds for no other"};
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<SettledAsSeen> {
+    if (const auto state = state_of(connection, job); !state.ok()) return state.error();
+    const char* const wanted = to_string(said.there ? Seen::kStillThere : Seen::kCut);
+    const auto suspects = suspects_of(connection, job);
+    if (said.pieces)
+      if (Status same = expect_seen(job, suspects, *said.pieces, wanted); !same.ok()) return same.error();
+    SettledAsSeen out;
+    for (const SuspectPiece& suspect : suspects) {
+      const bool settled =
+          suspect.seen == wanted &&
+          (!said.pieces || std::find(said.pieces->begin(), said.pieces->end(), suspect.mark) != said.pieces->end());
+      (!settled ? out.left : said.there ? out.there : out.cut).push_back(suspect.mark);
+      if (settled)
+        move_piece(connection, suspect.piece, AllocationState::kSuspect, said.there.value_or(AllocationState::kCut),
+                   at);
+    }
+    if (out.cut.empty() && out.there.empty()) return nothing_seen(job, suspects);
+    append_to_chain(connection, {0, at, who, "job.settle-as-seen",
+                                 fmt::format("job {}; cut: {}; {}: {}; still suspect: {}", job.value,
+                                             fmt::join(out.cut, ", "), said.there ? to_string(*said.there) : "there",
+                                             fmt::join(out.there, ", "), fmt::join(out.left, ", "))});
+    if (Status followed = follow_settled(connection, job, at); !followed.ok()) return followed.error();
+    return out;
   });
 }
 
@@ -490,6 +616,8 @@ Result<Recovery> JobStore::recover(const std::string& at) {
     }
     if (!jobs.empty() || !found.suspects.empty())
       append_to_chain(connection, {0, at, kDaemon, "cell.recover", describe(found)});
+    if (!found.aborted_jobs.empty() || !found.suspects.empty()) note_broken_off(connection, why_broken_off(found), at);
+    found.clear_owed = clear_owed(connection);
     return found;
   });
 }

@@ -5,7 +5,7 @@
 // Jobs:  planned -> running | cancelled            running -> complete | aborted | stopped
 //        aborted, stopped -> running | cancelled | complete (the last suspect piece was settled)
 //        complete, cancelled -> stopped (lost pieces are to be made again)
-//        complete -> stopped (a piece became suspect)
+//        complete -> stopped (a piece became suspect, also one that was called lost by mistake)
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -100,6 +100,27 @@ struct JobWork {
   int suspect = 0;
 };
 
+// A job that can be completed only by other wood for its missing pieces.
+struct JobLoss {
+  JobId id;
+  int missing = 0;
+};
+
+// What a person takes over of what scans saw of a job's suspect pieces.
+struct AsSeen {
+  // What the pieces are whose wood was seen in the panel, kScrap or kReleased; nullopt: those seen gone are cut.
+  std::optional<AllocationState> there;
+  // The marks that the person was shown; with `there` they are needed. nullopt: all that were seen gone.
+  std::optional<std::vector<std::string>> pieces;
+};
+
+// What became of suspect pieces by what scans saw of them: marks, in the order of the plan.
+struct SettledAsSeen {
+  std::vector<std::string> cut;    // seen gone
+  std::vector<std::string> there;  // seen in the panel, and settled as a person said of all such
+  std::vector<std::string> left;   // still suspect
+};
+
 // One loading of one panel: from the proven pose to the end of the motion.
 struct RunRecord {
   RunId id;
@@ -163,6 +184,8 @@ struct Recovery {
   std::vector<PieceId> suspects;      // were being cut
   std::vector<JobId> aborted_jobs;    // were running, pieces remain
   std::vector<JobId> completed_jobs;  // were running, and every piece had been booked
+  // Why, when work was broken off, now or before, and nobody has cleared that yet.
+  std::optional<std::string> clear_owed;
 };
 
 class JobStore {
@@ -210,8 +233,16 @@ class JobStore {
   Status stop_job(JobId job, const std::string& at);
   // What a scan of a panel saw of its suspect wood. Wood that is not suspect any more is left out.
   Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
-  // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
+  // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). Or he takes back that a piece
+  // is scrap (kSuspect), as long as it has no other wood and its panel is in stock; that wood is whole he cannot take
+  // back, for it may be somebody else's by now. The job follows.
   Status settle(PieceId piece, AllocationState verdict, const std::string& at);
+  // An operator takes over what scans saw of the job's suspect pieces. Those seen gone are cut. Of those seen in the
+  // panel no scan sees whether a kerf was begun: he looks at each, names them, and says what they are; a piece that a
+  // scan saw there meanwhile is not among them, and stays suspect. What a scan saw that was taken back since, or saw
+  // unclearly, decides nothing. The job follows; the audit log names the pieces. kConflict, and nothing is settled,
+  // when nothing can be decided, or when a named piece is not suspect or was not seen so by the scan that counts now.
+  Result<SettledAsSeen> settle_as_seen(JobId job, const AsSeen& said, const std::string& who, const std::string& at);
 
   // A person ticked these pieces off as laid in the picture, or took the tick back: all of them, or none. One that is
   // so already stays as it was noted. kConflict: a piece is not cut. kNotFound: it is not the job's.
@@ -232,8 +263,12 @@ class JobStore {
   Result<std::vector<JobId>> archive_done(const std::string& at);
 
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
-  // complete), in one transaction.
+  // complete), and what was so broken off is to be cleared, in one transaction.
   Result<Recovery> recover(const std::string& at);
+  // The cell's work was broken off, for `reason`; a person cleared it. That is kept over starts of the program
+  // (recover). Where there is nothing to clear a Clear changes nothing.
+  Status note_abort(const std::string& reason, const std::string& at);
+  Status note_cleared(const std::string& who, const std::string& at);
 
   Result<JobRecord> find(JobId job);      // kNotFound
   Result<std::vector<JobRecord>> list();  // in order of id
@@ -242,6 +277,9 @@ class JobStore {
   // Those in sight with pieces that are reserved, being cut or suspect, in order of id. Of an index alone, however many
   // pieces there are.
   Result<std::vector<JobWork>> with_work();
+  // Those in sight of which pieces are missing and none is left to cut or to settle, in order of id: aborted, stopped,
+  // and complete ones of which wood was lost. Cheap, too.
+  Result<std::vector<JobLoss>> with_loss();
   Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.

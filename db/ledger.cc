@@ -234,6 +234,37 @@ Result<std::vector<std::pair<AllocationId, AllocationState>>> Ledger::live_state
   });
 }
 
+Result<std::vector<WoodStep>> Ledger::steps(std::int64_t after, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<WoodStep>> {
+    SQLite::Statement rows(
+        connection,
+        "SELECT h.id, h.allocation, a.panel, coalesce(a.job, 0), coalesce(a.piece, 0), coalesce(t.mark, ''), "
+        "coalesce(l.plan, 0), h.state, a.area_um, a.reason, h.at, h.run, coalesce(f.who, '') FROM allocation_history "
+        "AS h JOIN allocations AS a ON a.id = h.allocation LEFT JOIN leases AS l ON l.id = a.lease LEFT JOIN pieces AS "
+        "p ON p.id = a.piece LEFT JOIN patches AS t ON t.id = p.patch LEFT JOIN run_facts AS f ON f.run = h.run WHERE "
+        "h.id > ? ORDER BY h.id LIMIT ?");
+    SQLite::bind(rows, after, limit);
+    std::vector<WoodStep> out;
+    while (rows.executeStep()) {
+      WoodStep& step = out.emplace_back();
+      step.number = rows.getColumn(0).getInt64();
+      step.allocation = {rows.getColumn(1).getInt64()};
+      step.panel = {text(rows.getColumn(2))};
+      step.job = {rows.getColumn(3).getInt64()}, step.piece = {rows.getColumn(4).getInt64()};
+      step.mark = text(rows.getColumn(5));
+      step.leased_to = {rows.getColumn(6).getInt64()};
+      step.state = allocation_state_of(text(rows.getColumn(7)));
+      const auto area = read_area(text(rows.getColumn(8)));
+      if (!area) throw damaged(fmt::format("allocation {}", step.allocation.value));
+      step.area = Region<PanelFrame>(*area).area();
+      step.reason = text(rows.getColumn(9)), step.at = text(rows.getColumn(10));
+      if (!rows.getColumn(11).isNull()) step.run = rows.getColumn(11).getInt64();
+      step.who = text(rows.getColumn(12));
+    }
+    return out;
+  });
+}
+
 Result<SquareMillimetres> Ledger::area_of(AllocationId allocation) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<SquareMillimetres> {
     SQLite::Statement row(connection, "SELECT area_um FROM allocations WHERE id = ?");

@@ -2,6 +2,7 @@
 //
 //   reserved -> cutting | released        cutting -> cut | suspect
 //   suspect -> cut | scrap | released     cut -> scrap
+//   scrap -> suspect                      of a piece that was called lost by mistake, and has no other wood
 //   reserved, cut -> suspect              when a beam may have strayed onto them (JobStore::abort_run)
 //   leased -> released                    when the lease ends (db/leases.h)
 //
@@ -15,6 +16,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,6 +49,23 @@ struct AllocationRecord {
   std::string reason;      // of wood without a piece; else empty
   std::string changed_at;  // when it entered this state
   PlanId leased_to;        // 0 for all other wood
+};
+
+// A state that wood entered, in one row with whose wood it is. Of wood booked before schema 11 the last step alone.
+struct WoodStep {
+  std::int64_t number = 0;  // steps are numbered in their order, over all panels
+  AllocationId allocation;
+  PanelId panel;
+  JobId job;         // 0 for wood that is no piece's
+  PieceId piece;     // the same
+  std::string mark;  // the same: ""
+  PlanId leased_to;  // 0 for all other wood
+  AllocationState state = AllocationState::kReserved;
+  SquareMillimetres area{0};  // all of it, kerf included
+  std::string reason;         // of wood without a piece; else ""
+  std::string at;
+  std::optional<std::int64_t> run;  // that was on then, of its job on its panel
+  std::string who;                  // gave the word for that run
 };
 
 // The band that is burnt around a piece; empty for wood that is no piece's.
@@ -86,6 +105,8 @@ class Ledger {
   Result<std::vector<std::pair<AllocationId, AllocationState>>> live_states(const PanelId& panel);
   // How much wood it takes; never changes.
   Result<SquareMillimetres> area_of(AllocationId allocation);
+  // All that ever happened to wood: at most `limit` steps behind the one of number `after`.
+  Result<std::vector<WoodStep>> steps(std::int64_t after, int limit);
   // At most `limit` of all, released ones too, behind `after`.
   Result<std::vector<AllocationRecord>> allocations(const PanelId& panel, AllocationId after, int limit);
 

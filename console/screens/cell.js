@@ -28,7 +28,8 @@ function whatRuns(cell) {
 
 // Colour for what is not as it should be, and for nothing else.
 function attention() {
-  const sum = (what) => model.jobs.filter((job) => job.state !== "cancelled").reduce((all, job) => all + (job[what] || 0), 0);
+  // Nobody misses pieces of a job that was given up; what became of its suspect ones is asked all the same.
+  const sum = (what) => model.jobs.filter((job) => what === "suspect" || job.state !== "cancelled").reduce((all, job) => all + (job[what] || 0), 0);
   const differing = model.panels.filter((panel) => !panel.retired && panel.open_differences > 0);
   const scans = model.panels.filter((panel) => !panel.retired && panel.scan_again);
   const rows = [["suspects", sum("suspect"), "#run"], ["missing", sum("missing"), "#run"],

@@ -82,9 +82,32 @@ export function oneSuspect() {
   return one ? h("ul.list.decision", {}, suspectRow(one)) : null;
 }
 
+// What the last scan saw of many pieces, taken over at once: those that are out are cut; of those that lie in the panel
+// no scan sees a kerf that was begun, so that somebody who has looked says that none is burnt.
+function asSeenButton(all, seen, there) {
+  const these = all.filter(({piece}) => piece.sighting && piece.sighting.seen === seen);
+  if (these.length < 2) return null;
+  const marks = these.map(({piece}) => piece.mark).join(", ");
+  return button(t(`as_seen.${seen}`, {n: these.length}), () => {
+    if (!these.every(mayBeSettled) || !confirm(t(`as_seen.${seen}.sure`, {marks}))) return;
+    for (const job of new Set(these.map((one) => one.job.id))) settleAsSeen(job, these.filter((one) => one.job.id === job), there);
+  }, {wide: true, disabled: !these.every(mayBeSettled), "data-seen": seen});
+}
+
+async function settleAsSeen(job, these, there) {
+  const keys = these.map(keyOf);
+  for (const key of keys) said.add(key);
+  changed();
+  const done = await command(`/jobs/${job}/settle-as-seen`, {body: {...(there && {there}), pieces: these.map(({piece}) => piece.mark)}});
+  loadJobs();
+  setTimeout(() => { for (const key of keys) said.delete(key); changed(); }, done ? kTakenMs : 0);
+}
+
 function suspectsCard() {
-  const rows = suspects().map(suspectRow);
-  return rows.length ? card(`▲ ${t("suspects")}`, h("p.dim", {}, t("suspects.about")), h("ul.list", {}, ...rows)) : null;
+  const all = suspects();
+  return all.length ? card(`▲ ${t("suspects")}`, h("p.dim", {}, t("suspects.about")),
+    h("div.commands", {}, asSeenButton(all, "cut", ""), !all.some(({piece}) => piece.sighting && piece.sighting.seen === "cut") && asSeenButton(all, "still_there", "released")),
+    h("ul.list", {}, ...all.map(suspectRow))) : null;
 }
 
 // ---- missing --------------------------------------------------------------------------------------------------------
@@ -123,6 +146,12 @@ export function redoneNote() {
   return redone && h("p", {role: "status"}, redone);
 }
 
+// It was called lost by mistake: somebody looks at it again.
+async function takeBack(job, piece) {
+  await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict: "suspect"}});
+  loadJobs();
+}
+
 function missingCard() {
   const note = redoneNote();
   const wanting = model.jobs.filter(canBeWhole);
@@ -131,7 +160,8 @@ function missingCard() {
     h("li", {"data-key": `job-${job.id}`}, h("b", {}, job.name), h("span", {}, t("attention.missing", {n: job.missing})),
       job.missing > 1 && button(t("missing.all"), () => redo(job.id, null), {disabled: cannotRedo(job.id)})),
     ...piecesOf(job.id).filter((piece) => kGone.includes(piece.state)).map((piece) =>
-      pieceRow(job, piece, button(t("missing.one"), () => redo(job.id, [piece.mark]), {disabled: cannotRedo(job.id)}))),
+      pieceRow(job, piece, button(t("missing.one"), () => redo(job.id, [piece.mark]), {disabled: cannotRedo(job.id)}),
+        piece.state === "scrap" && button(t("missing.take_back"), () => takeBack(job, piece), {disabled: cannotRedo(job.id)}))),
   ]);
   return card(`▲ ${t("missing")}`, h("p.dim", {}, t("missing.about")), h("ul.list", {}, ...rows), note);
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "daemon/api/page.h"
@@ -39,6 +40,23 @@ json row_json(const db::PieceOutcome& piece) {
           {"run_ended", text_or_null(piece.run_ended_at)},
           {"run_result", text_or_null(piece.run_result)},
           {"who", text_or_null(piece.who)}};
+}
+
+json row_json(const db::WoodStep& step) {
+  const auto or_null = [](std::int64_t number) { return number == 0 ? json() : json(number); };
+  return {{"step", step.number},
+          {"at", step.at},
+          {"panel", step.panel.value},
+          {"allocation", step.allocation.value},
+          {"state", db::to_string(step.state)},
+          {"area_mm2", step.area.count()},
+          {"job", or_null(step.job.value)},
+          {"piece", or_null(step.piece.value)},
+          {"mark", text_or_null(step.mark)},
+          {"plan", or_null(step.leased_to.value)},
+          {"run", step.run ? json(*step.run) : json()},
+          {"who", text_or_null(step.who)},
+          {"reason", text_or_null(step.reason)}};
 }
 
 // "2026-05-01", "2026-05-01T07:30" and whatever more of it is given. Stored times are compared as text: without its Z
@@ -95,6 +113,15 @@ Result<json> history_json(Repositories& r, const Page& page) {
   return out;
 }
 
+Result<json> wood_json(Repositories& r, const Page& page) {
+  auto rows = r.ledger.steps(page.after, page.limit + 1);
+  if (!rows) return rows.error();
+  json out = {{"steps", json::array()}};
+  out["next"] = cut_to_page(*rows, page, [](const db::WoodStep& step) { return step.number; });
+  for (const auto& step : *rows) out["steps"].push_back(row_json(step));
+  return out;
+}
+
 // "P-0001". Whatever else stands there would be read as a pattern: it would find other panels' rows, and take its time.
 bool is_panel_name(std::string_view text) {
   return text.size() > 2 && text.size() <= 20 && text.starts_with("P-") &&
@@ -129,13 +156,15 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     reply_from_query(
         queries, request, [filter, page](Repositories& r) { return audit_json(r, filter, page); }, reply);
   });
-  router.bind("getHistory", [&queries](const ApiRequest& request, const Reply& reply) {
-    auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
-    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
-    reply_from_query(
-        queries, request, [page](Repositories& r) { return history_json(r, page); }, reply);
-  });
+  for (const auto& [operation, read] :
+       {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})
+    router.bind(operation, [&queries, answer = read](const ApiRequest& request, const Reply& reply) {
+      auto query = RequestReader::query_of(request);
+      const Page page = read_page(query);
+      if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+      reply_from_query(
+          queries, request, [page, answer](Repositories& r) { return answer(r, page); }, reply);
+    });
 }
 
 }  // namespace veneer::daemon

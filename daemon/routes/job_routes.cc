@@ -226,21 +226,45 @@ void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
              });
 }
 
-// What an operator saw of a suspect piece: it is good, lost, or its wood is whole.
+// What an operator saw of a suspect piece: it is good, lost, or its wood is whole; or it was called lost by mistake.
 void settle(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
-  const std::string word = body.word("verdict", {"cut", "scrap", "released"}).value_or("");
+  const std::string word = body.word("verdict", {"cut", "scrap", "released", "suspect"}).value_or("");
   body.require("verdict");
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   const std::map<std::string, db::AllocationState> verdicts{{"cut", db::AllocationState::kCut},
                                                             {"scrap", db::AllocationState::kScrap},
-                                                            {"released", db::AllocationState::kReleased}};
+                                                            {"released", db::AllocationState::kReleased},
+                                                            {"suspect", db::AllocationState::kSuspect}};
   const std::string mark = request.path_param("mark");
   change_job(s, request, reply, [mark, state = verdicts.at(word)](Repositories& r, JobId id) -> Status {
     const auto piece = r.jobs.find_piece(id, mark);
     if (!piece) return piece.error();
     return r.jobs.settle(piece->id, state, utc_timestamp());
   });
+}
+
+// What scans saw of the job's suspect pieces is taken over, where they saw it clearly.
+void settle_as_seen(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = RequestReader::body_of(request);
+  const auto word = body.word("there", {"scrap", "released"});
+  db::AsSeen said;
+  said.pieces = body.texts("pieces");
+  if (word) body.require("pieces");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (word) said.there = *word == "scrap" ? db::AllocationState::kScrap : db::AllocationState::kReleased;
+  s.database.async([job = JobId{*id}, said, who = request.caller.who](
+                       Repositories& r) { return r.jobs.settle_as_seen(job, said, who, utc_timestamp()); },
+                   [s, reply, there = said.there, job = JobId{*id}](const Result<db::SettledAsSeen>& settled) {
+                     if (!settled) return reply(ApiReply::error(settled.error()));
+                     s.on_job_changed(job);
+                     json out = {{"job", job.value}, {"cut", settled->cut}, {"left", settled->left}};
+                     out["scrap"] = out["released"] = json::array();
+                     if (there) out[db::to_string(*there)] = settled->there;
+                     reply(ApiReply::json(out));
+                   });
 }
 
 // Pieces that somebody has laid at their places in the picture, or that do not lie there after all.
@@ -327,6 +351,8 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("recut", [s](const ApiRequest& request, const Reply& reply) { recut(s, request, reply); });
   router.bind("redo", [s](const ApiRequest& request, const Reply& reply) { redo(s, request, reply); });
   router.bind("settlePiece", [s](const ApiRequest& request, const Reply& reply) { settle(s, request, reply); });
+  router.bind("settleAsSeen",
+              [s](const ApiRequest& request, const Reply& reply) { settle_as_seen(s, request, reply); });
   router.bind("assemblePieces", [s](const ApiRequest& request, const Reply& reply) { assemble(s, request, reply); });
   router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
     if (const auto id = request.path_number("id"); id && is_under_way(s.unit.view(), JobId{*id}))

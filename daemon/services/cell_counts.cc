@@ -16,6 +16,9 @@ Status count_work(Repositories& r, CellCounts& counts) {
     if (!counts.job && job.open > 0 && job.state != db::JobState::kRunning)
       counts.job = CellNeeds::Waiting{job.id.value, job.name, job.open};
   }
+  auto missing = r.jobs.with_loss();
+  if (!missing) return missing.error();
+  counts.missing = std::move(*missing);
   return Ok();
 }
 

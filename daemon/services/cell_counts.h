@@ -24,6 +24,7 @@ struct CellCounts {
   std::optional<CellNeeds::Waiting> job;   // the oldest in sight with pieces to cut that is not being cut
   std::optional<CellNeeds::Waiting> plan;  // the newest, when no job was made of it and one can be
   std::vector<CellNeeds::Suspects> suspects;
+  std::vector<db::JobLoss> missing;
   std::optional<Calibration> calibration;
 };
 Result<CellCounts> count_cell(Repositories& r);

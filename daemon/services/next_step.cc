@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "daemon/unit/job_words.h"
 
@@ -152,22 +153,63 @@ NextStep scan_wanted(const std::vector<PanelId>& to_scan) {
 
 // ---- jobs -----------------------------------------------------------------------------------------------------------
 
-// Of the job the unit had to do with last: what a person has to say of its pieces.
-std::optional<NextStep> pieces_wanted(const CellView& view) {
-  if (!view.rest) return std::nullopt;
-  const JobRest& rest = *view.rest;
-  if (rest.suspect > 0)
-    return NextStep{Step::kSettle,
-                    fmt::format("{} of job {} {} suspect: look at {}, and say what became of {}.", pieces(rest.suspect),
-                                rest.id.value, rest.suspect == 1 ? "is" : "are", rest.suspect == 1 ? "it" : "each",
-                                rest.suspect == 1 ? "it" : "each"),
-                    fmt::format("veneerctl job settle {}", rest.id.value)};
-  if (rest.missing > 0 && rest.open == 0)
-    return NextStep{Step::kRedo,
-                    fmt::format("{} of job {} {} missing: find other wood for {}.", pieces(rest.missing), rest.id.value,
-                                rest.missing == 1 ? "is" : "are", rest.missing == 1 ? "it" : "them"),
-                    fmt::format("veneerctl job redo {}", rest.id.value)};
-  return std::nullopt;
+// "1 piece of job 3", "4 pieces of job 1, 1 piece of job 3, 2 pieces of job 4 and some pieces of 2 other jobs".
+std::string of_jobs(const std::vector<std::pair<JobId, int>>& jobs) {
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < std::min(kNamed, jobs.size()); ++i)
+    parts.push_back(fmt::format("{} of job {}", pieces(jobs[i].second), jobs[i].first.value));
+  if (jobs.size() > kNamed)
+    parts.push_back(
+        fmt::format("some pieces of {} other job{}", jobs.size() - kNamed, jobs.size() - kNamed == 1 ? "" : "s"));
+  const std::string last = parts.size() > 1 ? " and " + parts.back() : "";
+  if (parts.size() > 1) parts.pop_back();
+  return fmt::format("{}{}", fmt::join(parts, ", "), last);
+}
+
+// Whatever job they are of, and since whenever: the one the unit had to do with last, of which its view knows first,
+// and all that were counted.
+template <class Counted>
+std::vector<std::pair<JobId, int>> all_of(const CellView& view, int JobRest::*of_rest,
+                                          const std::vector<Counted>& counted, int Counted::*of_counted,
+                                          JobId Counted::*job) {
+  std::vector<std::pair<JobId, int>> out;
+  if (view.rest && (*view.rest).*of_rest > 0) out.emplace_back(view.rest->id, (*view.rest).*of_rest);
+  for (const Counted& one : counted)
+    if (!view.rest || one.*job != view.rest->id) out.emplace_back(one.*job, one.*of_counted);
+  return out;
+}
+
+std::optional<NextStep> suspects_wanted(const CellView& view, const CellNeeds& needs) {
+  const auto jobs =
+      all_of(view, &JobRest::suspect, needs.suspects, &CellNeeds::Suspects::pieces, &CellNeeds::Suspects::job);
+  if (jobs.empty()) return std::nullopt;
+  const bool one = jobs.size() == 1 && jobs.front().second == 1;
+  return NextStep{Step::kSettle,
+                  fmt::format("{} {} suspect: look at {}, and say what became of {}.", of_jobs(jobs),
+                              one ? "is" : "are", one ? "it" : "each", one ? "it" : "each"),
+                  fmt::format("veneerctl job settle {}", jobs.front().first.value)};
+}
+
+NextStep redo_of(const std::vector<std::pair<JobId, int>>& jobs) {
+  const bool one = jobs.size() == 1 && jobs.front().second == 1;
+  return {Step::kRedo,
+          fmt::format("{} {} missing: find other wood for {}.", of_jobs(jobs), one ? "is" : "are", one ? "it" : "them"),
+          fmt::format("veneerctl job redo {}", jobs.front().first.value)};
+}
+
+// Of the job the unit had to do with last, once all of it is cut that can be.
+std::optional<NextStep> redo_wanted(const CellView& view) {
+  if (!view.rest || view.rest->missing == 0 || view.rest->open > 0) return std::nullopt;
+  return redo_of({{view.rest->id, view.rest->missing}});
+}
+
+// Of whatever job, once no other waits to be cut.
+std::optional<NextStep> redo_wanted(const CellView& view, const CellNeeds& needs) {
+  auto jobs = all_of(view, &JobRest::missing, needs.missing, &db::JobLoss::missing, &db::JobLoss::id);
+  if (view.rest && view.rest->open > 0)
+    std::erase_if(jobs, [&](const auto& one) { return one.first == view.rest->id; });
+  return jobs.empty() ? std::nullopt : std::optional(redo_of(jobs));
 }
 
 NextStep job_wanted(const CellView& view, const CellNeeds::Waiting& job) {
@@ -234,7 +276,8 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
     return {Step::kReset, "The cut is done: take the pieces out of the machine, then Reset makes it ready.",
             "veneerctl reset"};
   if (auto step = certificate_wanted(needs)) return *step;
-  if (auto step = pieces_wanted(view)) return *step;
+  if (auto step = suspects_wanted(view, needs)) return *step;
+  if (auto step = redo_wanted(view)) return *step;
   if (needs.proposal)
     return {
         Step::kAccept,
@@ -244,6 +287,7 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
         fmt::format("veneerctl panel proposals {}", needs.proposal->value)};
   if (!needs.to_scan.empty()) return scan_wanted(needs.to_scan);
   if (needs.job) return job_wanted(view, *needs.job);
+  if (auto step = redo_wanted(view, needs)) return *step;
   if (needs.panels == 0)
     return {Step::kScan, "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.",
             "veneerctl panel scan"};

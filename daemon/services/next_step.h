@@ -13,6 +13,7 @@
 #include "base/ids.h"
 #include "daemon/store/calibration.h"
 #include "daemon/unit/cell_view.h"
+#include "db/job_store.h"
 #include "db/plans.h"
 #include "db/proposals.h"
 
@@ -66,6 +67,7 @@ struct CellNeeds {
   std::vector<std::string> confirm;        // asked for by name before the beam comes on
   std::optional<Waiting> job, plan;        // with pieces to cut, the oldest; the newest plan of which no job was made
   std::vector<Suspects> suspects;          // of each job that has any
+  std::vector<db::JobLoss> missing;        // of each job that only other wood completes
   double device_seconds_per_second = 1;    // of a simulated cell's clock
 };
 

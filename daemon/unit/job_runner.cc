@@ -57,7 +57,7 @@ void JobRunner::begin(const db::Recovery& recovery) {
                            owed_.owe(std::move(**cuts));  // it was to look again, whatever is configured since
                            if (may_look_for_owed()) owed_.look();
                          });
-  if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
+  if (!recovery.clear_owed) return;
   view_.state = CellState::kAborted;
   if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
   view_.reason = recovery_words(recovery);
@@ -119,7 +119,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kStop:
       return stop(reply);
     case CellCommand::kClear:
-      return clear(std::move(reply));
+      return clear(who, std::move(reply));
     default:  // Start and Recut name things; Suspend and Complete come from the work
       return reply(refusal(view_.state, command));
   }
@@ -138,11 +138,12 @@ void JobRunner::reset(Reply reply) {
     });
 }
 
-void JobRunner::clear(Reply reply) {
+void JobRunner::clear(const std::string& who, Reply reply) {
   const std::string reason = view_.reason;
   enter(CellState::kClearing);
   pending_ = {std::move(reply)};
-  const auto cleared = [this] {
+  const auto cleared = [this, who] {
+    parts().database.owe([who](Repositories& r) { return r.jobs.note_cleared(who, utc_timestamp()); });
     enter(CellState::kStopped, "Reset homes the laser");
     answer(Ok());
   };

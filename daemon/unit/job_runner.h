@@ -87,6 +87,8 @@ class JobRunner : private ActivityHost {
   LaserOverrides overrides_wanted() const { return parts().laser.status().overrides_wanted; }
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
+  // The process ends. As abort(), but that is no abort of a cell at rest: the next start finds it Stopped.
+  void end(const std::string& reason) noexcept;
   // `then` comes when the database has taken, or refused, what an abort before this call had to tell it.
   void when_written(std::function<void()> then);
 
@@ -135,7 +137,7 @@ class JobRunner : private ActivityHost {
   // job_runner.cc: commands
   void reset(Reply reply);
   void stop(const Reply& reply);
-  void clear(Reply reply);
+  void clear(const std::string& who, Reply reply);
   void hold(Reply reply);
   void give_up_aside(const std::string& who, const Reply& reply);
   Error busy_aside() const;
@@ -163,6 +165,7 @@ class JobRunner : private ActivityHost {
   void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
+  void owe_clear(const std::string& reason);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
   void stop_waiting_job();
@@ -201,9 +204,10 @@ class JobRunner : private ActivityHost {
   std::unique_ptr<Activity> activity_;
   CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
   std::string reason_from_;
-  bool at_laser_ = false;    // the laser has strokes of it and has not told their end
-  bool laser_held_ = false;  // in the middle of them
-  bool jogging_ = false;     // a jog that no activity waits for has not told its end
+  bool at_laser_ = false;      // the laser has strokes of it and has not told their end
+  bool laser_held_ = false;    // in the middle of them
+  bool jogging_ = false;       // a jog that no activity waits for has not told its end
+  bool ends_at_rest_ = false;  // end() was called, and nothing is broken off by it
 
   std::vector<Reply> pending_;          // the command whose acting state is on
   Reply check_reply_;                   // while the controller reads a pattern

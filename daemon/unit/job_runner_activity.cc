@@ -246,11 +246,23 @@ void JobRunner::abort(const std::string& reason) noexcept {
   break_off(reason, nullptr);
 }
 
+void JobRunner::end(const std::string& reason) noexcept {
+  ends_at_rest_ = !activity_ && (view_.state == CellState::kStopped || view_.state == CellState::kIdle ||
+                                 view_.state == CellState::kComplete);
+  abort(reason);
+}
+
 void JobRunner::when_written(std::function<void()> then) {
   // The abort itself waits a turn of the reactor for what the laser tells of it (break_off).
   boost::asio::post(reactor_, [this, then = std::move(then)]() mutable {
     parts().database.async([](Repositories&) { return 0; }, [then = std::move(then)](int) { then(); });
   });
+}
+
+// Before anything else of the abort is written: where that is lost to a kill, what was running tells of it (recover).
+void JobRunner::owe_clear(const std::string& reason) {
+  if (ends_at_rest_) return;
+  parts().database.owe([reason](Repositories& r) { return r.jobs.note_abort(reason, utc_timestamp()); });
 }
 
 // Everything that was going on ends here, with the beam already off.
@@ -264,6 +276,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   if (activity) broken = activity->broken_off(remark);
   const std::string why_aborted = reason + remark;
   enter(CellState::kAborting, why_aborted);
+  owe_clear(why_aborted);
   const Error why{ErrorCode::kCancelled, why_aborted};
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);

@@ -157,10 +157,15 @@ std::string recovery_words(const db::Recovery& recovery) {
   const std::string pieces = suspect == 0   ? "no piece is suspect"
                              : suspect == 1 ? "one piece is suspect"
                                             : fmt::format("{} pieces are suspect", suspect);
+  if (recovery.aborted_jobs.empty() && recovery.suspects.empty())
+    return fmt::format("{}, and nobody has cleared that since: look at the panel, then Clear and Reset",
+                       recovery.clear_owed.value_or("the work was broken off"));
   if (recovery.aborted_jobs.empty())
     return fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces);
-  return fmt::format("the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and Reset",
-                     recovery.aborted_jobs.front().value, pieces);
+  std::vector<std::string> jobs;
+  for (const JobId job : recovery.aborted_jobs) jobs.push_back(std::to_string(job.value));
+  return fmt::format("the cell stopped in the middle of job{} {}, and {}; look at the panel, then Clear and Reset",
+                     jobs.size() == 1 ? "" : "s", listed(jobs, " and "), pieces);
 }
 
 }  // namespace veneer::daemon

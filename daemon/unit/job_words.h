@@ -23,7 +23,8 @@ std::string next_words(const CellView& view, const JobRest& rest, bool begun);
 // last.
 std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan);
 
-// What a start of the program found of the one before, which broke off, and the steps from here.
+// What a start of the program found broken off, by its last end or by an abort that nobody cleared, and the steps from
+// here.
 std::string recovery_words(const db::Recovery& recovery);
 
 // Why a job of whose pieces none can be cut is not started, and what to do about it.

@@ -22,7 +22,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {
     for (const char* operation : {"command", "recut", "settlePiece", "assemblePieces", "cancelJob", "archiveJob",
-                                  "unarchiveJob", "archiveDoneJobs"})
+                                  "unarchiveJob", "archiveDoneJobs", "settleAsSeen"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
         asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
@@ -37,6 +37,9 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"frame", "--power", "2%"}), 0);
   EXPECT_EQ(run({"job", "recut", "3", "A1-1", "A3-12", "--confirm", "exhaust"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "A1-2", "suspect"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "--as-seen"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "--as-seen", "--there", "released", "--pieces", "A1-1", "A3-12"}), 0);
   EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "A3-12"}), 0);
   EXPECT_EQ(run({"job", "assembled", "3", "A1-1", "--take-back"}), 0);
   EXPECT_EQ(run({"job", "cancel", "3"}), 0);
@@ -47,6 +50,10 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_NE(run({"job", "archive", "3", "--all-done"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1"}), 1) << "what became of it?";
+  EXPECT_EQ(run({"job", "settle", "3", "A1-1", "cut", "--as-seen"}), 2) << "one, or all?";
+  EXPECT_EQ(run({"job", "settle", "3", "--as-seen", "--there", "cut"}), 2);
+  EXPECT_EQ(run({"job", "settle", "3", "--there", "scrap"}), 2);
+  EXPECT_EQ(run({"job", "settle", "3", "--pieces", "A1-1"}), 2);
   EXPECT_EQ(run({"job", "recut", "3"}), 2);
   EXPECT_EQ(run({"frame", "--power", "200%"}), 2);
   EXPECT_EQ(run({"frame", "--power", "1"}), 2) << "of what?";
@@ -56,6 +63,9 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/commands/frame {"power":0.02})",
       R"(/api/v1/jobs/3/recut {"confirmed":["exhaust"],"pieces":["A1-1","A3-12"]})",
       R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
+      R"(/api/v1/jobs/3/pieces/A1-2/settle {"verdict":"suspect"})",
+      R"(/api/v1/jobs/3/settle-as-seen {})",
+      R"(/api/v1/jobs/3/settle-as-seen {"pieces":["A1-1","A3-12"],"there":"released"})",
       R"(/api/v1/jobs/3/assembled {"assembled":true,"pieces":["A1-1","A3-12"]})",
       R"(/api/v1/jobs/3/assembled {"assembled":false,"pieces":["A1-1"]})",
       R"(/api/v1/jobs/3/cancel {})",

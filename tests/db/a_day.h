@@ -106,7 +106,8 @@ inline std::vector<Step> a_day() {
   book(1);
   mark(2);
   jobs("broken off", [](JobStore store) { return store.abort_run({1}, {}, "stop", kLater); });
-  settle(2, AllocationState::kScrap);
+  for (const auto verdict : {AllocationState::kScrap, AllocationState::kSuspect, AllocationState::kScrap})
+    settle(2, verdict);
   run(1, oak);
   mark(3);
   book(3);
@@ -181,6 +182,8 @@ inline std::vector<Step> a_day() {
   run(4, ash);
   mark(9);
   jobs("recovery", [](JobStore store) { return store.recover(kLater); });
+  jobs("cleared", [](JobStore store) { return store.note_cleared("local:1000", kLater); });
+  jobs("STOP", [](JobStore store) { return store.note_abort("STOP by local:1000", kLater); });
   add("sighting", [=](Database& db) -> Status {
     const auto piece = JobStore(db).find_piece(PieceId{9});
     if (!piece.ok()) return piece.error();
@@ -224,12 +227,15 @@ inline std::vector<Step> a_day() {
                          {{1, square(10, 10, 100), ""}},
                          {{difference(true, 200, 200)}},
                          false,
-                         {{piece->allocation, {Seen::kUnclear, 0.4, 0, kLater}}},
+                         {{piece->allocation, {Seen::kStillThere, 0.01, 0, kLater}}},
                          {look},
                          {tag}};
     return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
   });
-  settle(9, AllocationState::kReleased);
+  jobs("settled as seen", [](JobStore store) {
+    return store.settle_as_seen({4}, {AllocationState::kReleased, std::vector<std::string>{"D2"}}, "local:1000",
+                                kLater);
+  });
 
   add("written off", [=](Database& db) {
     return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);

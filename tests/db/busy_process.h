@@ -216,6 +216,7 @@ class BusyProcess {
   // What is done to jobs and their pieces when nothing is cut.
   Status see_to_jobs() {
     const unsigned what = below(8);
+    if (what == 0) return below(2) == 0 ? jobs_.note_abort("STOP", kLater) : jobs_.note_cleared("local:1000", kLater);
     if (what == 3) return jobs_.forget_cuts();
     if (what == 4) return dropped(jobs_.archive_done(kLater));
     if (what == 5)

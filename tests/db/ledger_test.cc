@@ -181,7 +181,7 @@ TEST_F(LedgerTest, StatesMoveOnlyAsAllowed) {
   const std::set<std::pair<std::string, std::string>> allowed = {
       {"reserved", "cutting"}, {"reserved", "released"}, {"cutting", "cut"},      {"cutting", "suspect"},
       {"suspect", "cut"},      {"suspect", "scrap"},     {"suspect", "released"}, {"cut", "scrap"},
-      {"reserved", "suspect"}, {"cut", "suspect"}};
+      {"reserved", "suspect"}, {"cut", "suspect"},       {"scrap", "suspect"}};
   const std::map<std::string, std::vector<std::string>> way = {{"reserved", {}},
                                                                {"cutting", {"cutting"}},
                                                                {"cut", {"cutting", "cut"}},

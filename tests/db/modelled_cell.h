@@ -32,6 +32,8 @@ class ModelledCell : public ModelledPeople {
         {"book", 5, &ModelledCell::book},
         {"finish_or_abort", 4, &ModelledCell::finish_or_abort},
         {"settle", 3, &ModelledCell::settle},
+        {"look_and_settle", 4, &ModelledCell::look_and_settle},
+        {"break_off_or_clear", 1, &ModelledCell::break_off_or_clear},
         {"saw_apart", 3, &ModelledCell::saw_apart},
         {"store_plan", 4, &ModelledCell::store_plan},
         {"remove_plan", 1, &ModelledCell::remove_plan},
@@ -87,12 +89,14 @@ class ModelledCell : public ModelledPeople {
     int drawn = *in_range(0, all);
     auto command = commands().begin();
     for (; drawn >= command->weight; ++command) drawn -= command->weight;
-    ++given_[command->name];
-    (this->*command->give)();
+    give(*command);
   }
+  void give(const std::string& name) { give(*std::ranges::find(commands(), name, &Command::name)); }
   // How often each command was given; nothing of one that never was.
   const std::map<std::string, int>& given() const { return given_; }
   int made_again_at_once() const { return made_again_at_once_; }
+  // How often a backup was put back.
+  int restored() const { return restored_; }
 
   void compare() {
     for (ModelJob& job : jobs_) {
@@ -107,7 +111,7 @@ class ModelledCell : public ModelledPeople {
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(found[i].sighting.has_value() ==
-                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen));
+                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen.has_value()));
       // What is told of a piece ends with what it is.
       for (const PieceRecord& piece : found) {
         const auto steps = must(cell_.jobs().history(piece.id));
@@ -209,6 +213,11 @@ class ModelledCell : public ModelledPeople {
     if (run_) finish(false);
     redo();
   }
+  // Mostly some of it was seen.
+  void look_and_settle() {
+    for (int looks = *in_range(0, 4); looks > 0; --looks) look_at_a_piece();
+    settle_as_seen();
+  }
   void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
   void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
   void restoration_or_scan() { *in_range(0, 6) == 0 ? note_restoration() : scan_again(); }
@@ -247,6 +256,10 @@ class ModelledCell : public ModelledPeople {
     RC_ASSERT(unite(areas).area().count() == sum);
   }
   std::filesystem::path folder() const { return cell_.file().parent_path(); }
+  void give(const Command& command) {
+    ++given_[command.name];
+    (this->*command.give)();
+  }
   void back_up() {
     namespace fs = std::filesystem;
     fs::remove_all(folder() / "backup");
@@ -266,6 +279,7 @@ class ModelledCell : public ModelledPeople {
     const auto over = fs::copy_options::recursive | fs::copy_options::overwrite_existing;
     if (fs::exists(folder() / "backup" / "plans")) fs::copy(folder() / "backup" / "plans", folder() / "plans", over);
     static_cast<ModelledKnowledge&>(*this) = *backup_;
+    ++restored_;
   }
   // Statements that nobody should make: nothing may come of them.
   void stray() {
@@ -285,6 +299,7 @@ class ModelledCell : public ModelledPeople {
 
   const Backups backups_;
   std::optional<ModelledKnowledge> backup_;
+  int restored_ = 0;
   std::map<std::string, int> given_;
 };
 

@@ -118,12 +118,16 @@ class ModelledScans : public ModelledPanels {
   }
   // A scan of its panel saw of its wood what it saw.
   void look_at_a_piece() {
-    ModelPiece* piece = random_piece();
+    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kSuspect; });
     if (piece == nullptr) return;
     const auto record = must(cell_.jobs().find_piece(piece->id));
-    const std::pair seen(record.allocation, Sighting{Seen::kCut, 0.97, 1, kLater});
+    const auto what = *rc::gen::element(Seen::kCut, Seen::kStillThere, Seen::kUnclear);
+    const ModelPanel& known = known_[piece->panel];
+    const int version = *in_range(0, 3) == 0 ? *in_range(1, known.mask() + 1) : known.mask();
+    const std::pair seen(record.allocation, Sighting{what, 0.5, version, kLater});
     VENEER_EXPECT_OK(cell_.jobs().note_sightings({&seen, 1}));
-    piece->seen = piece->state == AllocationState::kSuspect;
+    if (piece->state == AllocationState::kSuspect)
+      piece->seen.emplace(what, known.seen[static_cast<std::size_t>(version) - 1].map);
   }
   Differences differences_store() { return Differences(cell_.database()); }
   // What a scan shows: each is in the middle of a cell, so that those of two cells never meet.

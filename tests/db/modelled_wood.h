@@ -44,14 +44,15 @@ struct ModelPiece {
   int panel = 0;
   std::set<Cell> cells;
   AllocationState state = AllocationState::kReserved;
-  bool seen = false;       // by a scan, since it became suspect
+  // What a scan saw of it since it became suspect, and of which map.
+  std::optional<std::pair<Seen, std::string>> seen = std::nullopt;
   bool assembled = false;  // somebody laid it at its place, as long as it is cut
   int owed = 0;            // the how manieth booking it is of those that are owed a look; 0: of none
   // The cell that its outline lies in, of wood that was carried over: perhaps one that was sawn off.
   std::optional<Cell> carried_outline = std::nullopt;
 
   Cell outline_cell() const { return carried_outline ? *carried_outline : *cells.begin(); }
-  void doubt() { state = AllocationState::kSuspect, seen = false, owed = 0; }
+  void doubt() { state = AllocationState::kSuspect, seen.reset(), owed = 0; }
 };
 // A moment of the model: scans, and what they found, are told apart by it.
 inline std::string moment(int tick) { return fmt::format("2026-05-01T07:40:00.{:03}Z", tick); }
@@ -168,6 +169,7 @@ struct ModelledKnowledge {
   std::vector<ModelRun> runs_;  // all of them; run_ is the last one, as long as it is on
   int bookings_ = 0;
   std::vector<PieceId> kept_cuts_;  // of the last run
+  bool clear_owed_ = false;         // the newest abort
   int tick_ = 0;                    // the last moment
   int scans_ = 0;                   // rows of raw scans, of all panels
   int next_tag_ = 601;

@@ -131,17 +131,68 @@ class ModelledWork : public ModelledPlans {
     run_.reset();
   }
   void settle() {
-    ModelPiece* piece = mostly_a_piece([](const ModelPiece& p) { return p.state == AllocationState::kSuspect; });
+    const auto verdict = *rc::gen::elementOf(std::vector{AllocationState::kCut, AllocationState::kScrap,
+                                                         AllocationState::kReleased, AllocationState::kSuspect});
+    const bool back = verdict == AllocationState::kSuspect;
+    const auto from = back ? AllocationState::kScrap : AllocationState::kSuspect;
+    ModelPiece* piece = mostly_a_piece([from](const ModelPiece& p) { return p.state == from; });
     if (piece == nullptr) return;
-    const auto verdict =
-        *rc::gen::elementOf(std::vector{AllocationState::kCut, AllocationState::kScrap, AllocationState::kReleased});
-    const bool allowed = piece->state == AllocationState::kSuspect;
+    const bool allowed = piece->state == from && !(back && known_[piece->panel].retired);
     RC_ASSERT(cell_.jobs().settle(piece->id, verdict, kLater).ok() == allowed);
     if (!allowed) return;
+    if (back) return doubt_again(*piece);
     piece->state = verdict;
     for (auto& job : jobs_)
       if (has(job, *piece) && (job.state == JobState::kStopped || job.state == JobState::kAborted))
         job.state = job.after(job.state);
+  }
+  void doubt_again(ModelPiece& piece) {
+    piece.doubt();
+    for (ModelJob& job : jobs_)
+      if (has(job, piece) && job.state == JobState::kComplete) job.state = JobState::kStopped;
+  }
+  // By what the scan saw that counts for the panel now.
+  void settle_as_seen() {
+    if (jobs_.empty()) return;
+    ModelJob& job = *mostly(jobs_, [](const ModelJob& one) { return one.any(AllocationState::kSuspect); });
+    const auto there = *rc::gen::element<std::optional<AllocationState>>(std::nullopt, AllocationState::kScrap,
+                                                                         AllocationState::kReleased);
+    std::vector<ModelPiece*> clear;
+    std::size_t left = 0;
+    for (ModelPiece& piece : job.pieces) {
+      if (piece.state != AllocationState::kSuspect) continue;
+      const bool counts = piece.seen && piece.seen->first == (there ? Seen::kStillThere : Seen::kCut) &&
+                          piece.seen->second == known_[piece.panel].seen.back().map;
+      counts ? clear.push_back(&piece) : static_cast<void>(++left);
+    }
+    AsSeen said{there, {}};
+    if (there || *rc::gen::arbitrary<bool>()) {
+      // One of them may have been looked at no more, and one may be named that no scan saw so.
+      if (!clear.empty() && *in_range(0, 3) == 0) clear.pop_back(), ++left;
+      said.pieces.emplace();
+      for (const ModelPiece* piece : clear) said.pieces->push_back(fmt::format("A{}", piece - job.pieces.data()));
+      if (*in_range(0, 5) == 0) {
+        said.pieces->push_back("no such piece");
+        clear.clear();
+      }
+    }
+    const auto settled = cell_.jobs().settle_as_seen(job.id, said, "local:1000", kLater);
+    RC_ASSERT(settled.ok() == !clear.empty());
+    if (!settled.ok()) return;
+    RC_ASSERT(settled->cut.size() + settled->there.size() == clear.size());
+    RC_ASSERT(settled->left.size() == left);
+    for (ModelPiece* piece : clear) piece->state = piece->seen->first == Seen::kCut ? AllocationState::kCut : *there;
+    if (job.state == JobState::kStopped || job.state == JobState::kAborted) job.state = job.after(job.state);
+  }
+  // STOP, and what a person says to it.
+  void break_off_or_clear() {
+    if (*rc::gen::arbitrary<bool>()) {
+      VENEER_EXPECT_OK(cell_.jobs().note_abort("STOP", kLater));
+      clear_owed_ = true;
+    } else {
+      VENEER_EXPECT_OK(cell_.jobs().note_cleared("local:1000", kLater));
+      clear_owed_ = false;
+    }
   }
   void archive() {
     if (jobs_.empty()) return;
@@ -188,13 +239,15 @@ class ModelledWork : public ModelledPlans {
   }
   void die_and_recover() {
     reopen();
-    must(cell_.jobs().recover(kLater));
+    const Recovery found = must(cell_.jobs().recover(kLater));
     run_.reset();
     for (auto& job : jobs_) {
       if (job.state != JobState::kRunning) continue;
       suspect_what_was_cutting(job);
       job.state = job.after(JobState::kAborted);
+      clear_owed_ = clear_owed_ || job.state == JobState::kAborted;
     }
+    RC_ASSERT(found.clear_owed.has_value() == clear_owed_);
   }
   // The panel was moved: its cuts cannot be met again.
   void forget_cuts() {

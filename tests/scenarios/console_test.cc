@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
+#include <string>
 
 #include "base/files.h"
 #include "tests/scenarios/operated_cell.h"
@@ -93,6 +95,34 @@ TEST_F(Console, AWrongPanelAStopInTheMiddleAndWhatComesAfter) {
   ASSERT_EQ(job["runs"].size(), 3U) << "broken off, the rest, and the piece that was lost";
   EXPECT_EQ(job["runs"][1]["result"], "done");
   EXPECT_GT(get("/jobs/2")["pieces"], 0);
+}
+
+class ConsoleAfterALift : public Console {
+ protected:
+  double time_scale() const override { return 10; }
+  SimulatedCellOptions options() const override { return OperatedCell::options(); }  // nothing is asked by name
+  std::map<std::string, int> pieces() {
+    std::map<std::string, int> out;
+    const nlohmann::json all = get(fmt::format("/jobs/{}/pieces", kJob));
+    for (const auto& piece : all["pieces"]) ++out[piece["state"].get<std::string>()];
+    return out;
+  }
+};
+
+// The panel was lifted with the fourth piece half cut; the laser went on over the bare bed.
+TEST_F(ConsoleAfterALift, WhatTheScanSawOfManyPiecesIsSaidAtOnce) {
+  cut_some();
+  lift();
+  wait_state("Held");
+  ASSERT_EQ(post("/commands/stop"), "");
+  wait_state("Stopped");
+  ASSERT_TRUE(story_->reconcile(kJob).ok());
+  ASSERT_EQ(pieces(), (std::map<std::string, int>{{"suspect", 16}}));
+  play("console_settle.py");
+  const auto now = pieces();
+  EXPECT_GE(now.at("cut"), 3);
+  EXPECT_GE(now.at("released"), 10);
+  EXPECT_LE(now.contains("suspect") ? now.at("suspect") : 0, 1) << "perhaps the one that was half cut";
 }
 
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'

@@ -102,7 +102,15 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
   lift();
   EXPECT_THAT(untrue(), Not(Contains(HasSubstr("ledger_matches_burn")))) << story_->report().dump(2);
 
+  // An end in order forgets neither that Clear is owed nor the piece that somebody has to look at.
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  EXPECT_THAT(get("/status").value("reason", ""), HasSubstr("nobody has cleared that since"));
   ASSERT_EQ(post("/commands/clear"), "");
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(wait([](const json& s) { return s["next_step"]["step"] == "settle"; })["state"], "Stopped");
   cut_the_rest(rest);
   EXPECT_EQ(marks_in("suspect"), suspect);
   EXPECT_EQ(marks_in("cut").size(), 16 - suspect.size());

@@ -9,6 +9,7 @@
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <opencv2/core.hpp>
 
 #include "daemon/services/panel_library.h"
@@ -160,12 +161,21 @@ TEST_F(Records, ARewrittenAuditLogIsFoundByTheHeadThatWasWrittenDown) {
 
 TEST_F(Records, StockIsATableForASpreadsheet) {
   const fs::path csv = directory / "stock.csv", file = directory / "stock.json";
+  ASSERT_EQ(cell.veneerctl({"panel", "set", "P-0002", "--shelf", "A3", "--veneer-mm", "0.6", "--finished", "shellac",
+                            "--day", "2026-04-30"})
+                .status,
+            0);
   ASSERT_EQ(cell.veneerctl({"export", "stock", "--out", csv.string()}).status, 0);
   const json rows = rows_of(csv);
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[2]["name"], "'" + std::string(kWildName)) << "it stays a text";
   EXPECT_EQ(rows[2]["species"], "walnut; maple");
   EXPECT_EQ(rows[2]["retired_at"], "");
+  EXPECT_EQ(rows[1]["shelf"], "A3");
+  EXPECT_EQ(rows[1]["veneer_mm"], "0.6");
+  EXPECT_EQ(rows[1]["substrate_mm"], "");
+  EXPECT_EQ(rows[1]["treatments"], "finish shellac 2026-04-30");
+  EXPECT_EQ(rows[0]["shelf"], "");
   const auto panel = cell.api().get("/panels/P-0001");
   ASSERT_TRUE(panel.ok());
   const json& book = (*panel)["area_book_mm2"];
@@ -199,6 +209,22 @@ TEST_F(Records, HistoryIsATableOfEveryPiece) {
   const json whole = asked({"export", "history"});
   EXPECT_EQ(whole["jobs"].size(), 1U);
   EXPECT_EQ(whole["pieces"].size(), 5U);
+}
+
+TEST_F(Records, EveryStepOfTheWoodIsARow) {
+  const fs::path csv = directory / "wood.csv";
+  ASSERT_EQ(cell.veneerctl({"export", "wood", "--out", csv.string()}).status, 0);
+  const json rows = rows_of(csv), whole = asked({"export", "wood"});
+  ASSERT_EQ(rows.size(), whole["steps"].size());
+  ASSERT_GE(rows.size(), 5U);
+  std::map<std::string, std::string> last;  // state, by piece
+  for (const json& row : rows)
+    if (row["piece"] != "") last[row["piece"].get<std::string>()] = row["state"].get<std::string>();
+  const json history = asked({"export", "history"});
+  for (const json& piece : history["pieces"])
+    EXPECT_EQ(last[std::to_string(piece["piece"].get<int>())], piece["state"]) << "the newest is what the piece is";
+  for (std::size_t i = 1; i < whole["steps"].size(); ++i)
+    EXPECT_LT(whole["steps"][i - 1]["step"], whole["steps"][i]["step"]);
 }
 
 TEST_F(Records, AFileThatCannotBeWrittenIsOneSentenceAndLeavesNothing) {

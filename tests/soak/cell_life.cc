@@ -1,13 +1,12 @@
 // A cell's life in short: panels are scanned, and jobs planned from them, cut and compared, one after the other, until
 // the wood is used up; some are cancelled, some pieces are lost and made again. All of it by the real daemon and its
 // workers on the twin, through the API, as an operator and a viewer would. Tells how much memory the daemon has, and
-// whether each panel's area book adds up.
+// whether each panel's area book is what a count of ledger and mask says.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -17,7 +16,9 @@
 #include <optional>
 #include <random>
 
+#include "db/panels.h"
 #include "tests/demo/story.h"
+#include "tests/support/panel_areas.h"
 
 namespace {
 
@@ -124,6 +125,7 @@ class CellLife {
             {"cancelled", cancelled_},
             {"made_again", again_},
             {"scans", scans_},
+            {"books_checked", books_},
             {"differences", jobs_.differences()},
             {"untrue_panels", proof_.value("untrue_panels", json())},
             {"wood_used_twice", proof_.value("wood_used_twice", json())},
@@ -159,6 +161,8 @@ class CellLife {
   }
 
  private:
+  // Masks are kept at 300 px an inch, areas told to whole square micrometres at best.
+  static constexpr double kPixelMm = 25.4 / 300, kRounding = 1e-6;
   static constexpr double kUsedUp = 0.35;  // of the wood: squares of 12 mm leave the rest between them
 
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
@@ -207,10 +211,11 @@ class CellLife {
   Status live(std::int64_t job) {
     const std::string target = fmt::format("/jobs/{}", job);
     if (Status looked = look_around(target); !looked) return looked;
+    if (Status reserved = check_job(target); !reserved) return reserved;
     if (below(12) == 0) {
       ++cancelled_;
       const auto cancelled = cell_.api().post(target + "/cancel");
-      return cancelled ? Ok() : Status(cancelled.error());
+      return cancelled ? check_job(target) : Status(cancelled.error());
     }
     if (Status cut = jobs_.cut(job); !cut) return cut;
     if (below(15) == 0)
@@ -222,7 +227,7 @@ class CellLife {
     }
     if (below(50) == 0)
       if (const auto archived = cell_.api().post("/jobs/archive-done"); !archived) return archived.error();
-    return check_areas(target);
+    return check_job(target);
   }
   // The first piece; refused where no wood is left for it.
   Status lose_and_redo(std::int64_t job) {
@@ -249,20 +254,36 @@ class CellLife {
       if (const auto bytes = cell_.api().get_bytes(target); !bytes) return bytes.error();
     return Ok();
   }
-  Status check_areas(const std::string& job) {
+  // The picture of the mask that counts: the file that the newest version names.
+  Result<cv::Mat> mask_of(const std::string& panel) const {
+    auto reading = db::Database::open_for_reading(cell_.database_file());
+    if (!reading) return reading.error();
+    const auto record = db::Panels(*reading).find({panel});
+    if (!record) return record.error();
+    cv::Mat mask = cv::imread((cell_.data_dir() / record->mask_file).string(), cv::IMREAD_GRAYSCALE);
+    if (mask.empty())
+      return Error{ErrorCode::kNotFound, fmt::format("the mask of {} cannot be read: {}", panel, record->mask_file)};
+    return mask;
+  }
+  // Each class of the area book against a count of what the ledger and the mask say.
+  Status check_areas(const std::string& panel) {
+    const auto told = cell_.api().get("/panels/" + panel);
+    if (!told) return told.error();
+    const auto ledger = cell_.api().get_all("/panels/" + panel + "/ledger", "allocations");
+    if (!ledger) return ledger.error();
+    const auto mask = mask_of(panel);
+    if (!mask) return mask.error();
+    const auto counted = testing::count_areas((*ledger)["allocations"], *mask, kPixelMm,
+                                              (*told)["width_mm"].get<double>(), (*told)["height_mm"].get<double>());
+    const std::string wrong = testing::disagreement((*told)["area_book_mm2"], counted, kRounding);
+    ++books_;
+    return wrong.empty() ? Ok() : Status(Error{ErrorCode::kInternal, panel + ": " + wrong});
+  }
+  Status check_job(const std::string& job) {
     const auto record = cell_.api().get(job);
     if (!record) return record.error();
-    for (const auto& used : (*record)["panels"]) {
-      const auto panel = cell_.api().get("/panels/" + used["panel"].get<std::string>());
-      if (!panel) return panel.error();
-      const json& book = (*panel)["area_book_mm2"];
-      double sum = 0;
-      for (const char* part : {"free", "reserved", "cut", "kerf", "suspect", "scrap", "unusable"})
-        sum += book[part].get<double>();
-      if (!(std::abs(sum - book["panel"].get<double>()) <= 1e-6))
-        return Error{ErrorCode::kInternal,
-                     fmt::format("the area book of {} does not add up: {}", used.dump(), book.dump())};
-    }
+    for (const auto& used : (*record)["panels"])
+      if (Status checked = check_areas(used["panel"].get<std::string>()); !checked) return checked;
     const auto pieces = cell_.api().get_all(job + "/pieces", "pieces");
     if (!pieces) return pieces.error();
     for (const auto& piece : (*pieces)["pieces"]) cut_ += piece["state"] == "cut" ? 1 : 0;
@@ -291,7 +312,7 @@ class CellLife {
   std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB
   double free_ = 0, free_at_first_ = 0;             // mm2 of all panels
   json proof_ = json::object();
-  int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0;
+  int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0, books_ = 0;
 };
 
 }  // namespace

@@ -264,6 +264,7 @@ TEST_F(JobRoutes, SaysWhatIsToBeDoneNextForAJob) {
   const std::string words = "the scan of 2026-05-01 saw its wood gone (98 %), so it was cut\n";
   EXPECT_NE(cli::render_pieces(pieces).find("suspect: " + words), std::string::npos);
   EXPECT_NE(cli::render_job(body_of(ask("GET", "/api/v1/jobs/1"))).find("A1 on P-0001: " + words), std::string::npos);
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/1/settle-as-seen", json::object()).status, 409) << "its scan counts no more";
   const json settled = body_of(ask("POST", "/api/v1/jobs/1/pieces/A1/settle", {{"verdict", "cut"}}));
   EXPECT_EQ(settled["next"],
             "1 of 2 pieces of job 1 is cut and 1 is still to be cut: Clear, Reset, then Start cuts the rest "

@@ -207,6 +207,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listBackups", "/backups"},
                                                         {"getAudit", "/audit"},
                                                         {"getHistory", "/history"},
+                                                        {"getWoodHistory", "/history/wood"},
                                                         {"listUsers", "/users"},
                                                         {"listTokens", "/tokens"},
                                                         {"listTasks", "/tasks"},

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "daemon/services/panel_figures.h"
@@ -165,23 +168,78 @@ void compare(const AreaBook& found, const AreaBook& wanted) {
            wanted.panel));
 }
 
-RC_GTEST_PROP(AreaLife, TheBookIsTheModelsAfterEveryCommand, ()) {
-  db::ModelledCell model;
-  store_masks(model);
-  const PanelLibrary library(model.cell().file().parent_path());
-  StockMemory memory(model.cell().file().parent_path() / "memory.json");
-  PanelFigures figures(library, memory);
-  const int steps = *rc::gen::inRange(10, 60);
-  for (int i = 0; i < steps; ++i) {
-    model.step();
+// What the daemon knows of the wood, over its starts: the file of its memory stays where it is.
+class Figures {
+ public:
+  explicit Figures(std::filesystem::path folder) : folder_(std::move(folder)), library_(folder_) { start_again(); }
+
+  void start_again() {
+    figures_.reset();
+    memory_.emplace(folder_ / "memory.json");
+    figures_.emplace(library_, *memory_);
+  }
+  void compare(db::ModelledCell& model) {
     Repositories r(model.cell().database());                                         // the model kills it now and then
     for (int panel = 0; panel < static_cast<int>(model.panels().size()); ++panel) {  // parts, too, and merged ones
       const auto record = db::must(r.panels.find(model.panels()[static_cast<std::size_t>(panel)]));
-      const auto book = db::must(figures.book(r, record));
+      const auto book = db::must(figures_->book(r, record));
       RC_ASSERT(book.has_value());
-      compare(*book, expected(model.wood_on(panel), no_wood_columns(model.mask_of(panel))));
+      veneer::daemon::compare(*book, expected(model.wood_on(panel), no_wood_columns(model.mask_of(panel))));
+      static_cast<void>(db::must(figures_->free(r, record)));
+    }
+    memory_->save();
+  }
+  // What is said to be free, against one that has never looked at any of these panels.
+  void compare_with_a_new_one(db::ModelledCell& model) {
+    Repositories r(model.cell().database());
+    StockMemory nothing(folder_ / "no-memory.json");
+    PanelFigures anew(library_, nothing);
+    for (const PanelId& panel : model.panels()) {
+      const auto record = db::must(r.panels.find(panel));
+      RC_ASSERT(db::must(figures_->free(r, record)) == db::must(anew.free(r, record)));
     }
   }
+
+ private:
+  const std::filesystem::path folder_;
+  PanelLibrary library_;
+  std::optional<StockMemory> memory_;
+  std::optional<PanelFigures> figures_;
+};
+
+RC_GTEST_PROP(AreaLife, TheBookIsTheModelsAfterEveryCommand, ()) {
+  db::ModelledCell model;
+  store_masks(model);
+  Figures figures(model.cell().file().parent_path());
+  const int steps = *rc::gen::inRange(10, 60);
+  for (int i = 0; i < steps; ++i) {
+    model.step();
+    figures.compare(model);
+  }
+}
+
+// Numbers of masks and of wood that were given out since the backup are given out again, for other ones.
+RC_GTEST_PROP(AreaLife, ItIsSoOnceABackupHasGoneBackInHistory, ()) {
+  db::ModelledCell model(db::ModelledCell::Backups::kPutBack);
+  store_masks(model);
+  Figures figures(model.cell().file().parent_path());
+  const auto live = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      const int before = model.restored();
+      model.step();
+      if (model.restored() != before) figures.start_again();
+      figures.compare(model);
+    }
+  };
+  live(*rc::gen::inRange(5, 20));
+  model.give("back_up");
+  live(*rc::gen::inRange(5, 30));
+  model.give("put_back");
+  figures.start_again();
+  figures.compare(model);
+  figures.compare_with_a_new_one(model);
+  live(*rc::gen::inRange(5, 20));
+  figures.compare_with_a_new_one(model);
 }
 
 }  // namespace

@@ -136,6 +136,42 @@ TEST(NextStep, AfterAStopTheWayBackAndThenThePieces) {
   EXPECT_EQ(next_step(view, needs).sentence, "2 pieces of job 1 are missing: find other wood for them.");
 }
 
+// The view of a cell that was started again knows of no job.
+TEST(NextStep, SuspectPiecesOfEveryJobComeBeforeAnythingNew) {
+  CellNeeds needs = ready();
+  needs.job = {5, "leaf", 16};
+  needs.suspects = {{JobId{3}, 1}};
+  EXPECT_EQ(next_step(in(CellState::kStopped), needs).step, Step::kSettle);
+  EXPECT_EQ(next_step(in(CellState::kStopped), needs).sentence,
+            "1 piece of job 3 is suspect: look at it, and say what became of it.");
+  EXPECT_EQ(next_step(in(CellState::kIdle), needs).command, "veneerctl job settle 3");
+  needs.suspects = {{JobId{1}, 4}, {JobId{3}, 1}};
+  EXPECT_EQ(next_step(in(CellState::kIdle), needs).sentence,
+            "4 pieces of job 1 and 1 piece of job 3 are suspect: look at each, and say what became of each.");
+  // What the unit knows of its own job is newer than what was counted.
+  CellView view = in(CellState::kIdle);
+  view.rest.emplace();
+  view.rest->id = JobId{1};
+  EXPECT_EQ(next_step(view, needs).sentence, "1 piece of job 3 is suspect: look at it, and say what became of it.");
+  needs.suspects = {{JobId{1}, 1}, {JobId{2}, 1}, {JobId{3}, 2}, {JobId{4}, 1}, {JobId{6}, 1}};
+  EXPECT_THAT(
+      next_step(in(CellState::kIdle), needs).sentence,
+      StartsWith(
+          "1 piece of job 1, 1 piece of job 2, 2 pieces of job 3 and some pieces of 2 other jobs are suspect: "));
+}
+
+TEST(NextStep, MissingPiecesOfAnyJobAreLookedForOnceNoJobWaits) {
+  CellNeeds needs = ready();
+  needs.plan = {3, "portrait", 16};
+  needs.missing = {{JobId{2}, 1}, {JobId{4}, 3}};
+  const NextStep step = next_step(in(CellState::kStopped), needs);
+  EXPECT_EQ(step.step, Step::kRedo);
+  EXPECT_EQ(step.sentence, "1 piece of job 2 and 3 pieces of job 4 are missing: find other wood for them.");
+  EXPECT_EQ(step.command, "veneerctl job redo 2");
+  needs.job = {5, "leaf", 16};
+  EXPECT_EQ(next_step(in(CellState::kStopped), needs).step, Step::kReset) << "what can be cut is cut first";
+}
+
 TEST(NextStep, AfterTheLastPieceThePiecesAreTakenOutAndAfterAPatternTheNextCertificateComes) {
   CellView view = in(CellState::kComplete);
   CellNeeds needs = ready();

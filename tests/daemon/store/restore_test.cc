@@ -28,6 +28,22 @@ TEST_F(Backup, BecomesACellInAnEmptyFolder) {
   EXPECT_THAT(describe(restored), HasSubstr("1 panels"));
 }
 
+// Whoever plans the picture again, or saves the drawing, needs it.
+TEST_F(Backup, BringsTheDrawingThatALayoutWasMadeOf) {
+  const std::string drawing = "<svg/>", file = fmt::format("drawings/d-{}", hash_of(drawing).substr(0, 16));
+  write(data / file, drawing);
+  db::NewPlan plan = db::job_of({});
+  plan.options_json = json{{"segmentation_bytes", 6}, {"segmentation_file", file}}.dump();
+  const db::PlanId drawn = must(db::Plans(*database).add(plan, db::kNow));
+  const fs::path backup = must(make()).folder, elsewhere = directory / "elsewhere";
+  fs::remove(data / file);
+  must(restore(backup, elsewhere));
+  EXPECT_EQ(bytes_of(elsewhere / file), drawing);
+  db::Database opened = must(db::Database::open(elsewhere / kDatabaseName));
+  const json options = json::parse(must(db::Plans(opened).find(drawn)).options_json);
+  EXPECT_EQ(options["segmentation_file"], file);
+}
+
 TEST_F(Backup, AsOneFileBecomesACellToo) {
   const fs::path backup = must(make()).folder, file = directory / "cell.tar.zst", elsewhere = directory / "elsewhere";
   VENEER_ASSERT_OK(pack_folder(backup, file, [](double) {}));

@@ -1,0 +1,43 @@
+// What broke the cell's work off, and whether a person has cleared it: the newest row of `aborts`.
+#include "db/audit_chain.h"
+#include "db/job_sql.h"
+#include "db/job_store.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+void note(SQLite::Database& connection, bool cleared, const std::string& who, const std::string& reason,
+          const std::string& at) {
+  SQLite::Statement insert(connection, "INSERT INTO aborts (cleared, who, reason, at) VALUES (?, ?, ?, ?)");
+  SQLite::bind(insert, cleared ? 1 : 0, who, reason, at);
+  insert.exec();
+}
+
+}  // namespace
+
+void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at) {
+  note(connection, false, kDaemon, reason, at);
+}
+
+std::optional<std::string> clear_owed(SQLite::Database& connection) {
+  SQLite::Statement newest(connection, "SELECT cleared, reason FROM aborts ORDER BY id DESC LIMIT 1");
+  if (!newest.executeStep() || newest.getColumn(0).getInt() != 0) return std::nullopt;
+  return text(newest.getColumn(1));
+}
+
+Status JobStore::note_abort(const std::string& reason, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    note_broken_off(connection, reason, at);
+    return Ok();
+  });
+}
+
+Status JobStore::note_cleared(const std::string& who, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (clear_owed(connection)) note(connection, true, who, "", at);
+    return Ok();
+  });
+}
+
+}  // namespace veneer::db
