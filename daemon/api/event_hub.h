@@ -69,7 +69,8 @@ class EventHub {
 
   // For the server and the clients themselves.
   enum class Room { kFree, kTooManyOfThisIdentity, kFull };
-  // An operator who does not listen yet finds a place as long as another identity has two: one of whoever has most goes.
+  // An operator who does not listen yet finds a place as long as another identity has two: one of whoever has most
+  // goes.
   Room make_room_for(const Caller& caller);
   void join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen = {});
   void leave(const std::shared_ptr<EventClient>& client) { clients_.erase(client); }

@@ -76,8 +76,8 @@ class Workers : public OperatedCell {
   std::string fit_camera() { return view_grid(false); }
   std::string burn_rings();
   std::string no_order() { return "it begins by itself"; }
-  // A picture at one of the doors for pictures; whatever it has made is given up again. `areas`, a drawing whose regions
-  // are to become the pieces, goes behind the picture; "" = none.
+  // A picture at one of the doors for pictures; whatever it has made is given up again. `areas`, a drawing whose
+  // regions are to become the pieces, goes behind the picture; "" = none.
   std::string feed(const std::string& door, const std::string& picture, const std::string& areas = "");
   std::string calibrate(const std::string& device, const nlohmann::json& body);
 
