@@ -126,10 +126,10 @@ void add_settle(CLI::App& job, CommandContext& context) {
     if (*as_seen && !there->empty() && looked_at->empty())
       return context.finish(name_what_you_looked_at(context.client().get(path), *id, *there), render_settled_as_seen);
     if (*as_seen) {
-      json said = json::object();
-      if (!there->empty()) said["there"] = *there;
-      if (!looked_at->empty()) said["pieces"] = *looked_at;
-      return context.finish_step(context.client().post(path + "/settle-as-seen", said), render_settled_as_seen);
+      json body = json::object();
+      if (!there->empty()) body["there"] = *there;
+      if (!looked_at->empty()) body["pieces"] = *looked_at;
+      return context.finish_step(context.client().post(path + "/settle-as-seen", body), render_settled_as_seen);
     }
     if (piece->empty()) return context.finish(context.client().get(path), render_suspects);
     if (verdict->empty())
