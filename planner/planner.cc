@@ -206,6 +206,10 @@ Status add_alternatives(std::span<const StockPanel> stock, const Problem& proble
   });
 }
 
+SquareMillimetres least_area(const PlanOptions& options) {
+  return std::max(options.min_width * options.min_width * kHandyArea, options.min_size * options.min_size);
+}
+
 // Of every layout, squares too: whoever asks for small pieces has them, but is told.
 void note_unfit_pieces(const PlanOptions& options, int threads, Plan& plan) {
   constexpr std::size_t kNamed = 8;              // in the warning
@@ -244,10 +248,11 @@ void note_merged_areas(const SegmentationReport& report, std::span<const Artwork
   }
   if (report.merged.size() > kNamed) places += fmt::format(" and {} more", report.merged.size() - kNamed);
   warnings.push_back(fmt::format(
-      "{} of {} areas that were drawn are no pieces but went to their neighbours, smaller than a square of {} mm or "
+      "{} of {} areas that were drawn are no pieces but went to their neighbours, smaller than a square of {:.4g} mm "
+      "or "
       "thinner than {} mm: {} from the lower left corner; draw them larger, or choose a smaller --min-size-mm or "
       "--min-width-mm",
-      report.merged.size(), report.areas, options.min_size.count(), options.min_width.count(), places));
+      report.merged.size(), report.areas, std::sqrt(least_area(options).count()), options.min_width.count(), places));
 }
 
 }  // namespace

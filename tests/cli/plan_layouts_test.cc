@@ -144,7 +144,7 @@ TEST_F(PlanLayouts, CutsAPictureIntoTheAreasOfAnother) {
   EXPECT_NEAR(merged["y_mm"], 21 - 21.0 / 60 * 11, 0.6);
   EXPECT_NEAR(merged["area_mm2"], 31.5 / 60 * 2 * 21 / 60 * 2, 0.01);
   EXPECT_THAT(outcome.errors, HasSubstr("1 of 4 areas that were drawn are no pieces but went to their neighbours, "
-                                        "smaller than a square of 5 mm or thinner than 1.5 mm: 0.73 mm2 at "));
+                                        "smaller than a square of 2 mm or thinner than 1.5 mm: 0.73 mm2 at "));
 }
 
 // Whatever a patch is: what somebody draws is as large as it is meant to be.

@@ -223,7 +223,8 @@ class BusyProcess {
       if (const auto job = row("SELECT id FROM jobs")) return jobs_.archive({*job}, below(3) != 0, kLater);
     if (what == 6)
       if (const auto doubtful = row("SELECT id FROM allocations WHERE state = 'suspect'")) {
-        const std::pair seen(AllocationId{*doubtful}, Sighting{Seen::kStillThere, 0.01 * below(9), 1, kLater});
+        const std::pair seen(AllocationId{*doubtful},
+                             Sighting{below(2) == 0 ? Seen::kCut : Seen::kStillThere, 0.01 * below(9), 1, kLater});
         return jobs_.note_sightings({&seen, 1});
       }
     const auto piece = row("SELECT piece FROM allocations WHERE state = 'cut' AND piece IS NOT NULL");
@@ -231,6 +232,17 @@ class BusyProcess {
     if (below(4) == 0) return jobs_.make_suspect(std::vector{PieceId{*piece}}, kLater);
     const PieceRecord cut = must(jobs_.find_piece({*piece}));
     return jobs_.assemble(cut.job, std::vector{cut.mark}, below(3) != 0, "local:1000", kLater);
+  }
+
+  // A scan of the wood as it counts now saw the suspect piece gone, and somebody takes that over.
+  Status settle_as_seen(PieceId piece) {
+    const auto wood =
+        row(fmt::format("SELECT id FROM allocations WHERE piece = {} AND state = 'suspect'", piece.value));
+    const auto mask = row(fmt::format(
+        "SELECT max(version) FROM masks WHERE panel = (SELECT panel FROM allocations WHERE id = {})", *wood));
+    const std::pair seen(AllocationId{*wood}, Sighting{Seen::kCut, 0.9, static_cast<int>(mask.value_or(1)), kLater});
+    if (Status noted = jobs_.note_sightings({&seen, 1}); !noted) return noted;
+    return dropped(jobs_.settle_as_seen(must(jobs_.find_piece(piece)).job, {{}, {}}, "local:1000", kLater));
   }
 
   Status prepare() {
@@ -253,6 +265,7 @@ class BusyProcess {
       if (const auto piece = row("SELECT piece FROM allocations WHERE state = 'suspect'")) {
         constexpr AllocationState kVerdicts[] = {AllocationState::kCut, AllocationState::kScrap,
                                                  AllocationState::kReleased};
+        if (below(3) == 0) return settle_as_seen(PieceId{*piece});
         return jobs_.settle({*piece}, kVerdicts[below(3)], kLater);
       }
     if (what == 5) {

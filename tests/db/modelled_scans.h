@@ -82,7 +82,9 @@ class ModelledScans : public ModelledPanels {
     if (face == Face::kShow) known_[panel].last_scan = scans_;
   }
   void take_back_a_scan() {
-    const int panel = any_panel(), version = *in_range(1, known_[panel].mask() + 2);
+    int panel = any_panel();
+    for (int i = 0; i < 3 && known_[panel].mask() < 2; ++i) panel = any_panel();  // most have but one
+    const int version = *in_range(1, known_[panel].mask() + 2);
     const auto back = cell_.panels().revert_mask(panels_[panel], version, moment(++tick_), "local:1000");
     RC_ASSERT(back.ok() == (version < known_[panel].mask()));
     if (!back.ok()) return;

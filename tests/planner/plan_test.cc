@@ -352,7 +352,7 @@ TEST(Plan, NamesSquaresThatAreSmallerThanTheStatedSizeAndPlansThem) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 91)};
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 14.7_mm, 92)};
   PlanOptions options = small_options();
-  options.patch = 4.9_mm;
+  options.patch = 4.9_mm, options.min_size = 5_mm;
   const Plan small = planned(artworks, stock, options);
   ASSERT_EQ(small.unfit.size(), 9U);
   EXPECT_EQ(unfilled(small), 0U);
