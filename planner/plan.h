@@ -132,8 +132,9 @@ struct PlanOptions {
   Curves curves = Curves::kG0;
   Millimetres overlap{0};      // how far refined pieces grow over their borders; 0: three eighths of a patch
   Millimetres min_width{1.5};  // of any part of a piece that is no plain square (fabrication.h)
-  // Pieces are as large as a square of this side (the paper: below 5 mm they get lost). Layouts keep to it where patches
-  // are larger (problem/free_layout.h); smaller pieces that are asked for all the same are named. 0: nobody asks.
+  // Pieces are as large as a square of this side (the paper: below 5 mm they get lost). Layouts keep to it where
+  // patches are larger (problem/free_layout.h); smaller pieces that are asked for all the same are named. 0: nobody
+  // asks.
   Millimetres min_size{0};
   int rematch = 0;  // how often at most wood is chosen again for refined shapes, which are then cut again
   Optimize optimize = Optimize::kGreedy;
