@@ -129,8 +129,11 @@ TEST_F(AccountsAtTheCell, PeopleSignInElsewhereAndStaySoWhenTheDaemonIsKilled) {
 
   ASSERT_TRUE(daemon_.kill_and_start_again().ok());
   EXPECT_THAT(shell("away whoami").output, HasSubstr("You are user anna, and may do what an operator may"));
-  EXPECT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "over"; })) << "it is not aborted any more";
+  EXPECT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "acknowledged"; })) << alarm();
   EXPECT_EQ(alarm().value("acknowledged_by", ""), "user anna");
+  EXPECT_EQ(daemon_.state(), "Aborted") << "no start clears what a person has not";
+  EXPECT_EQ(shell("away clear").status, 0);
+  EXPECT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "over"; })) << "it is not aborted any more";
   EXPECT_EQ(daemon_.api().get(fmt::format("/tasks/{}", task)).value()["state"], "done");
   EXPECT_EQ(shell("away db check").status, 0);
   EXPECT_THAT(shell("veneerctl alarm try").output, HasSubstr("name a webhook or a broker under [notify]"));

@@ -60,8 +60,21 @@ inline StopMachine machine_of(LaserOnlyCell& cell) {
   return {cell, [&cell] { return cell.laser.beam_on(); }, [&cell] { return cell.laser.resets(); }, 300};
 }
 
-// Burns until the beam is on, says STOP somewhere in the stream, waits for the end, Clears. A crowd may take the share
-// of whoever measures for a moment: then it asks again. STOP is said once.
+// Burns until the beam is on. What the cell looks at before it burns may come too late beside a crowd: then it is Idle
+// again and says why, and is asked once more, as an operator would.
+inline Status burn(const StopMachine& machine) {
+  const LoneDaemon& daemon = machine.daemon;
+  Status begun = Ok();
+  const bool burning = daemon.wait_for([&] {
+    if (begun = daemon.begin_pattern(machine.pattern_mm); !begun) return false;
+    if (daemon.wait_for([&] { return machine.beam_on() || daemon.state() == "Idle"; }) && machine.beam_on()) return true;
+    begun = Error{ErrorCode::kRefused, daemon.state() + ": " + daemon.reason()};
+    return false;
+  });
+  return burning ? Ok() : begun;
+}
+
+// Burns, says STOP somewhere in the stream, once, waits for the end, Clears.
 inline OneStop one_stop(const StopMachine& machine, const StopDoor& door, std::mt19937& random) {
   OneStop out;
   const auto failed = [&out](const std::string& what) {
@@ -69,10 +82,7 @@ inline OneStop one_stop(const StopMachine& machine, const StopDoor& door, std::m
     return out;
   };
   const LoneDaemon& daemon = machine.daemon;
-  Status begun = Ok();
-  if (!daemon.wait_for([&] { return (begun = daemon.begin_pattern(machine.pattern_mm)).ok(); }))
-    return failed("no burn begins: " + begun.error().message);
-  if (!daemon.wait_for(machine.beam_on)) return failed("the beam does not come on: " + daemon.state());
+  if (const Status begun = burn(machine); !begun) return failed("the beam does not come on: " + begun.error().message);
   std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 400));  // anywhere in the stream
   const std::size_t before = machine.resets().size();
   out.asked = std::chrono::steady_clock::now();

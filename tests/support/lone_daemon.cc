@@ -69,6 +69,11 @@ std::string LoneDaemon::state() const {
   return status ? status->value("state", "") : status.error().message;
 }
 
+std::string LoneDaemon::reason() const {
+  const auto status = api_->get("/status");
+  return status ? status->value("reason", "") : status.error().message;
+}
+
 Status LoneDaemon::begin_pattern(double size_mm) const {
   const auto status = api_->get("/status");
   if (!status) return status.error();

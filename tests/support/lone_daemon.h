@@ -49,6 +49,7 @@ class LoneDaemon {
   // The same with --confirm for all that the status asks for.
   Finished veneerctl_seen_to(std::vector<std::string> arguments) const;
   std::string state() const;
+  std::string reason() const;  // why it is in this state, in its own words
   // Begins a test pattern over the API, with all that is asked for confirmed.
   Status begin_pattern(double size_mm) const;
   // From now on the daemon can write to no file, or can again.
