@@ -79,6 +79,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void wait_for_turn();
   bool shake_hands();
   void read_header();
+  void parse_header();
   void on_header(boost::system::error_code fault);
   void on_parse_fault(boost::system::error_code fault);
   void take_turn(void (HttpConnection::*then)());

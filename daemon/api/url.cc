@@ -19,8 +19,12 @@ std::string_view take_until(std::string_view& rest, char separator) {
   return head;
 }
 
+// More than any operation takes. Thousands would keep the reactor from others.
+constexpr int kMostPairs = 100;
+
 bool parse_query(std::string_view text, Target& target) {
-  while (!text.empty()) {
+  for (int pairs = 0; !text.empty(); ++pairs) {
+    if (pairs == kMostPairs) return false;
     std::string_view pair = take_until(text, '&');
     if (pair.empty()) continue;
     const auto name = percent_decode(take_until(pair, '='), true);

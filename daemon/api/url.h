@@ -16,7 +16,7 @@ struct Target {
 };
 
 // nullopt for a target that is not a path ("http://...", "*"), has an empty, "." or ".." segment, a broken escape, a
-// control character, or an encoded slash.
+// control character, an encoded slash, or more than a hundred names in its query.
 std::optional<Target> parse_target(std::string_view target);
 
 // "%41b" -> "Ab"; with `plus_is_space` also '+' -> ' '. nullopt for a broken escape or a control character.

@@ -1,7 +1,7 @@
 // The server against clients that are slow, hostile or broken, and STOP in the middle of it all.
 #include "daemon/api/http_server.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <spdlog/sinks/base_sink.h>
 #include <sys/stat.h>
 
@@ -189,6 +189,28 @@ TEST(HttpServer, GreetsThoseWhoAskBeforeSending) {
   probe.send("POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 3\r\n\r\n");
   EXPECT_EQ(probe.read().status, 100);
   EXPECT_EQ(probe.ask("abc").status, 200);
+}
+
+// Fields with as many names, each of which costs a microsecond to be put in order.
+std::string fields(int count) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += "X-" + std::to_string(i) + ": y\r\n";
+  return all;
+}
+
+TEST(HttpServer, AHeaderHasAtMostSixtyFourLines) {
+  ApiServer server;
+  const auto request = [](int count) { return "GET /api/v1/status HTTP/1.1\r\nHost: x\r\n" + fields(count) + "\r\n"; };
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(probe.ask(request(62)).status, 200);
+  probe.send(request(61).substr(0, 300));
+  EXPECT_EQ(probe.ask(request(61).substr(300)).status, 200) << "it may come in pieces";
+  const auto refused = probe.ask(request(63));
+  EXPECT_EQ(refused.status, 431);
+  EXPECT_THAT(refused.body, ::testing::HasSubstr("more than 64 lines: send fewer fields"));
+  EXPECT_TRUE(probe.hung_up());
+  auto unended = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(unended.ask(request(500).substr(0, 1000)).status, 431) << "whether it ends or not";
 }
 
 TEST(HttpServer, MalformedRequestsGetAnAnswerAndTheDoor) {

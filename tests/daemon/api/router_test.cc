@@ -99,6 +99,13 @@ TEST(Url, DecodesWhatItMayAndRefusesTheRest) {
   EXPECT_EQ(parse_target("/a?x&y=&&z=1=2")->query.at("z"), "1=2");
 }
 
+TEST(Url, AQueryHasAtMostAHundredNames) {
+  std::string target = "/a?";
+  for (int i = 0; i < 100; ++i) target += "k" + std::to_string(i) + "=&";
+  EXPECT_EQ(parse_target(target)->query.size(), 100U);
+  EXPECT_FALSE(parse_target(target + "k=").has_value());
+}
+
 TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
   const ApiReply reply = ApiReply::error(Error{ErrorCode::kRefused, "wrong panel on the bed: load P-2"});
   EXPECT_EQ(reply.status, 422);
