@@ -67,7 +67,8 @@ inline Status burn(const StopMachine& machine) {
   Status begun = Ok();
   const bool burning = daemon.wait_for([&] {
     if (begun = daemon.begin_pattern(machine.pattern_mm); !begun) return false;
-    if (daemon.wait_for([&] { return machine.beam_on() || daemon.state() == "Idle"; }) && machine.beam_on()) return true;
+    if (daemon.wait_for([&] { return machine.beam_on() || daemon.state() == "Idle"; }) && machine.beam_on())
+      return true;
     begun = Error{ErrorCode::kRefused, daemon.state() + ": " + daemon.reason()};
     return false;
   });
