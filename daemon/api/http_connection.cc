@@ -182,6 +182,7 @@ void HttpConnection::read_header() {
   step(Doing::kReading);
   ++request_number_;
   parser_.emplace();
+  header_lines_ = 0;
   parser_->header_limit(static_cast<std::uint32_t>(shared_->options.max_header_bytes));
   parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // lowered once we know who sends it where
   parser_->eager(false);
@@ -193,13 +194,19 @@ void HttpConnection::read_header() {
 // them would keep the reactor from STOP for a fifth of a second. So their lines are counted before.
 void HttpConnection::parse_header() {
   const std::string_view said(static_cast<const char*>(buffer_.cdata().data()), buffer_.size());
-  if (std::ranges::count(said.substr(0, said.find("\r\n\r\n")), '\n') > kMostHeaderLines)
+  const std::size_t end = said.find("\r\n\r\n");
+  const auto lines = std::ranges::count(said.substr(0, end), '\n') + (end == std::string_view::npos ? 0 : 1);
+  if (header_lines_ + lines > kMostHeaderLines)
     return answer(ApiReply::error(431, "too_large",
                                   "the request's header has more than " + std::to_string(kMostHeaderLines) +
                                       " lines: send fewer fields"),
                   true);
   error_code fault;
-  if (!said.empty()) buffer_.consume(parser_->put(buffer_.data(), fault));
+  if (!said.empty()) {
+    const std::size_t understood = parser_->put(buffer_.cdata(), fault);
+    header_lines_ += std::ranges::count(said.substr(0, understood), '\n');
+    buffer_.consume(understood);
+  }
   if (fault == http::error::need_more) fault = {};
   if (fault || parser_->is_header_done()) return on_header(fault);
   const std::size_t room = boost::beast::read_size(buffer_, kHeaderPiece);

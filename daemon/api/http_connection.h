@@ -108,7 +108,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   boost::asio::steady_timer departure_timer_;
   const Visitor visitor_;
   boost::beast::flat_buffer buffer_;
-  std::optional<TlsHello> hello_;  // until the handshake is over
+  std::ptrdiff_t header_lines_ = 0;  // of this request, that the parser has taken
+  std::optional<TlsHello> hello_;    // until the handshake is over
   TlsGate::Place place_;
   std::optional<RequestParser> parser_;
   std::optional<Sha256> body_hash_;  // of a body that comes with a key
