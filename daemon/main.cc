@@ -285,9 +285,11 @@ int main(int argc, char** argv) {
              "a folder that `veneerctl db backup` wrote, or a file of `veneerctl db export`: check it, put it in the "
              "place of the data, and end; what was there is kept")
           ->check([](const std::string& from) { return from.empty() ? "name a backup's folder or file" : ""; });
-  app.add_flag("--nothing-cut-since", nothing_cut_since,
-               "with --restore: no panel was cut since the backup was made, as when a cell only moves; without it each "
-               "panel has to be scanned before it is used")
+  app.add_flag(
+         "--nothing-cut-since", nothing_cut_since,
+         "with --restore: no panel was cut since the backup was made, as when a cell only moves; without it each "
+         "panel has to be scanned before it is used. It says nothing of Clear: what was broken off is still to be "
+         "cleared")
       ->needs("--restore");
   try {
     app.parse(argc, argv);
