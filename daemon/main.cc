@@ -94,6 +94,16 @@ class OrderlyEnd {
 
   void begin(const std::string& reason) {
     cell_.runner->end(reason);
+    stop_when_written();
+  }
+  // Nobody vouches for what the program did last: that is an abort, whatever the cell was at.
+  void begin_broken(const std::string& reason) {
+    cell_.runner->abort(reason);
+    stop_when_written();
+  }
+
+ private:
+  void stop_when_written() {
     cell_.integrity->cancel();
     deadline_.expires_after(kPatience);
     deadline_.async_wait([this](const boost::system::error_code& cancelled) {
@@ -102,7 +112,6 @@ class OrderlyEnd {
     cell_.runner->when_written([this] { reactor_.stop(); });
   }
 
- private:
   static constexpr std::chrono::seconds kPatience{5};  // a disk that hangs must not keep the laser's port from others
 
   boost::asio::io_context& reactor_;
@@ -218,7 +227,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
         "unit gives it (LimitNICE=)",
         kLoopNice);
   const Status ran = run_reactor(reactor, [&](const std::string& sentence) {
-    end.begin(sentence);
+    end.begin_broken(sentence);
     log->critical("{}", sentence);
   });
   guardian.on_change({});
@@ -276,9 +285,11 @@ int main(int argc, char** argv) {
              "a folder that `veneerctl db backup` wrote, or a file of `veneerctl db export`: check it, put it in the "
              "place of the data, and end; what was there is kept")
           ->check([](const std::string& from) { return from.empty() ? "name a backup's folder or file" : ""; });
-  app.add_flag("--nothing-cut-since", nothing_cut_since,
-               "with --restore: no panel was cut since the backup was made, as when a cell only moves; without it each "
-               "panel has to be scanned before it is used")
+  app.add_flag(
+         "--nothing-cut-since", nothing_cut_since,
+         "with --restore: no panel was cut since the backup was made, as when a cell only moves; without it each "
+         "panel has to be scanned before it is used. It says nothing of Clear: what was broken off is still to be "
+         "cleared")
       ->needs("--restore");
   try {
     app.parse(argc, argv);

@@ -15,18 +15,16 @@ constexpr const char* kJobColumns =
     "coalesce((SELECT archived FROM archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), 0) AS archived FROM jobs "
     "AS j JOIN plans AS q ON q.id = j.plan JOIN plans AS n ON n.id = coalesce((SELECT plan FROM redos WHERE job = j.id "
     "ORDER BY id DESC LIMIT 1), j.plan) ";
-constexpr const char* kPieceColumns =
-    "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan, g.seen, g.gone, g.mask_version, g.at, "
-    "m.who, "
-    "m.at "
-    "FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece JOIN patches AS t ON t.id = p.patch LEFT JOIN "
-    "placements "
-    "AS l ON l.id = s.placement LEFT JOIN sightings AS g ON g.id = CASE s.state WHEN 'suspect' THEN (SELECT max(id) "
-    "FROM sightings WHERE allocation = s.allocation AND step = (SELECT max(id) FROM allocation_history WHERE "
-    "allocation = s.allocation)) END LEFT JOIN assemblies AS m ON m.assembled = 1 AND m.id = CASE s.state WHEN 'cut' "
-    "THEN "
-    "(SELECT max(id) FROM assemblies WHERE allocation = s.allocation) END ";
+std::string piece_columns() {
+  return fmt::format(
+      "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
+      "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan, g.seen, g.gone, g.mask_version, "
+      "g.at, m.who, m.at FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece JOIN patches AS t ON t.id = p.patch "
+      "LEFT JOIN placements AS l ON l.id = s.placement LEFT JOIN allocations AS w ON w.id = s.allocation {}"
+      "LEFT JOIN assemblies AS m ON m.assembled = 1 AND m.id = CASE s.state WHEN 'cut' THEN (SELECT max(id) FROM "
+      "assemblies WHERE allocation = s.allocation) END ",
+      kSightingThatCounts);
+}
 
 PieceState piece_state_of(const std::string& name) {
   for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
@@ -154,7 +152,7 @@ JobState job_state_of(const std::string& name) {
 }
 
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece) {
-  SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE s.piece = ?");
+  SQLite::Statement row(connection, piece_columns() + "WHERE s.piece = ?");
   row.bind(1, piece.value);
   if (row.executeStep()) return read_piece_row(row);
   return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
@@ -233,7 +231,7 @@ Result<std::string> JobStore::plan_json(JobId job) {
 
 Result<std::vector<PieceRecord>> JobStore::pieces(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceRecord>> {
-    SQLite::Statement rows(connection, std::string(kPieceColumns) + "WHERE s.job = ? ORDER BY s.ordinal");
+    SQLite::Statement rows(connection, piece_columns() + "WHERE s.job = ? ORDER BY s.ordinal");
     rows.bind(1, job.value);
     std::vector<PieceRecord> out;
     while (rows.executeStep()) out.push_back(read_piece_row(rows));
@@ -243,8 +241,7 @@ Result<std::vector<PieceRecord>> JobStore::pieces(JobId job) {
 
 Result<std::vector<PieceRecord>> JobStore::pieces(JobId job, PieceId after, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceRecord>> {
-    SQLite::Statement rows(connection,
-                           std::string(kPieceColumns) + "WHERE s.job = ? AND s.piece > ? ORDER BY s.piece LIMIT ?");
+    SQLite::Statement rows(connection, piece_columns() + "WHERE s.job = ? AND s.piece > ? ORDER BY s.piece LIMIT ?");
     SQLite::bind(rows, job.value, after.value, limit);
     std::vector<PieceRecord> out;
     while (rows.executeStep()) out.push_back(read_piece_row(rows));
@@ -288,7 +285,7 @@ Result<PieceRecord> JobStore::find_piece(PieceId piece) {
 
 Result<PieceRecord> JobStore::find_piece(JobId job, const std::string& mark) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<PieceRecord> {
-    SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE s.job = ? AND s.mark = ?");
+    SQLite::Statement row(connection, piece_columns() + "WHERE s.job = ? AND s.mark = ?");
     SQLite::bind(row, job.value, mark);
     if (row.executeStep()) return read_piece_row(row);
     SQLite::Statement known(connection, "SELECT 1 FROM jobs WHERE id = ?");

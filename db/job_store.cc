@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "db/audit_chain.h"
 #include "db/job_sql.h"
@@ -14,7 +15,6 @@
 #include "db/sql.h"
 
 namespace veneer::db {
-namespace {
 
 Result<JobState> state_of(SQLite::Database& connection, JobId job) {
   SQLite::Statement row(connection, "SELECT state FROM jobs WHERE id = ?");
@@ -23,7 +23,6 @@ Result<JobState> state_of(SQLite::Database& connection, JobId job) {
   return job_state_of(text(row.getColumn(0)));
 }
 
-// Refuses with a sentence before the schema's trigger would.
 Status move_job(SQLite::Database& connection, JobId job, JobState to, const std::string& at) {
   const auto from = state_of(connection, job);
   if (!from.ok()) return from.error();
@@ -45,6 +44,17 @@ int open_pieces(SQLite::Database& connection, JobId job) {
   row.executeStep();
   return row.getColumn(0).getInt();
 }
+
+Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
+  SQLite::Statement row(connection, "SELECT state, mark, job FROM piece_states WHERE piece = ?");
+  row.bind(1, piece.value);
+  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
+  return Error{ErrorCode::kConflict,
+               fmt::format("piece {} of job {} is {} and cannot become {}", text(row.getColumn(1)),
+                           row.getColumn(2).getInt64(), text(row.getColumn(0)), to_string(to))};
+}
+
+namespace {
 
 // Complete when no piece is left to cut or to settle, `otherwise` else.
 JobState state_after(SQLite::Database& connection, JobId job, JobState otherwise) {
@@ -107,15 +117,6 @@ void note_facts(SQLite::Database& connection, RunId run, const RunFacts& facts) 
   for (const CertificateId certificate : facts.certificates) certificates.push_back(certificate.value);
   SQLite::bind(insert, run.value, facts.who, fmt::format("[{}]", fmt::join(certificates, ",")), facts.recipes_json);
   insert.exec();
-}
-
-Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
-  SQLite::Statement row(connection, "SELECT state, mark, job FROM piece_states WHERE piece = ?");
-  row.bind(1, piece.value);
-  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
-  return Error{ErrorCode::kConflict,
-               fmt::format("piece {} of job {} is {} and cannot become {}", text(row.getColumn(1)),
-                           row.getColumn(2).getInt64(), text(row.getColumn(0)), to_string(to))};
 }
 
 Status move_one(Database& database, PieceId piece, AllocationState from, AllocationState to, const std::string& at) {
@@ -242,103 +243,34 @@ Status doubt(SQLite::Database& connection, std::span<const PieceId> pieces, cons
   return Ok();
 }
 
-struct SuspectPiece {
-  PieceId piece;
-  std::string mark;
-  std::string seen;  // by the scan that counts for its panel now; "" when that saw nothing of it
-};
-std::vector<SuspectPiece> suspects_of(SQLite::Database& connection, JobId job) {
-  // A scan that was taken back, or that a later one followed which noted nothing, saw another map than the newest.
-  SQLite::Statement rows(
-      connection,
-      "SELECT s.piece, s.mark, g.seen FROM piece_states AS s JOIN allocations AS a ON a.id = s.allocation LEFT JOIN "
-      "sightings AS g ON g.id = (SELECT max(id) FROM sightings WHERE allocation = a.id AND step = (SELECT max(id) FROM "
-      "allocation_history WHERE allocation = a.id)) AND (SELECT map_file FROM masks WHERE panel = a.panel AND version "
-      "= g.mask_version) = (SELECT map_file FROM masks WHERE panel = a.panel ORDER BY version DESC LIMIT 1) WHERE "
-      "s.job = ? AND s.state = 'suspect' ORDER BY s.ordinal");
-  rows.bind(1, job.value);
-  std::vector<SuspectPiece> out;
-  while (rows.executeStep())
-    out.push_back({{rows.getColumn(0).getInt64()},
-                   text(rows.getColumn(1)),
-                   rows.getColumn(2).isNull() ? "" : text(rows.getColumn(2))});
-  return out;
+// What a program that ended left behind, of which nothing was recovered yet: every running job counts as aborted.
+Recovery found_at_work(SQLite::Database& connection) {
+  Recovery found;
+  found.doing = under_way(connection);
+  SQLite::Statement cutting(connection, "SELECT piece FROM allocations WHERE state = 'cutting' ORDER BY id");
+  while (cutting.executeStep()) found.suspects.push_back({cutting.getColumn(0).getInt64()});
+  SQLite::Statement running(connection, "SELECT id FROM jobs WHERE state = 'running' ORDER BY id");
+  while (running.executeStep()) found.aborted_jobs.push_back({running.getColumn(0).getInt64()});
+  return found;
 }
 
-std::vector<std::string> marks_seen(const std::vector<SuspectPiece>& suspects, const char* seen) {
-  std::vector<std::string> out;
-  for (const SuspectPiece& suspect : suspects)
-    if (suspect.seen == seen) out.push_back(suspect.mark);
-  return out;
-}
-
-// What a person said of pieces as he saw them listed holds only while a scan still says the same of each.
-Status expect_seen(JobId job, const std::vector<SuspectPiece>& suspects, const std::vector<std::string>& marks,
-                   const char* seen) {
-  const auto now = marks_seen(suspects, seen);
-  for (const std::string& mark : marks)
-    if (std::find(now.begin(), now.end(), mark) == now.end())
-      return Error{
-          ErrorCode::kConflict,
-          fmt::format("piece {} of job {} is not suspect any more, or the scan that counts now did not see its "
-                      "wood {}: nothing was settled, look at the list again (veneerctl job settle {})",
-                      mark, job.value, seen == std::string(to_string(Seen::kCut)) ? "gone" : "in the panel",
-                      job.value)};
-  return Ok();
-}
-
-// Why nothing can be taken over, and what helps.
-Error nothing_seen(JobId job, const std::vector<SuspectPiece>& suspects) {
-  if (suspects.empty()) return {ErrorCode::kConflict, fmt::format("job {} has no suspect piece", job.value)};
-  const auto there = marks_seen(suspects, to_string(Seen::kStillThere));
-  if (there.empty())
-    return {
-        ErrorCode::kConflict,
-        fmt::format("no scan that counts saw what became of the suspect pieces of job {0}: scan their panels, or look "
-                    "at each piece and say it with veneerctl job settle {0} PIECE VERDICT",
-                    job.value)};
-  const bool one = there.size() == 1;
-  return {
-      ErrorCode::kConflict,
-      fmt::format("the scan saw the wood of {0} still in the panel, and no scan sees a cut that was only begun: look "
-                  "at {1}, then say veneerctl job settle {2} --as-seen --there scrap --pieces {3} (or released for "
-                  "scrap, when {4} burnt)",
-                  fmt::join(there, ", "), one ? "it" : "each", job.value, fmt::join(there, " "),
-                  one ? "it is not" : "none is")};
-}
-
-// It was called scrap by mistake, and somebody has to look again.
-Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& at) {
-  if (piece.state != PieceState::kScrap)
-    return Error{ErrorCode::kConflict,
-                 fmt::format("piece {} of job {} is {}, and only that a piece is lost is taken back", piece.mark,
-                             piece.job.value, to_string(piece.state))};
-  if (piece.panel && is_retired(connection, *piece.panel)) return retired_meanwhile(*piece.panel);
-  move_piece(connection, piece.id, AllocationState::kScrap, AllocationState::kSuspect, at);
-  const auto state = state_of(connection, piece.job);
-  if (!state.ok()) return state.error();
-  return *state == JobState::kComplete ? move_job(connection, piece.job, JobState::kStopped, at) : Ok();
-}
-
-// A job that waited for the last of its suspect pieces is complete.
-Status follow_settled(SQLite::Database& connection, JobId job, const std::string& at) {
-  const auto state = state_of(connection, job);
-  if (!state.ok()) return state.error();
-  const bool waits = *state == JobState::kAborted || *state == JobState::kStopped;
-  if (waits && open_pieces(connection, job) == 0) return move_job(connection, job, JobState::kComplete, at);
-  return Ok();
+bool is_broken_off(const Recovery& found) {
+  return found.doing || !found.aborted_jobs.empty() || !found.completed_jobs.empty() || !found.suspects.empty();
 }
 
 std::string why_broken_off(const Recovery& found) {
-  if (found.aborted_jobs.empty()) return "the program ended while it cut";
+  if (found.doing) return "the program ended " + *found.doing;
   std::vector<std::int64_t> jobs;
-  for (const JobId job : found.aborted_jobs) jobs.push_back(job.value);
+  for (const auto& ended : {found.aborted_jobs, found.completed_jobs})
+    for (const JobId job : ended) jobs.push_back(job.value);
+  if (jobs.empty()) return "the program ended while it cut";
   return fmt::format("the program ended in the middle of job{} {}", jobs.size() == 1 ? "" : "s", fmt::join(jobs, ", "));
 }
 
-// "job 7 aborted, piece 14 suspect", for the audit log.
+// "it ended while the head was jogged, job 7 aborted, piece 14 suspect", for the audit log.
 std::string describe(const Recovery& found) {
   std::vector<std::string> said;
+  if (found.doing) said.push_back("it ended " + *found.doing);
   for (const JobId job : found.aborted_jobs) said.push_back(fmt::format("job {} aborted", job.value));
   for (const JobId job : found.completed_jobs) said.push_back(fmt::format("job {} complete", job.value));
   for (const PieceId piece : found.suspects) said.push_back(fmt::format("piece {} suspect", piece.value));
@@ -468,69 +400,6 @@ Status JobStore::stop_job(JobId job, const std::string& at) {
   });
 }
 
-Status JobStore::note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement insert(
-        connection,
-        "INSERT INTO sightings (allocation, step, seen, gone, mask_version, at) SELECT a.id, (SELECT max(id) FROM "
-        "allocation_history WHERE allocation = a.id), ?2, ?3, ?4, ?5 FROM allocations AS a WHERE a.id = ?1 AND a.state "
-        "= 'suspect'");
-    for (const auto& [allocation, sighting] : seen) {
-      insert.reset();
-      SQLite::bind(insert, allocation.value, to_string(sighting.seen), sighting.gone, sighting.mask_version,
-                   sighting.at);
-      insert.exec();
-    }
-    return Ok();
-  });
-}
-
-Status JobStore::settle(PieceId piece, AllocationState verdict, const std::string& at) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    const auto found = read_piece(connection, piece);
-    if (!found.ok()) return found.error();
-    if (verdict == AllocationState::kSuspect) return take_back(connection, *found, at);
-    const bool known =
-        verdict == AllocationState::kCut || verdict == AllocationState::kScrap || verdict == AllocationState::kReleased;
-    if (!known || !move_piece(connection, piece, AllocationState::kSuspect, verdict, at))
-      return piece_is_elsewhere(connection, piece, verdict);
-    return follow_settled(connection, found->job, at);
-  });
-}
-
-Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, const AsSeen& said, const std::string& who,
-                                               const std::string& at) {
-  if (said.there && *said.there != AllocationState::kScrap && *said.there != AllocationState::kReleased)
-    return Error{ErrorCode::kInvalidArgument, "a piece whose wood is in the panel is scrap or released"};
-  if (said.pieces ? said.pieces->empty() : said.there.has_value())
-    return Error{ErrorCode::kInvalidArgument,
-                 "name the pieces that you looked at: what is said of wood in the panel holds for no other"};
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<SettledAsSeen> {
-    if (const auto state = state_of(connection, job); !state.ok()) return state.error();
-    const char* const wanted = to_string(said.there ? Seen::kStillThere : Seen::kCut);
-    const auto suspects = suspects_of(connection, job);
-    if (said.pieces)
-      if (Status same = expect_seen(job, suspects, *said.pieces, wanted); !same.ok()) return same.error();
-    SettledAsSeen out;
-    for (const SuspectPiece& suspect : suspects) {
-      const bool settled =
-          suspect.seen == wanted &&
-          (!said.pieces || std::find(said.pieces->begin(), said.pieces->end(), suspect.mark) != said.pieces->end());
-      (!settled ? out.left : said.there ? out.there : out.cut).push_back(suspect.mark);
-      if (settled)
-        move_piece(connection, suspect.piece, AllocationState::kSuspect, said.there.value_or(AllocationState::kCut),
-                   at);
-    }
-    if (out.cut.empty() && out.there.empty()) return nothing_seen(job, suspects);
-    append_to_chain(connection, {0, at, who, "job.settle-as-seen",
-                                 fmt::format("job {}; cut: {}; {}: {}; still suspect: {}", job.value,
-                                             fmt::join(out.cut, ", "), said.there ? to_string(*said.there) : "there",
-                                             fmt::join(out.there, ", "), fmt::join(out.left, ", "))});
-    if (Status followed = follow_settled(connection, job, at); !followed.ok()) return followed.error();
-    return out;
-  });
-}
-
 Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string& at) {
   auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanId> {
     const auto state = state_of(connection, job);
@@ -598,15 +467,18 @@ Result<std::vector<JobId>> JobStore::archive_done(const std::string& at) {
   });
 }
 
+Result<std::optional<std::string>> JobStore::would_owe_clear() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<std::string>> {
+    if (auto owed = clear_owed(connection)) return owed;
+    const Recovery found = found_at_work(connection);
+    return is_broken_off(found) ? std::optional(why_broken_off(found)) : std::nullopt;
+  });
+}
+
 Result<Recovery> JobStore::recover(const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<Recovery> {
-    Recovery found;
-    SQLite::Statement cutting(connection, "SELECT piece FROM allocations WHERE state = 'cutting' ORDER BY id");
-    while (cutting.executeStep()) found.suspects.push_back({cutting.getColumn(0).getInt64()});
-    SQLite::Statement running(connection, "SELECT id FROM jobs WHERE state = 'running' ORDER BY id");
-    std::vector<JobId> jobs;
-    while (running.executeStep()) jobs.push_back({running.getColumn(0).getInt64()});
-    for (const JobId job : jobs) {
+    Recovery found = found_at_work(connection);
+    for (const JobId job : std::exchange(found.aborted_jobs, {})) {
       move_all(connection, job, AllocationState::kCutting, AllocationState::kSuspect, at);
       if (const OpenRun on = open_run(connection); on.run.value != 0 && on.job == job)
         end_run(connection, on.run, "the daemon ended in the middle of it", at);
@@ -614,9 +486,10 @@ Result<Recovery> JobStore::recover(const std::string& at) {
       if (Status moved = move_job(connection, job, next, at); !moved.ok()) return moved.error();
       (next == JobState::kComplete ? found.completed_jobs : found.aborted_jobs).push_back(job);
     }
-    if (!jobs.empty() || !found.suspects.empty())
+    if (is_broken_off(found)) {
       append_to_chain(connection, {0, at, kDaemon, "cell.recover", describe(found)});
-    if (!found.aborted_jobs.empty() || !found.suspects.empty()) note_broken_off(connection, why_broken_off(found), at);
+      note_broken_off(connection, why_broken_off(found), at);
+    }
     found.clear_owed = clear_owed(connection);
     return found;
   });

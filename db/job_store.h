@@ -71,7 +71,7 @@ struct PieceRecord {
   AllocationId allocation;  // of its wood; {0} when it is unfilled. Earlier ones are what it was lost from.
   PlanId placed_by;         // the plan that says so; {0} when it is unfilled
   PieceState state = PieceState::kUnfilled;
-  std::optional<Sighting> sighting;    // of a suspect one, by the last scan of its panel since it became so
+  std::optional<Sighting> sighting;    // of a suspect one, by the scan that counts, since it became so
   std::optional<Assembled> assembled;  // of a cut one
 };
 
@@ -184,6 +184,7 @@ struct Recovery {
   std::vector<PieceId> suspects;      // were being cut
   std::vector<JobId> aborted_jobs;    // were running, pieces remain
   std::vector<JobId> completed_jobs;  // were running, and every piece had been booked
+  std::optional<std::string> doing;   // was under way (note_under_way)
   // Why, when work was broken off, now or before, and nobody has cleared that yet.
   std::optional<std::string> clear_owed;
 };
@@ -263,10 +264,17 @@ class JobStore {
   Result<std::vector<JobId>> archive_done(const std::string& at);
 
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
-  // complete), and what was so broken off is to be cleared, in one transaction.
+  // complete), and what was so broken off, or was under way, is to be cleared, in one transaction.
   Result<Recovery> recover(const std::string& at);
-  // The cell's work was broken off, for `reason`; a person cleared it. That is kept over starts of the program
-  // (recover). Where there is nothing to clear a Clear changes nothing.
+  // Why the cell would be Aborted by recover(), or nothing; for another program that takes the database away.
+  Result<std::optional<std::string>> would_owe_clear();
+  // What the cell does from now on, before anything moves for it. `doing` goes on behind "the program ended", as in
+  // "while the laser was homed". What was under way before is so no longer.
+  Status note_under_way(const std::string& doing, const std::string& at);
+  // The cell rests again. Nothing is changed where nothing was under way.
+  Status note_at_rest(const std::string& at);
+  // The cell's work was broken off, for `reason`, and is under way no longer; a person cleared it. That is kept over
+  // starts of the program (recover). Where there is nothing to clear a Clear changes nothing.
   Status note_abort(const std::string& reason, const std::string& at);
   Status note_cleared(const std::string& who, const std::string& at);
 
@@ -278,7 +286,7 @@ class JobStore {
   // pieces there are.
   Result<std::vector<JobWork>> with_work();
   // Those in sight of which pieces are missing and none is left to cut or to settle, in order of id: aborted, stopped,
-  // and complete ones of which wood was lost. Cheap, too.
+  // and complete ones of which wood was lost (not those that never found all). Cheap, too.
   Result<std::vector<JobLoss>> with_loss();
   Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan

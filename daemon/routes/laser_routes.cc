@@ -165,8 +165,8 @@ void jog(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
   const auto dx = body.number("dx_mm", ranges::kPlace), dy = body.number("dy_mm", ranges::kPlace);
   const auto speed = body.number("speed_mm_s", ranges::kJogSpeed);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  reply(answer(s.unit.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
-                          asked.caller.who)));
+  s.unit.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
+             asked.caller.who, [reply](const Status& taken) { reply(answer(taken)); });
 }
 
 void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {

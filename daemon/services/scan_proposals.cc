@@ -80,6 +80,15 @@ db::Seen what_was_seen(double share_gone) {
   return share_gone >= kOut ? db::Seen::kCut : share_gone <= kNoise ? db::Seen::kStillThere : db::Seen::kUnclear;
 }
 
+// Was the wood as suspect as it is when its first picture was taken? A proposal may wait for days, while the piece is
+// settled, cut again and suspect anew.
+Result<bool> was_suspect(Repositories& r, const SuspectWood& wood, const std::vector<TakenTile>& tiles) {
+  const auto steps = r.jobs.history({wood.piece});
+  if (!steps) return steps.error();
+  return std::ranges::all_of(
+      tiles, [&](const TakenTile& tile) { return steps->empty() || steps->back().at <= tile.taken_at; });
+}
+
 // What the scan saw of wood that is suspect is noted until somebody says what became of it; nothing is decided.
 struct SeenSuspects {
   std::vector<SeenSuspect> told;
@@ -95,7 +104,10 @@ Result<SeenSuspects> see_suspects(Repositories& r, const SeenSheet& seen, const 
     if (!piece) return piece.error();
     // Somebody said it while the scan was being looked at.
     if (piece->state != db::PieceState::kSuspect || piece->allocation.value != suspects[i].allocation) continue;
-    db::Sighting sighting{what_was_seen(gone[i]), gone[i], 0, at};
+    const auto as_now = was_suspect(r, suspects[i], seen.tiles);
+    if (!as_now) return as_now.error();
+    if (!*as_now) continue;
+    db::Sighting sighting{what_was_seen(gone[i]), gone[i], 0, seen.tiles.empty() ? at : seen.tiles.back().taken_at};
     // In a light that was not learnt change is no sign; before a later map it may have been gone, and shows none since.
     if (unfit || (seen.later_map && sighting.seen == db::Seen::kStillThere)) sighting.seen = db::Seen::kUnclear;
     out.noted.emplace_back(db::AllocationId{suspects[i].allocation}, sighting);

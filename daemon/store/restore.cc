@@ -15,6 +15,7 @@
 #include "db/accounts.h"
 #include "db/audit.h"
 #include "db/backup.h"
+#include "db/job_store.h"
 #include "db/panels.h"
 #include "db/writer_lock.h"
 
@@ -190,6 +191,23 @@ Status read_certificates(db::Database& database, const std::string& now, std::ve
   return Ok();
 }
 
+// Why the cell is to be cleared by what the database that goes says; where it does not say, nobody knows.
+std::optional<std::string> owed_before(const fs::path& file, bool was_made) {
+  std::error_code none;
+  if (!fs::exists(file, none) && !was_made) return std::nullopt;
+  const auto owed = [&]() -> Result<std::optional<std::string>> {
+    auto before = db::Database::open_for_reading(file);
+    if (!before) return before.error();
+    if (Status whole = before->check_integrity(); !whole) return whole.error();
+    return db::JobStore(*before).would_owe_clear();
+  }();
+  if (!owed)
+    return "a backup took the place of a database that could not be read, which may have told of work that was broken "
+           "off";
+  if (!*owed) return std::nullopt;
+  return fmt::format("before a backup was put in place: {}", **owed);
+}
+
 }  // namespace
 
 Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress& progress,
@@ -223,8 +241,11 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
   progress(0.9, "putting the database in place");
   std::vector<db::CertificateRecord> certificates;
   std::vector<db::UserRecord> users;
+  const auto owed = owed_before(file, lock->was_made());
   const Status placed = work.place_database(manifest->database, [&](db::Database& database) -> Status {
     if (Status noted = note_restore(database, order, manifest->made_at); !noted) return noted;
+    if (owed)
+      if (Status noted = db::JobStore(database).note_abort(*owed, order.at); !noted) return noted;
     // Some may have been revoked since.
     db::Accounts accounts(database);
     if (Status ended = accounts.end_all(); !ended) return ended;
@@ -241,6 +262,7 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
                   work.aside(),
                   work.placed(),
                   order.nothing_cut_since,
+                  owed,
                   std::move(certificates),
                   std::move(users)};
 }
@@ -282,6 +304,10 @@ std::string describe(const Restored& restored, const std::string& devices) {
         "Which devices the cell has is in no backup. Here they are: {}. Where that is not so, choose them again on "
         "Set up or by veneerctl device, or write them into the configuration.\n",
         devices);
+  if (restored.clear_owed)
+    out += fmt::format(
+        "veneerd will start Aborted ({}): look at the machine and the panel, then Clear (veneerctl clear).\n",
+        *restored.clear_owed);
   out += restored.nothing_cut_since
              ? "As you said that nothing was cut since it was made, panels count as seen. Now start veneerd.\n"
              : "What was cut after the backup was made is not in it: each panel has to be scanned again before it is "

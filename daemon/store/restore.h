@@ -27,6 +27,7 @@ struct Restored {
   std::filesystem::path aside;                      // what was moved there; "" when nothing was in the way
   std::size_t placed = 0;                           // pictures that were not there, or not as they were stored
   bool nothing_cut_since = false;                   // as somebody said who knows
+  std::optional<std::string> clear_owed;            // why the cell is to be cleared, though the backup may not say so
   std::vector<db::CertificateRecord> certificates;  // that count now
   std::vector<db::UserRecord> users;                // who may sign in now, with the roles and passwords of then
 };
@@ -36,7 +37,8 @@ struct Restored {
 // "before-restore-..." of the data folder, named by `at` (UTC); pictures that the backup does not know stay where they
 // are. A power cut leaves the old database or the new one, with all its pictures, of today's schema, with who put it
 // there in its audit log; and unless nothing was cut since the backup was made, with panels that count as unseen until
-// they are scanned (Panels::check_seen). Alarms and tasks are numbered from 1 again.
+// they are scanned (Panels::check_seen). A Clear that the database before it owed, or may have owed where it cannot be
+// read, is owed by the new one, whatever was cut since. Alarms and tasks are numbered from 1 again.
 //
 // kUnavailable while a veneerd holds the data folder; kRefused when the data folder belongs to another user, who could
 // not read what is put there; else as check_backup(). `before_step` is called before each change of the disk, so that a

@@ -142,6 +142,10 @@ class Activity {
   // What goes on, for sentences: "tracing the frame". Of those that are aside.
   virtual std::string doing() const { return {}; }
 
+  // What is written down before anything moves for it (work_record.h), as in "while a pattern was burnt". "": it is a
+  // part of the job that is under way.
+  virtual std::string recorded() const { return {}; }
+
   // Does the bed have to be looked at before the first stroke, and whenever hands may have been in?
   virtual bool needs_look() const = 0;
   // Looks with the beam off; a refusal says what is wrong with what lies there.

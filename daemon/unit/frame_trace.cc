@@ -33,6 +33,10 @@ Result<std::unique_ptr<FrameTrace>> FrameTrace::of(ActivityHost& host, std::span
   return std::unique_ptr<FrameTrace>(new FrameTrace(host, hull.strokes, pose, std::move(own), std::move(over)));
 }
 
+std::string FrameTrace::recorded() const {
+  return fmt::format("while the frame of panel {} was traced", pose_.panel.value);
+}
+
 void FrameTrace::look(Reply reply) {
   host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](const Result<ProvenPose>& look) {
     reply(require_unmoved(look, pose_, kMovedSinceShown, "since it was shown"));

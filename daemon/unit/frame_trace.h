@@ -21,6 +21,7 @@ class FrameTrace final : public Activity {
 
   bool is_aside() const override { return true; }
   std::string doing() const override { return "tracing the frame"; }
+  std::string recorded() const override;
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
   void prepare(const Reply& ready) override;

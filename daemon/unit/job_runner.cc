@@ -41,7 +41,8 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
             view_.owed_look = owed_.view();
             on_change_();
           },
-          [this](JobId job, const std::string& why) { doubted(job, why); }) {}
+          [this](JobId job, const std::string& why) { doubted(job, why); }),
+      record_(parts.database) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -130,12 +131,22 @@ void JobRunner::reset(Reply reply) {
   enter(CellState::kResetting, "homing the laser");
   view_.job.reset();
   pending_ = {std::move(reply)};
-  if (laser_connected_)
-    parts().laser.home();
-  else
-    parts().laser.connect([this, alive = std::weak_ptr<int>(alive_)](const LaserEvent& event) {
-      if (!alive.expired()) on_laser(event);
-    });
+  homing_ = false;
+  record_.begin(
+      WorkRecord::Work::kHoming, "while the laser was homed", while_current([this](const Status& written) {
+        if (!written) {
+          record_.end(WorkRecord::Work::kHoming);
+          const Error why{written.error().code, fmt::format("the laser is not homed: {}", written.error().message)};
+          enter(CellState::kStopping);
+          enter(CellState::kStopped, why.message);
+          return answer(why);
+        }
+        homing_ = true;
+        if (laser_connected_) return parts().laser.home();
+        parts().laser.connect([this, alive = std::weak_ptr<int>(alive_)](const LaserEvent& event) {
+          if (!alive.expired()) on_laser(event);
+        });
+      }));
 }
 
 void JobRunner::clear(const std::string& who, Reply reply) {
@@ -163,10 +174,18 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
   enter(CellState::kStarting);
   pending_ = {std::move(reply)};
   const auto give_up = [this](const Error& error) {
+    record_.end(WorkRecord::Work::kJob);
     view_.job.reset();
     enter(CellState::kIdle);
     answer(error);
   };
+  record_.begin(WorkRecord::Work::kJob, fmt::format("in the middle of job {}", job.value),
+                while_current([this, job, give_up](const Status& written) {
+                  written ? prepare_job(job, give_up) : give_up(written.error());
+                }));
+}
+
+void JobRunner::prepare_job(JobId job, const std::function<void(const Error&)>& give_up) {
   parts().database.async([job](Repositories& r) { return load_open_job(r, job); },
                          while_current([this, job, give_up](const Result<OpenJob>& open) {
                            if (!open) return give_up(open.error());
@@ -288,6 +307,7 @@ void JobRunner::stop(const Reply& reply) {
   enter(CellState::kStopping);
   answer(Error{ErrorCode::kCancelled, "stopped by the operator"});
   end_epoch();
+  record_.end(WorkRecord::Work::kJob);
   stop_waiting_job();
   enter(CellState::kStopped);
   reply(Ok());
@@ -403,7 +423,7 @@ void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply 
   check_reply_ = std::move(reply);
 }
 
-Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who) {
+Status JobRunner::may_jog(Millimetres dx, Millimetres dy) const {
   if (view_.state != CellState::kIdle && view_.state != CellState::kComplete)
     return Error{
         ErrorCode::kConflict,
@@ -411,11 +431,38 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
   const LaserStatus laser = parts().laser.status();
   if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
     return free;
+  return Ok();
+}
+
+void JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply) {
+  if (const Status may = may_jog(dx, dy); !may) return reply(may);
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   owed_.disturb();
-  Status taken = parts().laser.jog(dx, dy, speed);
-  if (taken) jogging_ = true;
-  return taken;
+  const auto go = [this, dx, dy, speed, stopped = jogs_stopped_, moment = moment()]() -> Status {
+    if (!moment.is_current() || stopped != jogs_stopped_)
+      return Error{ErrorCode::kCancelled, "the head was stopped before it moved"};
+    if (Status may = may_jog(dx, dy); !may) return may;  // others may have come first
+    return parts().laser.jog(dx, dy, speed);
+  };
+  ++jogs_coming_;
+  record_.begin(WorkRecord::Work::kJog, "while the head was jogged",
+                [this, go, reply = std::move(reply), alive = std::weak_ptr<int>(alive_)](const Status& written) {
+                  if (alive.expired()) return;
+                  --jogs_coming_;
+                  const Status taken = written ? go() : written;
+                  if (taken) jogging_ = true;
+                  note_jogged();
+                  reply(taken);
+                });
+}
+
+void JobRunner::note_jogged() {
+  if (!jogging_ && jogs_coming_ == 0) record_.end(WorkRecord::Work::kJog);
+}
+
+void JobRunner::stop_jog() {
+  ++jogs_stopped_;
+  parts().laser.stop_jog();
 }
 
 Status JobRunner::all_is_booked() const {
@@ -439,7 +486,7 @@ Status JobRunner::at_rest() const {
   }
   const LaserStatus laser = parts().laser.status();
   if (activity_ || laser.beam_on) return refuse("the laser is at work: let it end, or Stop it");
-  if (jogging_ || !stands_still(laser)) return refuse("the head moves: wait until it stands still");
+  if (jogging_ || record_.any() || !stands_still(laser)) return refuse("the head moves: wait until it stands still");
   if (check_reply_) return refuse("the laser's controller reads strokes just now: wait until it has");
   return Ok();
 }

@@ -39,6 +39,7 @@
 #include "daemon/unit/owed_proof.h"
 #include "daemon/unit/panel_wait.h"
 #include "daemon/unit/runner_options.h"
+#include "daemon/unit/work_record.h"
 
 namespace veneer::daemon {
 
@@ -77,9 +78,10 @@ class JobRunner : private ActivityHost {
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
   // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
-  // Moves the head dark; only when Idle or Complete. The reply is at once, the way takes its time.
-  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
-  void stop_jog() { parts().laser.stop_jog(); }
+  // Moves the head dark; only when Idle or Complete. The reply comes when the laser has taken it, the way takes its
+  // time.
+  void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply);
+  void stop_jog();
   // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
   Status corner_is_here() { return parts().laser.corner_is_here(); }
   // Overrides of what runs, within what was stated (override_rules.h). They end with it.
@@ -87,8 +89,8 @@ class JobRunner : private ActivityHost {
   LaserOverrides overrides_wanted() const { return parts().laser.status().overrides_wanted; }
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
-  // The process ends. As abort(), but that is no abort of a cell at rest: the next start finds it Stopped.
-  void end(const std::string& reason) noexcept;
+  // The process ends in order. As abort(), but that is no abort of a cell at_rest(): the next start finds it Stopped.
+  void end(const std::string& reason);
   // `then` comes when the database has taken, or refused, what an abort before this call had to tell it.
   void when_written(std::function<void()> then);
 
@@ -129,6 +131,8 @@ class JobRunner : private ActivityHost {
   bool may_look_for_owed() const;
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
+  Status may_jog(Millimetres dx, Millimetres dy) const;
+  void note_jogged();
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -143,10 +147,12 @@ class JobRunner : private ActivityHost {
   Error busy_aside() const;
   void unhold(Reply reply);
   void unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed);
+  void prepare_job(JobId job, const std::function<void(const Error&)>& give_up);
   void await_panel();
 
   // job_runner_activity.cc: an activity from its beginning to its end, and the door before every stroke
   void undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun);
+  void prove_first(const std::string& doing);
   void begun(const std::string& doing);
   void next() override;
   void burn(const LaserJob& strokes) override;
@@ -164,7 +170,7 @@ class JobRunner : private ActivityHost {
   void piece_booked(const PieceBurn& burn) override;
   void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
-  void break_off(const std::string& reason, const laser_event::Aborted* told);
+  void break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest = false);
   void owe_clear(const std::string& reason);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
@@ -200,14 +206,18 @@ class JobRunner : private ActivityHost {
   BedProof proof_;
   OwedProof owed_;
   KeptCuts kept_;
+  WorkRecord record_;
 
   std::unique_ptr<Activity> activity_;
   CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
   std::string reason_from_;
-  bool at_laser_ = false;      // the laser has strokes of it and has not told their end
-  bool laser_held_ = false;    // in the middle of them
-  bool jogging_ = false;       // a jog that no activity waits for has not told its end
-  bool ends_at_rest_ = false;  // end() was called, and nothing is broken off by it
+  bool at_laser_ = false;    // the laser has strokes of it and has not told their end
+  bool laser_held_ = false;  // in the middle of them
+  bool jogging_ = false;     // a jog that no activity waits for has not told its end
+  int jogs_coming_ = 0;      // that are not on record yet
+  int jogs_stopped_ = 0;     // how often stop_jog() was called: one that is coming does not go then
+  bool homing_ = false;      // it is on record that the laser is homed, and may be
+  bool recording_ = false;   // the activity is not on record yet
 
   std::vector<Reply> pending_;          // the command whose acting state is on
   Reply check_reply_;                   // while the controller reads a pattern

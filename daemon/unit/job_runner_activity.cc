@@ -22,6 +22,16 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
     on_change_();
   }
   if (begun) pending_ = {std::move(begun)};
+  const std::string recorded = activity_->recorded();
+  if (recorded.empty()) return prove_first(doing);
+  recording_ = true;
+  record_.begin(WorkRecord::Work::kActivity, recorded, while_current([this, doing](const Status& written) {
+                  recording_ = false;
+                  written ? prove_first(doing) : refused(written.error());
+                }));
+}
+
+void JobRunner::prove_first(const std::string& doing) {
   prove([this, doing](const Status& proven) {
     if (!proven) return refused(proven.error());
     // The bed was proven, and the strokes are made for what was seen: a lid that opens from here on undoes that.
@@ -41,7 +51,7 @@ void JobRunner::begun(const std::string& doing) {
 // ---- The door ----------------------------------------------------------------------------------------------------
 
 void JobRunner::next() {
-  if (!activity_ || at_laser_ || proof_.under_way() || committing()) return;
+  if (!activity_ || recording_ || at_laser_ || proof_.under_way() || committing()) return;
   const bool word_holds = view_.state == CellState::kExecute || view_.state == CellState::kStopping || is_aside();
   if (!word_holds) return;
   if (activity_->next_start()) {
@@ -180,6 +190,9 @@ void JobRunner::ending(Afterwards afterwards) {
 
 void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
   auto activity = retire();
+  record_.end(WorkRecord::Work::kActivity);
+  // Before the cell is said to rest, so that a kill after that finds it so.
+  if (afterwards == Afterwards::kStopped || afterwards == Afterwards::kComplete) record_.end_all();
   switch (afterwards) {
     case Afterwards::kBack:
       go_back(*activity, reason);
@@ -200,6 +213,7 @@ void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
 
 void JobRunner::refused(const Error& error) {
   auto activity = retire();
+  record_.end(WorkRecord::Work::kActivity);
   go_back(*activity, error.message);
   answer(error);
   activity->over(error);
@@ -231,7 +245,7 @@ void JobRunner::go_back(const Activity& from, const std::string& reason) {
 std::unique_ptr<Activity> JobRunner::retire() {
   end_epoch();
   view_.recutting = view_.framing = false;
-  at_laser_ = laser_held_ = false;
+  at_laser_ = laser_held_ = recording_ = false;
   proof_.give_up();
   return std::move(activity_);
 }
@@ -246,10 +260,11 @@ void JobRunner::abort(const std::string& reason) noexcept {
   break_off(reason, nullptr);
 }
 
-void JobRunner::end(const std::string& reason) noexcept {
-  ends_at_rest_ = !activity_ && (view_.state == CellState::kStopped || view_.state == CellState::kIdle ||
-                                 view_.state == CellState::kComplete);
-  abort(reason);
+// Whether the cell rests is asked before the byte, which changes what the laser tells; nobody waits for an answer.
+void JobRunner::end(const std::string& reason) {
+  const bool was_at_rest = at_rest().ok();
+  parts().laser.abort();
+  break_off(reason, nullptr, was_at_rest);
 }
 
 void JobRunner::when_written(std::function<void()> then) {
@@ -261,12 +276,12 @@ void JobRunner::when_written(std::function<void()> then) {
 
 // Before anything else of the abort is written: where that is lost to a kill, what was running tells of it (recover).
 void JobRunner::owe_clear(const std::string& reason) {
-  if (ends_at_rest_) return;
   parts().database.owe([reason](Repositories& r) { return r.jobs.note_abort(reason, utc_timestamp()); });
+  record_.forget();
 }
 
 // Everything that was going on ends here, with the beam already off.
-void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told) {
+void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest) {
   jogging_ = false;
   if (!after(view_.state, CellCommand::kAbort)) return;
   const bool laser_will_tell = at_laser_ && told == nullptr;
@@ -276,7 +291,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   if (activity) broken = activity->broken_off(remark);
   const std::string why_aborted = reason + remark;
   enter(CellState::kAborting, why_aborted);
-  owe_clear(why_aborted);
+  if (!was_at_rest) owe_clear(why_aborted);
   const Error why{ErrorCode::kCancelled, why_aborted};
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);

@@ -33,14 +33,19 @@ void JobRunner::on_laser(const LaserEvent& event) {
           [log = log_](const Status& known) {
             if (!known) log->error("which laser is there could not be written: {}", known.error().message);
           });
-    if (view_.state == CellState::kResetting) parts().laser.home();
+    if (view_.state == CellState::kResetting && homing_) parts().laser.home();
   } else if (const auto* failed = std::get_if<Failed>(&event)) {
     on_failed(failed->error);
   } else if (std::holds_alternative<Homed>(event)) {
     if (view_.state != CellState::kResetting) return;
     proof_.homed_at(parts().laser.status().position);
-    enter(CellState::kIdle);
-    answer(Ok());
+    jogging_ = false;
+    record_.end_all();
+    // Idle is told when it is written that the cell rests, so that a kill after that finds it so.
+    parts().database.async([](Repositories&) { return 0; }, while_current([this](int) {
+                             enter(CellState::kIdle);
+                             answer(Ok());
+                           }));
   } else if (std::holds_alternative<Held>(event)) {
     on_held();
   } else if (std::holds_alternative<Resumed>(event)) {
@@ -123,6 +128,7 @@ void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
   jogging_ = false;
   // A jog that ended in a reset has lost the position.
   if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
+  note_jogged();
   if (proof_.jog_ended()) return;
   if (view_.state != CellState::kHolding || at_laser_) return;
   enter(CellState::kHeld, "held between two pieces");

@@ -160,12 +160,13 @@ std::string recovery_words(const db::Recovery& recovery) {
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty())
     return fmt::format("{}, and nobody has cleared that since: look at the panel, then Clear and Reset",
                        recovery.clear_owed.value_or("the work was broken off"));
-  if (recovery.aborted_jobs.empty())
-    return fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces);
   std::vector<std::string> jobs;
   for (const JobId job : recovery.aborted_jobs) jobs.push_back(std::to_string(job.value));
-  return fmt::format("the cell stopped in the middle of job{} {}, and {}; look at the panel, then Clear and Reset",
-                     jobs.size() == 1 ? "" : "s", listed(jobs, " and "), pieces);
+  const std::string doing =
+      recovery.doing ? *recovery.doing
+      : jobs.empty() ? "while it cut"
+                     : fmt::format("in the middle of job{} {}", jobs.size() == 1 ? "" : "s", listed(jobs, " and "));
+  return fmt::format("the cell stopped {}, and {}; look at the panel, then Clear and Reset", doing, pieces);
 }
 
 }  // namespace veneer::daemon

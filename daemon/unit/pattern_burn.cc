@@ -41,6 +41,10 @@ PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, cons
       burns_(has_beam(strokes_)),
       is_scrap_(std::find(confirmed.begin(), confirmed.end(), kScrapOnTheBed) != confirmed.end()) {}
 
+std::string PatternBurn::recorded() const {
+  return burns_ ? "while a pattern was burnt" : "while a pattern was run with the beam off";
+}
+
 void PatternBurn::look(Reply reply) {
   host_.parts().bed.stock_in_sight(host_.while_current(
       [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge(seen, is_scrap_)); }));

@@ -18,6 +18,7 @@ class PatternBurn final : public Activity {
   // `confirmed` is what the operator confirmed by name.
   PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed);
 
+  std::string recorded() const override;
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
   std::optional<Point<MachineFrame>> next_start() const override;

@@ -48,6 +48,8 @@ Status still_stands(Repositories& r, const KeptCuts::Basis& basis, const ProvenP
 Recut::Recut(ActivityHost& host, const ProvenPose& pose, KeptCuts::Basis basis, std::vector<PieceBurn> burns)
     : host_(host), pose_(pose), basis_(std::move(basis)), burns_(std::move(burns)) {}
 
+std::string Recut::recorded() const { return fmt::format("while pieces of job {} were cut again", basis_.job.value); }
+
 void Recut::look(Reply reply) {
   std::vector<PieceId> pieces;
   for (const PieceBurn& burn : burns_) pieces.push_back(burn.piece);

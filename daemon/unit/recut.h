@@ -15,6 +15,7 @@ class Recut final : public Activity {
   // `burns`, not empty, were cut in `pose`, on `basis`.
   Recut(ActivityHost& host, const ProvenPose& pose, KeptCuts::Basis basis, std::vector<PieceBurn> burns);
 
+  std::string recorded() const override;
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
   bool proves_pose() const override { return true; }

@@ -183,6 +183,9 @@ inline std::vector<Step> a_day() {
   mark(9);
   jobs("recovery", [](JobStore store) { return store.recover(kLater); });
   jobs("cleared", [](JobStore store) { return store.note_cleared("local:1000", kLater); });
+  jobs("homing", [](JobStore store) { return store.note_under_way("while the laser was homed", kLater); });
+  jobs("homed", [](JobStore store) { return store.note_at_rest(kLater); });
+  jobs("jogging", [](JobStore store) { return store.note_under_way("while the head was jogged", kLater); });
   jobs("STOP", [](JobStore store) { return store.note_abort("STOP by local:1000", kLater); });
   add("sighting", [=](Database& db) -> Status {
     const auto piece = JobStore(db).find_piece(PieceId{9});

@@ -47,14 +47,55 @@ TEST_F(Aborts, SoIsAStopWithoutAJob) {
   EXPECT_EQ(owed_at_start(), std::nullopt);
 }
 
-TEST_F(Aborts, ARunWhoseLastPieceWasBookedIsNoAbort) {
+// It was looking whether the panel lay as it had to, or had yet to tell that the job is cut.
+TEST_F(Aborts, ARunWhoseLastPieceWasBookedIsBrokenOffToo) {
   const RunId run = start(panel);
   for (const int i : {0, 1, 2}) cut(i);
   VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
   start(other);
   cut(3);
-  EXPECT_EQ(owed_at_start(), std::nullopt);
+  EXPECT_THAT(owed_at_start(), Optional(HasSubstr(fmt::format("in the middle of job {}", job.value))));
   EXPECT_EQ(state(), JobState::kComplete);
+}
+
+// ---- what was under way ---------------------------------------------------------------------------------------------
+
+TEST_F(Aborts, WhatWasUnderWayIsToBeClearedAndNamed) {
+  VENEER_ASSERT_OK(jobs.note_under_way("while the laser was homed", kNow));
+  EXPECT_THAT(must(jobs.would_owe_clear()), Optional(std::string("the program ended while the laser was homed")));
+  EXPECT_THAT(owed_at_start(), Optional(std::string("the program ended while the laser was homed")));
+  EXPECT_THAT(owed_at_start(), Optional(HasSubstr("homed"))) << "it was not cleared";
+  VENEER_ASSERT_OK(jobs.note_cleared("anna", kLater));
+  EXPECT_EQ(owed_at_start(), std::nullopt) << "it is told once";
+  EXPECT_THAT(must(Audit(cell.database()).latest(1)).at(0).detail, "it ended while the laser was homed");
+}
+
+TEST_F(Aborts, TheNewestThatWasUnderWayCountsUntilTheCellRests) {
+  VENEER_ASSERT_OK(jobs.note_at_rest(kNow));
+  VENEER_ASSERT_OK(jobs.note_under_way("in the middle of job 1", kNow));
+  VENEER_ASSERT_OK(jobs.note_under_way("while the head was jogged", kNow));
+  EXPECT_THAT(must(jobs.would_owe_clear()), Optional(HasSubstr("jogged")));
+  VENEER_ASSERT_OK(jobs.note_at_rest(kNow));
+  VENEER_ASSERT_OK(jobs.note_at_rest(kNow));
+  EXPECT_EQ(owed_at_start(), std::nullopt);
+}
+
+// With the abort, in one transaction.
+TEST_F(Aborts, AnAbortEndsWhatWasUnderWay) {
+  VENEER_ASSERT_OK(jobs.note_under_way("while the head was jogged", kNow));
+  VENEER_ASSERT_OK(jobs.note_abort("STOP by anna", kNow));
+  EXPECT_THAT(owed_at_start(), Optional(std::string("STOP by anna")));
+  VENEER_ASSERT_OK(jobs.note_cleared("anna", kLater));
+  EXPECT_EQ(owed_at_start(), std::nullopt);
+}
+
+TEST_F(Aborts, WhatWasUnderWayIsNeitherChangedNorRemoved) {
+  VENEER_ASSERT_OK(jobs.note_under_way("while the head was jogged", kNow));
+  for (const char* change : {"UPDATE activities SET doing = ''", "DELETE FROM activities",
+                             "INSERT OR REPLACE INTO activities (id, under_way, doing, at) VALUES (1, 0, '', 't')"})
+    EXPECT_FALSE(execute(cell.database(), change).ok()) << change;
+  VENEER_ASSERT_OK(jobs.note_at_rest(kNow));
+  EXPECT_FALSE(execute(cell.database(), "INSERT INTO activities (under_way, doing, at) VALUES (0, '', 't')").ok());
 }
 
 // ---- lost pieces ----------------------------------------------------------------------------------------------------

@@ -27,11 +27,19 @@ class BusyProcess {
   // The first step is the recovery, as at every start. kConflict when the wood is taken, kRefused while a scan waits to
   // be decided or a panel to be scanned, kNotFound where it asks for a version that is not there: answers like others.
   Status step() {
-    if (!std::exchange(recovered_, true)) return jobs_.recover(kLater).ok() ? Ok() : failed("recovery");
+    if (!std::exchange(recovered_, true)) {
+      const auto found = jobs_.recover(kLater);
+      if (!found.ok()) return failed("recovery");
+      clear_owed_ = found->clear_owed.has_value();
+      return Ok();
+    }
     if (below(6) == 0) return office_.step(some_panel());
     const auto run = row("SELECT id FROM runs WHERE ended_at IS NULL");
     return run ? cut({*run}) : prepare();
   }
+
+  // By the last abort or Clear that was acknowledged, or by the recovery: another start finds it so, or with more.
+  bool clear_owed() const { return clear_owed_; }
 
  private:
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
@@ -215,8 +223,13 @@ class BusyProcess {
 
   // What is done to jobs and their pieces when nothing is cut.
   Status see_to_jobs() {
-    const unsigned what = below(8);
-    if (what == 0) return below(2) == 0 ? jobs_.note_abort("STOP", kLater) : jobs_.note_cleared("local:1000", kLater);
+    const unsigned what = below(12);
+    if (what == 0) return break_off_or_clear();
+    if (what >= 10)
+      return below(2) == 0 ? jobs_.note_under_way("while the head was jogged", kNow) : jobs_.note_at_rest(kNow);
+    if (what == 8)  // called lost by mistake
+      if (const auto lost = row("SELECT piece FROM piece_states WHERE state = 'scrap'"))
+        return jobs_.settle({*lost}, AllocationState::kSuspect, kLater);
     if (what == 3) return jobs_.forget_cuts();
     if (what == 4) return dropped(jobs_.archive_done(kLater));
     if (what == 5)
@@ -234,15 +247,25 @@ class BusyProcess {
     return jobs_.assemble(cut.job, std::vector{cut.mark}, below(3) != 0, "local:1000", kLater);
   }
 
-  // A scan of the wood as it counts now saw the suspect piece gone, and somebody takes that over.
-  Status settle_as_seen(PieceId piece) {
-    const auto wood =
-        row(fmt::format("SELECT id FROM allocations WHERE piece = {} AND state = 'suspect'", piece.value));
-    const auto mask = row(fmt::format(
-        "SELECT max(version) FROM masks WHERE panel = (SELECT panel FROM allocations WHERE id = {})", *wood));
-    const std::pair seen(AllocationId{*wood}, Sighting{Seen::kCut, 0.9, static_cast<int>(mask.value_or(1)), kLater});
-    if (Status noted = jobs_.note_sightings({&seen, 1}); !noted) return noted;
-    return dropped(jobs_.settle_as_seen(must(jobs_.find_piece(piece)).job, {{}, {}}, "local:1000", kLater));
+  Status break_off_or_clear() {
+    const bool clears = below(2) == 0;
+    Status noted = clears ? jobs_.note_cleared("local:1000", kLater) : jobs_.note_abort("STOP", kLater);
+    if (noted) clear_owed_ = !clears;
+    return noted;
+  }
+
+  // A scan of the wood as it counts now saw the suspect piece gone, or in the panel; later somebody takes that over.
+  Status settle_as_seen(PieceId id) {
+    const PieceRecord piece = must(jobs_.find_piece(id));
+    if (!piece.sighting || piece.sighting->seen == Seen::kUnclear) {
+      const int newest = must(panels_.find(*piece.panel)).mask_version;
+      const std::pair seen(piece.allocation,
+                           Sighting{below(3) == 0 ? Seen::kStillThere : Seen::kCut, 0.9, newest, kLater});
+      return jobs_.note_sightings({&seen, 1});
+    }
+    AsSeen said;
+    if (piece.sighting->seen == Seen::kStillThere) said = {AllocationState::kScrap, {{piece.mark}}};
+    return dropped(jobs_.settle_as_seen(piece.job, said, "local:1000", kLater));
   }
 
   Status prepare() {
@@ -299,7 +322,7 @@ class BusyProcess {
   Panels panels_;
   std::mt19937 random_;
   BusyOffice office_{database_, random_};
-  bool recovered_ = false;
+  bool recovered_ = false, clear_owed_ = false;
 };
 
 }  // namespace veneer::db

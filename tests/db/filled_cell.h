@@ -67,6 +67,7 @@ inline void fill(CellDatabase& cell) {
   VENEER_ASSERT_OK(jobs.mark_cutting(pieces[5].id, kNow));
   VENEER_ASSERT_OK(
       jobs.book_and_keep(KeptCut{pieces[5].id, "", run, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kLater));
+  VENEER_ASSERT_OK(jobs.note_under_way("in the middle of job 1", kNow));
   VENEER_ASSERT_OK(jobs.note_abort("the lid was opened", kLater));
   VENEER_ASSERT_OK(jobs.abort_run(run, suspects, "the lid was opened", kLater));
   VENEER_ASSERT_OK(jobs.note_cleared("local:1000", kLater));

@@ -119,6 +119,10 @@ TEST(KilledStore, LosesNothingThatItAcknowledgedAndHoldsNoWoodTwice) {
       ASSERT_EQ(found, rows_in(other.connection())) << "neither as after " << said << " steps nor with the next one";
     }
     ASSERT_EQ(overlaps_in(killed), 0U);
+    const auto owed = must(JobStore(killed).would_owe_clear());
+    if (said > 0) {
+      ASSERT_TRUE(owed || !same.clear_owed()) << "an abort that was acknowledged is not owed any more";
+    }
   }
   std::printf(
       "%u kills: %ld steps acknowledged, %u killed before the first, %u with a step that was not acknowledged "
@@ -143,7 +147,11 @@ TEST(KilledStore, IsBusyWithAllThatACellDoes) {
     for (const char* all :
          {"parts", "carried", "merges", "splits", "scans", "sightings", "mask_edits", "mask_edit_removals", "leases",
           "redos", "proposal_verdicts WHERE verdict = 'accepted'", "difference_verdicts WHERE verdict = 'written_off'",
-          "difference_verdicts WHERE verdict = 'accepted'", "runs WHERE result = 'stop'"})
+          "difference_verdicts WHERE verdict = 'accepted'", "runs WHERE result = 'stop'", "aborts WHERE cleared = 0",
+          "aborts WHERE cleared = 1", "activities WHERE under_way = 0", "audit WHERE what = 'job.settle-as-seen'",
+          "allocation_history AS h WHERE state = 'suspect' AND (SELECT state FROM allocation_history WHERE allocation "
+          "= "
+          "h.allocation AND id < h.id ORDER BY id DESC LIMIT 1) = 'scrap'"})
       rows[all] += cell.database().connection().execAndGet(fmt::format("SELECT count(*) FROM {}", all)).getInt();
   }
   EXPECT_THAT(tried.left_out(), ::testing::IsEmpty());

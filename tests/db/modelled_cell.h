@@ -111,7 +111,7 @@ class ModelledCell : public ModelledPeople {
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(found[i].sighting.has_value() ==
-                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen.has_value()));
+                  (job.pieces[i].state == AllocationState::kSuspect && counts(job.pieces[i])));
       // What is told of a piece ends with what it is.
       for (const PieceRecord& piece : found) {
         const auto steps = must(cell_.jobs().history(piece.id));

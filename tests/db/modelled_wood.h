@@ -170,6 +170,7 @@ struct ModelledKnowledge {
   int bookings_ = 0;
   std::vector<PieceId> kept_cuts_;  // of the last run
   bool clear_owed_ = false;         // the newest abort
+  bool at_work_ = false;            // something is under way
   int tick_ = 0;                    // the last moment
   int scans_ = 0;                   // rows of raw scans, of all panels
   int next_tag_ = 601;
@@ -225,6 +226,10 @@ class ModelledWood : protected ModelledKnowledge {
   bool waits(int panel) const {
     return std::any_of(proposals_.begin(), proposals_.end(),
                        [&](const ModelProposal& p) { return p.panel == panel && !p.verdict; });
+  }
+  // Was it seen by the scan whose map is the newest of its panel?
+  bool counts(const ModelPiece& piece) const {
+    return piece.seen && piece.seen->second == known_[static_cast<std::size_t>(piece.panel)].seen.back().map;
   }
   // What is there of its wood nobody knows until it is scanned, or a scan of it is decided.
   bool is_unseen(int panel) const {

@@ -161,9 +161,8 @@ class ModelledWork : public ModelledPlans {
     std::size_t left = 0;
     for (ModelPiece& piece : job.pieces) {
       if (piece.state != AllocationState::kSuspect) continue;
-      const bool counts = piece.seen && piece.seen->first == (there ? Seen::kStillThere : Seen::kCut) &&
-                          piece.seen->second == known_[piece.panel].seen.back().map;
-      counts ? clear.push_back(&piece) : static_cast<void>(++left);
+      const bool so = counts(piece) && piece.seen->first == (there ? Seen::kStillThere : Seen::kCut);
+      so ? clear.push_back(&piece) : static_cast<void>(++left);
     }
     AsSeen said{there, {}};
     if (there || *rc::gen::arbitrary<bool>()) {
@@ -186,9 +185,16 @@ class ModelledWork : public ModelledPlans {
   }
   // STOP, and what a person says to it.
   void break_off_or_clear() {
-    if (*rc::gen::arbitrary<bool>()) {
+    const int what = *in_range(0, 4);
+    if (what == 0) {
       VENEER_EXPECT_OK(cell_.jobs().note_abort("STOP", kLater));
-      clear_owed_ = true;
+      clear_owed_ = true, at_work_ = false;
+    } else if (what == 1) {
+      VENEER_EXPECT_OK(cell_.jobs().note_under_way("while the head was jogged", kLater));
+      at_work_ = true;
+    } else if (what == 2) {
+      VENEER_EXPECT_OK(cell_.jobs().note_at_rest(kLater));
+      at_work_ = false;
     } else {
       VENEER_EXPECT_OK(cell_.jobs().note_cleared("local:1000", kLater));
       clear_owed_ = false;
@@ -239,14 +245,18 @@ class ModelledWork : public ModelledPlans {
   }
   void die_and_recover() {
     reopen();
+    const auto would = must(cell_.jobs().would_owe_clear());
     const Recovery found = must(cell_.jobs().recover(kLater));
     run_.reset();
+    RC_ASSERT(found.doing.has_value() == at_work_);
+    clear_owed_ = clear_owed_ || std::exchange(at_work_, false);
     for (auto& job : jobs_) {
       if (job.state != JobState::kRunning) continue;
       suspect_what_was_cutting(job);
       job.state = job.after(JobState::kAborted);
-      clear_owed_ = clear_owed_ || job.state == JobState::kAborted;
+      clear_owed_ = true;
     }
+    RC_ASSERT(would.has_value() == clear_owed_);
     RC_ASSERT(found.clear_owed.has_value() == clear_owed_);
   }
   // The panel was moved: its cuts cannot be met again.

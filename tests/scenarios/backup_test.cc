@@ -154,6 +154,9 @@ TEST_F(BackedUp, AndADamagedDatabaseIsReplacedAndTheCellGoesOn) {
   wait([](const json& s) { return s["database"]["state"] == "good"; });
   EXPECT_EQ(restored_stock(cell_->api()), before);
   EXPECT_EQ(certificates(cell_->api()), certified);
+  // Whether work was broken off, nobody could read: somebody has to have looked.
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  EXPECT_EQ(post("/commands/clear"), "");
   // What was cut since the backup is in no row: nothing begins before the panel was looked at.
   EXPECT_EQ(post("/commands/reset"), "");
   EXPECT_THAT(post(fmt::format("/jobs/{}/start", kJob)), HasSubstr("scan it, so that what was cut from it meanwhile"));

@@ -77,6 +77,8 @@ TEST_F(GuardianScenario, ADaemonThatIsStartedAgainWaitsForItsPredecessorsMachine
   EXPECT_GT(cell->laser.resets().size(), before) << "before it answers at all";
   EXPECT_FALSE(cell->laser.beam_on());
   EXPECT_EQ(refusal(), "");
+  EXPECT_EQ(cell->state(), "Aborted") << "a pattern was broken off";
+  EXPECT_EQ(cell->veneerctl({"clear"}).status, 0);
   cell->laser.set_consent(true);
   EXPECT_EQ(cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
 }

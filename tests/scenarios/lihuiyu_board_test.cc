@@ -136,16 +136,17 @@ TEST_F(LihuiyuBoardCell, APulledPlugIsSaidAndNothingComesBackByItself) {
   EXPECT_EQ(wrong_piece(*pattern, PieceId{}, std::vector(burns.begin() + before, burns.end())), "");
 }
 
-TEST_F(LihuiyuBoardCell, AKilledDaemonLeavesTheBoardDarkAndStoppedUntilAnOperatorsWord) {
+TEST_F(LihuiyuBoardCell, AKilledDaemonLeavesTheBoardDarkAndAbortedUntilAnOperatorsWord) {
   begin_large_pattern();
   ASSERT_TRUE(daemon.kill_and_start_again().ok());
   EXPECT_TRUE(daemon.wait_for([&] { return at_rest(); })) << "each packet ends dark";
   const double burnt = burnt_mm();
   board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(false), 0; });
-  EXPECT_EQ(daemon.state(), "Stopped");
+  EXPECT_EQ(daemon.state(), "Aborted");
   EXPECT_EQ(burnt_mm(), burnt);
   EXPECT_EQ(board.with_board([](sim::LihuiyuBoard& b) { return b.log().moved_without_consent_mm; }), 0);
   board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(true), 0; });
+  EXPECT_EQ(daemon.veneerctl({"clear"}).status, 0);
   EXPECT_EQ(daemon.veneerctl({"laser", "test-pattern", "--size-mm", "10", "--dry"}).status, 0);
 }
 

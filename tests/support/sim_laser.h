@@ -37,7 +37,7 @@ class SimLaser final : public LaserDriver {
   }
   void home() override {
     calls.push_back("home");
-    say(laser_event::Homed{});
+    if (homes) say(laser_event::Homed{});
   }
   void start(LaserJob job) override {
     calls.push_back("start");
@@ -70,7 +70,7 @@ class SimLaser final : public LaserDriver {
     status.connected = status.homed = connected_;
     status.state = lid_open ? "Door:1" : lid_was_open ? "Door:0" : "Idle";
     status.position = position;
-    status.beam_on = burning_;
+    status.beam_on = burning_ || beam_stays_on;
     status.firmware = "SimLaser";
     status.overrides_wanted = overrides;
     status.lid_open = lid_open;
@@ -135,6 +135,8 @@ class SimLaser final : public LaserDriver {
   bool present = true;
   std::optional<LaserMotion> motion;  // as it tells when it is connected
   bool finds_home = true;
+  bool homes = true;                    // and comes to the end of it
+  bool beam_stays_on = false;           // whatever it was told
   bool cuts = true;                     // not a file that records
   std::vector<std::string> to_confirm;  // unlikely settings
   std::string identity;                 // of its controller

@@ -252,19 +252,26 @@ TEST_F(JobRoutes, SaysWhatIsToBeDoneNextForAJob) {
   EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs"))["jobs"][0]["next"], job["next"]);
   EXPECT_EQ(body_of(ask("GET", "/api/v1/status"))["next"], job["next"]);
   EXPECT_EQ(job["suspects"], (json{{{"mark", "A1"}, {"panel", "P-0001"}, {"sighting", nullptr}}}));
-  ASSERT_TRUE(cell->database->call([](Repositories& r) -> Status {
-    const std::pair seen(db::AllocationId{1}, db::Sighting{db::Seen::kCut, 0.98, 2, "2026-05-01T09:00:00.000Z"});
-    return r.jobs.note_sightings({&seen, 1});
-  }));
+  const auto see = [&](int mask_version) {
+    return cell->database->call([mask_version](Repositories& r) -> Status {
+      const std::pair seen(db::AllocationId{1},
+                           db::Sighting{db::Seen::kCut, 0.98, mask_version, "2026-05-01T09:00:00.000Z"});
+      return r.jobs.note_sightings({&seen, 1});
+    });
+  };
+  ASSERT_TRUE(see(2)) << "a map that is not there any more";
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/1/settle-as-seen", json::object()).status, 409) << "its scan does not count";
+  EXPECT_FALSE(body_of(ask("GET", "/api/v1/jobs/1/pieces"))["pieces"][0].contains("sighting")) << "nor is it told";
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs/1"))["suspects"][0]["sighting"], nullptr);
+  ASSERT_TRUE(see(1));
   const json sighting = {
-      {"seen", "cut"}, {"gone_share", 0.98}, {"mask_version", 2}, {"at", "2026-05-01T09:00:00.000Z"}};
+      {"seen", "cut"}, {"gone_share", 0.98}, {"mask_version", 1}, {"at", "2026-05-01T09:00:00.000Z"}};
   const json pieces = body_of(ask("GET", "/api/v1/jobs/1/pieces"));
   EXPECT_EQ(pieces["pieces"][0]["sighting"], sighting);
   EXPECT_FALSE(pieces["pieces"][1].contains("sighting"));
   const std::string words = "the scan of 2026-05-01 saw its wood gone (98 %), so it was cut\n";
   EXPECT_NE(cli::render_pieces(pieces).find("suspect: " + words), std::string::npos);
   EXPECT_NE(cli::render_job(body_of(ask("GET", "/api/v1/jobs/1"))).find("A1 on P-0001: " + words), std::string::npos);
-  EXPECT_EQ(ask("POST", "/api/v1/jobs/1/settle-as-seen", json::object()).status, 409) << "its scan counts no more";
   const json settled = body_of(ask("POST", "/api/v1/jobs/1/pieces/A1/settle", {{"verdict", "cut"}}));
   EXPECT_EQ(settled["next"],
             "1 of 2 pieces of job 1 is cut and 1 is still to be cut: Clear, Reset, then Start cuts the rest "

@@ -7,6 +7,7 @@
 
 #include "base/archive.h"
 #include "db/accounts.h"
+#include "db/job_store.h"
 #include "tests/daemon/store/backup_fixture.h"
 
 namespace veneer::daemon {
@@ -15,6 +16,7 @@ namespace {
 using db::must;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::Optional;
 
 // On another machine: nothing is there but the backup.
 TEST_F(Backup, BecomesACellInAnEmptyFolder) {
@@ -163,6 +165,56 @@ TEST_F(Backup, SaysWhoMaySignInAgain) {
   EXPECT_THAT(describe(must(restore(backup, data))),
               HasSubstr("These may sign in again, with the passwords of 2026-05-01: anna (admin). Remove whom you "
                         "removed since; sessions and tokens have ended.\n"));
+}
+
+// A backup is no way round Clear.
+class BackupAfterAnAbort : public Backup {
+ protected:
+  // Why Clear is owed once the backup is in place, as the next start finds it.
+  std::optional<std::string> owed_after(const fs::path& backup, bool nothing_cut_since = false) {
+    const std::string at = fmt::format("2026-05-03T07:30:{:02}.000Z", second++);
+    restored = describe(must(restore_backup({backup, data, "uid 1000", at, nothing_cut_since}, quiet)));
+    db::Database opened = must(db::Database::open(data / kDatabaseName));
+    return must(db::JobStore(opened).recover(db::kLater)).clear_owed;
+  }
+  std::string restored;
+};
+
+TEST_F(BackupAfterAnAbort, IsToBeClearedAsBefore) {
+  const fs::path backup = must(make()).folder;
+  db::JobStore jobs(*database);
+  VENEER_ASSERT_OK(jobs.note_abort("STOP by anna", db::kNow));
+  database.reset();
+  for (const bool nothing_cut_since : {true, false}) {
+    EXPECT_THAT(owed_after(backup, nothing_cut_since), Optional(HasSubstr("STOP by anna")));
+    EXPECT_THAT(restored, HasSubstr("veneerd will start Aborted (before a backup was put in place:"));
+  }
+}
+
+TEST_F(BackupAfterAnAbort, IsToBeClearedOfWhatNoStartHasFoundYet) {
+  const fs::path backup = must(make()).folder;
+  VENEER_ASSERT_OK(db::JobStore(*database).note_under_way("while the head was jogged", db::kNow));
+  database.reset();  // killed
+  EXPECT_THAT(owed_after(backup), Optional(HasSubstr("the program ended while the head was jogged")));
+}
+
+TEST_F(BackupAfterAnAbort, IsToBeClearedOfWhatCannotBeRead) {
+  const fs::path backup = must(make()).folder;
+  database.reset();
+  flip(data / kDatabaseName);
+  EXPECT_THAT(owed_after(backup, true), Optional(HasSubstr("could not be read")));
+  fs::remove(data / kDatabaseName);
+  EXPECT_THAT(owed_after(backup), Optional(HasSubstr("could not be read")));
+}
+
+TEST_F(BackupAfterAnAbort, OwesNothingThatWasCleared) {
+  const fs::path backup = must(make()).folder;
+  db::JobStore jobs(*database);
+  VENEER_ASSERT_OK(jobs.note_abort("STOP by anna", db::kNow));
+  VENEER_ASSERT_OK(jobs.note_cleared("anna", db::kNow));
+  database.reset();
+  EXPECT_EQ(owed_after(backup), std::nullopt);
+  EXPECT_THAT(restored, Not(HasSubstr("Aborted")));
 }
 
 // A daemon that was killed leaves a log, which belongs to the old database and must not reach the new one.

@@ -26,8 +26,7 @@ TEST_F(AtRestTest, BeforeTheFirstResetAndWhileIdle) {
 TEST_F(AtRestTest, NotWhileTheHeadIsJogged) {
   laser_.can_jog = true;
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  ASSERT_TRUE(runner_->jog(20_mm, 0_mm, MmPerSecond(50), "test").ok());
-  settle();
+  ASSERT_TRUE(jog(20).ok());
   EXPECT_EQ(state(), CellState::kIdle);
   EXPECT_EQ(refusal(), "the head moves: wait until it stands still");
   laser_.end_jog();
@@ -38,7 +37,7 @@ TEST_F(AtRestTest, NotWhileTheHeadIsJogged) {
 TEST_F(AtRestTest, AStopInTheMiddleOfAJogLeavesNothingThatWouldMoveForEver) {
   laser_.can_jog = true;
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  ASSERT_TRUE(runner_->jog(20_mm, 0_mm, MmPerSecond(50), "test").ok());
+  ASSERT_TRUE(jog(20).ok());
   ASSERT_TRUE(command(CellCommand::kAbort).ok());
   ASSERT_TRUE(command(CellCommand::kClear).ok());
   EXPECT_EQ(refusal(), "");
@@ -112,8 +111,7 @@ TEST_F(MayBeWatchedTest, WhileTheHeadRests) {
 TEST_F(MayBeWatchedTest, NotWhileTheHeadIsJogged) {
   laser_.can_jog = true;
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  ASSERT_TRUE(runner_->jog(20_mm, 0_mm, MmPerSecond(50), "test").ok());
-  settle();
+  ASSERT_TRUE(jog(20).ok());
   EXPECT_EQ(refusal(), "the head moves: wait until it stands still");
   laser_.end_jog();
   settle();

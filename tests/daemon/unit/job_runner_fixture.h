@@ -129,6 +129,14 @@ class JobRunnerTest : public ::testing::Test {
     settle();
     return *out ? **out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
+  Status jog(double dx_mm, double dy_mm = 0) {
+    std::optional<Status> out;
+    runner_->jog(Millimetres(dx_mm), Millimetres(dy_mm), MmPerSecond(50), "test",
+                 [&](Status s) { out = std::move(s); });
+    settle();
+    return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
+  }
+  std::string reason() const { return runner_->view().reason; }
   std::string sentence() const { return runner_->view().load ? runner_->view().load->sentence : ""; }
   void look() {
     runner_->look_again();

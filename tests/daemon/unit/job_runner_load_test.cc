@@ -112,9 +112,6 @@ TEST_F(JobRunnerTest, AJogGoesThroughNoZone) {
   make_runner();
   laser_.can_jog = true;
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  const auto jog = [&](double dx, double dy) {
-    return runner_->jog(Millimetres(dx), Millimetres(dy), MmPerSecond(50), "uid 1000");
-  };
   EXPECT_TRUE(jog(0, 50).ok());
   const Status across = jog(30, 10);
   ASSERT_FALSE(across.ok());

@@ -27,7 +27,6 @@ class ProofTest : public JobRunnerTest {
                 {point<MachineFrame>(from, 2), point<MachineFrame>(to, 2)}, Millimetres(1));
     settle();
   }
-  std::string reason() const { return runner_->view().reason; }
   std::vector<db::AllocationRecord> live(const char* panel = "P-0001") {
     auto found = database_->call([&](Repositories& r) { return r.ledger.live_allocations(PanelId{panel}); });
     return *found;

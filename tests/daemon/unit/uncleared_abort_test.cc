@@ -3,12 +3,15 @@
 
 #include "daemon/unit/job_words.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
+#include "tests/db/noted_aborts.h"
 
 namespace veneer::daemon {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 class UnclearedAbort : public JobRunnerTest {
  protected:
@@ -18,7 +21,7 @@ class UnclearedAbort : public JobRunnerTest {
     settle();
     restart();
   }
-  std::string reason() const { return runner_->view().reason; }
+  std::vector<std::string> noted() { return db::noted_aborts(dir_.path() / "test.db"); }
 };
 
 TEST_F(UnclearedAbort, AKillIsToBeClearedThoughTheProgramEndsInOrderSince) {
@@ -79,15 +82,58 @@ TEST_F(UnclearedAbort, AnEndAtRestIsNone) {
   EXPECT_EQ(state(), CellState::kStopped);
 }
 
-// What a full disk does not take of an abort is written once there is room, and its Clear behind it.
+// A head that moves or a beam that is on is not at rest, whatever the state is called.
+TEST_F(UnclearedAbort, AnEndWhileTheHeadIsJoggedIsOne) {
+  laser_.can_jog = true;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(jog(20).ok());
+  ASSERT_EQ(state(), CellState::kIdle);
+  end_and_start_again();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), HasSubstr("the daemon was told to end"));
+}
+
+TEST_F(UnclearedAbort, AnEndWhileABeamIsOnIsOne) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.beam_stays_on = true;
+  end_and_start_again();
+  EXPECT_EQ(state(), CellState::kAborted);
+}
+
+// The program is told to end and does not come to it before somebody goes on with the cell.
+TEST_F(UnclearedAbort, AnEndAtRestForgivesNoAbortThatFollows) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  runner_->end("the daemon was told to end");
+  settle();
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  restart();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), HasSubstr("STOP by test"));
+}
+
+// What a full disk does not take of an abort is written once there is room.
+TEST_F(UnclearedAbort, ThatAFullDiskDidNotTakeItIsMadeUpFor) {
+  {
+    const testing::LittleRoom full(0);
+    ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  }
+  restart();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(noted(), ElementsAre("STOP by test"));
+}
+
+// And its Clear behind it.
 TEST_F(UnclearedAbort, ThatItWasClearedIsWrittenBehindIt) {
   {
     const testing::LittleRoom full(0);
     ASSERT_TRUE(command(CellCommand::kAbort).ok());
     ASSERT_TRUE(command(CellCommand::kClear).ok());
+    EXPECT_THAT(noted(), IsEmpty()) << "there is no room";
   }
-  restart();
-  EXPECT_EQ(state(), CellState::kStopped);
+  settle();
+  EXPECT_THAT(noted(), ElementsAre("STOP by test", "cleared by test"));
 }
 
 TEST(RecoveryWords, EveryJobThatWasBrokenOffIsNamed) {
