@@ -45,11 +45,11 @@ std::string why_misplaced(const calib::FoundBoard& found, const calib::WantedBoa
         size_of(found.width, found.height), size_of(wanted.width, wanted.height));
   if (off.length() <= kMostOffCentre && std::abs(found.turn_deg) <= kMostAskewDeg) return "";
   return fmt::format(
-      "the board's middle lies {:.0f} mm {} and {:.0f} mm {} from the middle of the bed, and it is turned "
+      "the board's middle lies {:.0f} mm too far to the {} and {:.0f} mm too far to the {}, and it is turned "
       "by {:.1f} degrees, so the pattern would be burnt past its edges: lay it in the middle, within "
       "{:.0f} mm and {:.0f} degrees",
-      std::abs(off.x.count()), off.x < Millimetres(0) ? "to the left" : "to the right", std::abs(off.y.count()),
-      off.y < Millimetres(0) ? "towards you" : "away from you", found.turn_deg, kMostOffCentre.count(), kMostAskewDeg);
+      std::abs(off.x.count()), off.x < Millimetres(0) ? "left" : "right", std::abs(off.y.count()),
+      off.y < Millimetres(0) ? "front" : "back", found.turn_deg, kMostOffCentre.count(), kMostAskewDeg);
 }
 
 Status require_measured(const PatternBoard& board, const std::vector<calib::FoundBoard>& found,

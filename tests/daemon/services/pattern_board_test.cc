@@ -31,18 +31,20 @@ std::string refusal(const PatternBoard& board, const std::vector<calib::FoundBoa
 TEST(PatternBoard, IsMeasuredWhereTheMachinesAxesAreKnown) {
   const PatternBoard board = told(400, 300);
   EXPECT_EQ(refusal(board, {seen(402, 298, 271, 200, -3.9)}, kKnown), "");
-  EXPECT_THAT(refusal(board, {seen(400, 300, 410, 190)}, kKnown), HasSubstr("lies 150 mm to the right and 0 mm"));
-  EXPECT_THAT(refusal(board, {seen(400, 300, 255, 169)}, kKnown), HasSubstr("5 mm to the left and 21 mm towards you"));
+  EXPECT_THAT(refusal(board, {seen(400, 300, 410, 190)}, kKnown),
+              HasSubstr("lies 150 mm too far to the right and 0 mm"));
+  EXPECT_THAT(refusal(board, {seen(400, 300, 255, 169)}, kKnown),
+              HasSubstr("5 mm too far to the left and 21 mm too far to the front"));
   EXPECT_THAT(refusal(board, {seen(400, 300, 260, 190, 4.5)}, kKnown), HasSubstr("turned by 4.5 degrees"));
   EXPECT_THAT(refusal(board, {seen(300, 400)}, kKnown), HasSubstr("lies the other way, 300 x 400 mm"));
   EXPECT_EQ(refusal(board, {seen(300, 400), seen(400, 300)}, kKnown), "") << "one of two lies well";
   // Of the axes' own scale and skew.
   const Affine2<MachineFrame, BedFrame> aside(Eigen::Matrix2d::Identity(), Eigen::Vector2d(0, 30));
-  EXPECT_THAT(refusal(board, {seen(400, 300)}, aside), HasSubstr("30 mm away from you"));
+  EXPECT_THAT(refusal(board, {seen(400, 300)}, aside), HasSubstr("30 mm too far to the back"));
   EXPECT_EQ(refusal(board, {seen(400, 300, 260, 160)}, aside), "");
   // What was measured stands, whatever somebody says.
   const PatternBoard sure = with_confirmed(board, {kBoardOnTheBed, kBoardNotSeen});
-  EXPECT_THAT(refusal(sure, {seen(400, 300, 410, 190)}, kKnown), HasSubstr("150 mm to the right"));
+  EXPECT_THAT(refusal(sure, {seen(400, 300, 410, 190)}, kKnown), HasSubstr("150 mm too far to the right"));
 }
 
 TEST(PatternBoard, IsLookedForByAPersonWhereThePlaceIsNotKnownYet) {
