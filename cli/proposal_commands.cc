@@ -17,7 +17,8 @@ using nlohmann::json;
 void add_override(CLI::App& command, std::vector<std::string>& overruled) {
   command
       .add_option("--override", overruled,
-                  "A warning that you looked into and overrule, by its name, as in --override strip-1; once for each")
+                  "A warning that you looked into and overrule, by its name, as in --override strip-1; once for each. "
+                  "Those that leave nothing out of use need a maintainer")
       ->allow_extra_args(false);
 }
 
@@ -28,6 +29,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
     std::string face = "show";
     std::string panel, part_of, picture;
     bool more = false, accept = false, retag = false;
+    std::optional<int> again;
     std::vector<std::string> overruled;
   };
   const auto options = std::make_shared<Options>();
@@ -38,6 +40,11 @@ void add_scan(CLI::App& panel, CommandContext& context) {
                    "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
   CLI::Option* more =
       scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
+  scan->add_option(
+          "--again", options->again,
+          "Of several parts that were refused together, scan this one anew, counted from 1; the others are kept")
+      ->check(CLI::Range(1, 1000))
+      ->excludes(more);
   scan->add_flag("--retag", options->retag,
                  "Tags of this panel that it never had were newly glued on, and become its own");
   scan->add_flag("--accept", options->accept, "Take it into stock at once, unless it has warnings")->excludes(more);
@@ -47,6 +54,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
     json body = {{"face", options->face}, {"more", options->more}};
     if (!options->panel.empty()) body["panel"] = options->panel;
     if (!options->part_of.empty()) body["part_of"] = options->part_of;
+    if (options->again) body["again"] = *options->again;
     if (options->retag) body["retag"] = true;
     // Who overrules a warning means to accept.
     const bool accept = options->accept || !options->overruled.empty();

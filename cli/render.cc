@@ -194,6 +194,10 @@ std::string render_status(const json& status) {
   if (const json& recut = member(status, "recut"); recut.is_object())
     text += line("Recut", fmt::format("{} pieces of {} can be cut again while it lies unmoved",
                                       whole_or(recut, "pieces", 0), text_or(recut, "panel", "?")));
+  if (const json& kept = member(status, "kept_scan"); kept.is_object())
+    text += line("Scan", fmt::format("a series of {0} tiles was refused at {1} and is kept for a day: scan the bad one "
+                                     "anew, the last one by veneerctl panel scan --again {0}",
+                                     whole_or(kept, "tiles", 0), text_or(kept, "since", "?")));
   text += line("Owed", text_or(member(status, "owed_look"), "sentence", ""));
   const json& laser = member(status, "laser");
   text += line("Laser", laser_words(laser));

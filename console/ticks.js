@@ -6,11 +6,12 @@ import {changed, followStatus, model} from "./model.js";
 
 const kScrap = "scrap on the bed";  // by its name in the API; asked for where wood of the stock may lie there unseen
 
-export function burnTicks(key) {
+// `more` gives the names of what is asked besides, and `must` those of them without which nothing is burnt.
+export function burnTicks(key, more = () => [], must = () => []) {
   const given = new Set();
   let of = "";
-  const asked = () => (model.cell && model.cell.confirm) || [];
-  const names = () => (model.panels.length ? [...asked(), kScrap] : asked());
+  const asked = () => [...((model.cell && model.cell.confirm) || []), ...must()];
+  const names = () => [...new Set([...asked(), ...more(), ...(model.panels.length ? [kScrap] : [])])];
 
   // Another state, lid, picture of the bed or list of names asks again.
   function renew() {

@@ -306,9 +306,19 @@ void Cell::look_regularly() {
     look_for_alarms();
     look_for_notices();
     end_leases();
+    give_up_kept_scan();
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
     look_regularly();
   });
+}
+
+void Cell::give_up_kept_scan() {
+  const auto kept = scans->kept();
+  if (!kept || kept->since == given_up_) return;
+  if (!kept->is_over(utc_timestamp(-std::chrono::hours(24)), check_room(room_.free_bytes()).ok())) return;
+  given_up_ = kept->since;
+  log->info("the {} tiles of the series that was refused at {} are kept no longer", kept->tiles, kept->since);
+  scanner_worker->post([this] { scans->give_up_kept(); });
 }
 
 void Cell::leases_changed(const std::vector<PanelId>& touched) {
@@ -396,6 +406,8 @@ json Cell::status(Role told) const {
   if (const auto& owed = view.owed_look)
     out["owed_look"] = {
         {"job", owed->job.value}, {"panel", owed->panel.value}, {"pieces", owed->pieces}, {"sentence", owed->sentence}};
+  out["kept_scan"] = nullptr;
+  if (const auto kept = scans->kept()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
   out["confirm"] = asked_by_name();
   out["calibration"] = json::object();
   for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);

@@ -143,6 +143,7 @@ class Cell {
   void look_regularly();
   void look_for_lost_choice();
   void end_leases();
+  void give_up_kept_scan();
   void follow_laser();
   void follow_state();
   std::vector<CellNeeds::Certificate> certificates() const;  // as they stand now
@@ -185,6 +186,7 @@ class Cell {
   std::unique_ptr<Notifier> notifier_;
   CellState noticed_ = CellState::kStopped;     // the unit's state when it was looked whether somebody is to be told
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
+  std::string given_up_;                        // since when the series was kept that is given up
   std::string lease_end_;                       // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;
 };

@@ -6,7 +6,7 @@ import {command} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
 import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false};
@@ -70,7 +70,7 @@ function followWaiting(task) {
 function proposalCard(seen) {
   const {number, panel} = seen;
   const take = async () => {
-    if (openDoubts(seen).length) return;  // the button may be of a moment ago
+    if (openDoubts(seen).length || !mayOverrule(seen)) return;  // the button may be of a moment ago
     const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
     if (told) begun = told.task;
     changed();
@@ -86,6 +86,6 @@ function proposalCard(seen) {
       seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true)),
     doubtRows(seen),
     h("div.commands", {},
-      button(t("scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet || openDoubts(seen).length > 0}),
+      button(t("scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet || !mayOverrule(seen) || openDoubts(seen).length > 0}),
       button(t("scan.refuse"), refuse, {id: `refuse-${number}`, disabled: !mayChange()})));
 }

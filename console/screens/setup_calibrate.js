@@ -85,11 +85,18 @@ export const cameraStep = step("camera", "camera", (about, place) => {
 // ---- laser ----------------------------------------------------------------------------------------------------------
 
 const board = {thickness: "", width: "490", height: "290"};
-const ticks = burnTicks("confirm");
+// By their names in the API. Where the laser was never calibrated nothing but somebody's word tells where the board lies;
+// that it is not seen is said once the cell has looked.
+const kBoard = "board on the bed", kUnseen = "board not seen";
+let placed = false, byHands = false;
+const wasUnseen = () => [...model.tasks.values()].some((task) => task.kind === "calibrate laser" && task.error && task.error.message.includes(kUnseen));
+const ticks = burnTicks("confirm", () => (byHands ? [] : [kBoard, ...(wasUnseen() ? [kUnseen] : [])]), () => (byHands || placed ? [] : [kBoard]));
 
 export const laserStep = step("laser", "axes", (about, place) => {
   if (!board.thickness) board.thickness = String(about.setup.panel_thickness_mm);
-  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: ticks.take()});
+  placed = Boolean(about.certificate("axes"));
+  byHands = Boolean(about.hands);  // those lay it there themselves
+  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: [...ticks.take(), ...(byHands ? [kBoard] : [])]});
   const field = (name) => h("label", {}, t(`board.${name}`), h("input", {type: "number", min: .1, step: "any", value: board[name], oninput: (event) => { board[name] = event.target.value; changed(); }}));
   return [[
     !about.certificate("camera") && h("p.warn", {}, t("laser.camera_first")),

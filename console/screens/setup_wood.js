@@ -6,7 +6,7 @@ import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
 import {bar, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, keepDoubts, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
@@ -42,11 +42,11 @@ const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked
 
 function proposal(place, seen) {
   // The button may be of a moment ago.
-  const accept = () => !openDoubts(seen).length && doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
+  const accept = () => !openDoubts(seen).length && mayOverrule(seen) && doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, overruled(seen)))}]);
   // Nobody accepts what has not been shown yet.
   const path = `/proposals/${seen.number}/picture.png`;
   const shown = isShown(document.querySelector("img.seen"), path);
-  const may = mayChange() && shown && !openDoubts(seen).length;
+  const may = mayChange() && shown && mayOverrule(seen) && !openDoubts(seen).length;
   return [
     h("p", {}, t("wood.look")),
     !shown && empty(t("wood.picture_comes")),

@@ -119,7 +119,7 @@ export const words = {
   "scan.size": "Size", "scan.lost": "Would be taken", "scan.gained": "Would be given back", "scan.accept": "Accept it", "scan.refuse": "Refuse it",
   "scan.do": "Scan", "scan.found": "What was found", "scan.tiles": {one: "1 tile is scanned. Lay the next part on the glass.", other: "{n} tiles are scanned. Lay the next part on the glass."},
   "scan.result": "Panel {panel}, {face}", "scan.is_new": "new in stock", "scan.open": "Open its map", "scan.usable": "usable wood", "scan.rms": "Fit of the tags", "scan.warning": "Note",
-  "doubts": "What the scan is in doubt about", "doubts.answer": "I have looked: it is right as it is seen", "doubts.first": {one: "It can be accepted once the one doubt is answered. If the scan is wrong, refuse it.", other: "It can be accepted once all {n} doubts are answered. If the scan is wrong, refuse it."},
+  "doubts": "What the scan is in doubt about", "doubts.maintainer": "A doubt here takes a maintainer: “sudo veneerctl console --role maintainer” on the cell's machine prints a link. Or put right what it names, and scan again.", "doubts.answer": "I have looked: it is right as it is seen", "doubts.first": {one: "It can be accepted once the one doubt is answered. If the scan is wrong, refuse it.", other: "It can be accepted once all {n} doubts are answered. If the scan is wrong, refuse it."},
   // New picture
   "picture.file": "The picture", "picture.name": "Name", "picture.size": "Shorter side, mm", "picture.patch": "Smallest patch, mm",
   "picture.layout": "How it is divided", "layout.grid": "squares", "layout.morph": "bent squares that follow its edges", "layout.mosaic": "cells that follow its edges", "layout.segmentation": "its areas of one tone",

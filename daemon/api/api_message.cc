@@ -55,6 +55,25 @@ Result<std::int64_t> ApiRequest::path_number(const std::string& name) const {
   return *number;
 }
 
+std::string role_needed(const Caller& caller, Role role, const std::string& what) {
+  const std::string needs = what + " needs the " + to_string(role) + " role: ";
+  const std::string is = caller.who + " is " + to_string(caller.role);
+  const bool more = role >= Role::kMaintainer;
+  if (!caller.credential.empty()) {
+    if (!more) return needs + is;
+    if (caller.transport == TransportKind::kTls) return needs + is + "; somebody who has it can sign in here";
+    return needs + is + "; somebody who has it can sign in here, or `sudo veneerctl console --role " + to_string(role) +
+           "` on the cell's machine prints a link";
+  }
+  if (caller.transport == TransportKind::kTls) return needs + "sign in, or send a token";
+  if (caller.transport == TransportKind::kTcp)
+    return needs + "sign in, or open the link that `veneerctl console` prints in this browser";
+  if (!more) return needs + is + "; ask for membership in the cell's operator group";
+  return needs + is + "; run it with sudo" +
+         (role == Role::kMaintainer ? ", or ask for membership in the group that maintainer_group names in veneerd.toml"
+                                    : "");
+}
+
 nlohmann::json error_json(std::string_view code, std::string_view message) {
   const std::size_t colon = before_remedy(message);
   nlohmann::json out = {

@@ -50,6 +50,9 @@ struct Caller {
   std::string credential = {};  // which session or token (Accounts); "": none
 };
 
+// That `caller` may not do this, and how somebody comes by that role.
+std::string role_needed(const Caller& caller, Role role, const std::string& what = "this");
+
 struct ApiRequest {
   std::string method;                              // "GET", "POST", "DELETE"
   std::string path;                                // "/api/v1/jobs/7/start", as sent, without the query

@@ -103,15 +103,6 @@ bool wants_page(const http::request<http::string_body>& request) {
   return std::string_view(request[http::field::accept]).find("text/html") != std::string_view::npos;
 }
 
-std::string role_needed(const Caller& caller, Role role) {
-  const std::string needs = "this needs the " + std::string(to_string(role)) + " role: ";
-  if (!caller.credential.empty()) return needs + caller.who + " is " + to_string(caller.role);
-  if (caller.transport == TransportKind::kTls) return needs + "sign in, or send a token";
-  if (caller.transport == TransportKind::kTcp)
-    return needs + "sign in, or open the link that `veneerctl console` prints in this browser";
-  return needs + caller.who + " is " + to_string(caller.role) + "; ask for membership in the cell's operator group";
-}
-
 }  // namespace
 
 // A handler's one way back. Whoever holds it last without having replied replies with 500.

@@ -86,7 +86,11 @@ void find_stock(const LookAtBed& order, const cv::Mat& picture, cv::Mat& shown, 
   }
   if (!order.camera) return;
   const calib::CameraModel camera(*order.camera);
-  if (!require_picture_size(camera, picture.cols, picture.rows)) return;
+  if (const Status same = require_picture_size(camera, picture.cols, picture.rows); !same) {
+    if (order.board) out.why_none = same.error().message, out.why_code = static_cast<int>(same.error().code);
+    return;
+  }
+  if (order.board) out.boards = calib::find_boards(picture, camera, *order.board);
   std::map<double, std::map<Millimetres, std::vector<calib::PanelCandidate>>>
       alike;  // in diameter of holes, and height
   for (const BedPanel& panel : order.panels)

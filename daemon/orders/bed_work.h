@@ -14,6 +14,7 @@
 #include "base/result.h"
 #include "base/units.h"
 #include "calib/bed_pose.h"
+#include "calib/board_finder.h"
 #include "calib/camera_model.h"
 #include "calib/fiducials.h"
 #include "daemon/workers/work_runner.h"
@@ -35,6 +36,8 @@ struct LookAtBed {
   // To prove a pose, or to find holes; without a camera the picture is only shown.
   std::optional<calib::CameraParameters> camera;
   std::vector<BedPanel> panels;
+  // With `stock` and a camera: the bare board that is looked for (calib/board_finder.h).
+  std::optional<calib::WantedBoard> board;
   int shown_px = 1600;  // width of the picture for people, at most
 };
 // JPEG for people in the work's folder, with what was found drawn in.
@@ -56,9 +59,10 @@ struct SeenHoles {
 struct BedSeen {
   bool nothing = false;  // neither a tag nor the bed (calib/picture_sight.h): it tells nothing of what lies there
   std::vector<int> tags;
+  std::vector<calib::FoundBoard> boards;  // of the size that was asked for
   std::vector<SeenHoles> holes;
   std::optional<SeenPose> pose;
-  std::string why_none;  // with `why_code`: why no pose is proven
+  std::string why_none;  // with `why_code`: why no pose is proven, or no board could be looked for
   int why_code = 0;      // ErrorCode
 };
 // Errors: the picture cannot be read, or not be written for people. That nothing is found is an answer.

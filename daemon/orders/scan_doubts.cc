@@ -152,6 +152,14 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
   return std::vector<ScanWarning>{{"dpi", told}};
 }
 
+bool leaves_out_what_is_in_doubt(std::string_view name) {
+  // Strips, tags and holes are numbered, and "strip-missing" is bare board that stays such.
+  constexpr std::string_view kNumbered[] = {"strip-", "spoiled-tag-", "moved-tag-", "moved-hole-"};
+  constexpr std::string_view kSingle[] = {"dust", "no-new-tag"};
+  return std::ranges::any_of(kNumbered, [&](std::string_view beginning) { return name.starts_with(beginning); }) ||
+         std::ranges::count(kSingle, name) > 0;
+}
+
 ScanWarning doubt_of_lost_map(const std::filesystem::path& file) {
   return {
       kLostMap,

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -18,6 +19,11 @@ struct ScanWarning {
   std::string name, text;
   friend bool operator==(const ScanWarning&, const ScanWarning&) = default;
 };
+
+// Does taking the scan all the same leave out of use what is in doubt, and no more? Such warnings are of every day, and
+// an operator answers them. The others would admit wood, or where it lies, against a doubt, or take away what may be
+// there.
+bool leaves_out_what_is_in_doubt(std::string_view name);
 
 // dpi: the scan's file says another resolution than the configuration (0.2 %). What says nothing, or what programs
 // write that know nothing (72 and 96), is no doubt. kRefused where the two are not the same setting at all (5 %).

@@ -1,6 +1,8 @@
 // Calibrations and the certificates they leave.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/clock.h"
 #include "daemon/api/page.h"
 #include "daemon/routes/cell_json.h"
@@ -20,18 +22,10 @@ void finish_calibration(const CalibrationServices& s, const TaskReporter& task,
   task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
 }
 
-// The bare board on the bed, as the operator measured it; width and height 0 = not said.
-struct Board {
-  Millimetres thickness, width, height;
-};
-
 // Burns on the reactor, then photographs and fits on the camera's worker.
-void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, const Board& board,
+void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, const PatternBoard& board,
                       const std::string& who, std::vector<std::string> confirmed) {
-  const auto& travel = s.unit.limits().travel;
-  const Millimetres full(30);  // without a word about the board it nearly fills the bed
-  auto strokes = s.calibrations.pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
-                                            board.height > Millimetres(0) ? board.height : travel.height() - full);
+  auto strokes = s.calibrations.pattern_job(s.unit.limits().travel, board);
   if (!strokes) return task.fail(strokes.error());
   task.progress(0.05, "burning the pattern");
   const auto photograph = [s, task, thickness = board.thickness](const Status& burnt) {
@@ -48,19 +42,20 @@ void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, co
 
 // Looks on the camera's worker before anything is burnt. That takes its time, and what was confirmed was said of the
 // bed as it lay before.
-void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
-                     const std::vector<std::string>& confirmed) {
-  post_task(s.camera, task, [s, task, board, who, confirmed, given = s.unit.consent()] {
-    const Status ready = s.calibrations.ready_for_pattern(
-        [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-    if (!ready) return task.fail(ready.error());
-    s.on_reactor([s, task, board, who, confirmed, given] {
-      if (task.stop_token().stop_requested())
-        return task.fail({ErrorCode::kCancelled, "the calibration was cancelled before anything was burnt"});
-      if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
-      burn_and_measure(s, task, board, who, confirmed);
-    });
-  });
+void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const PatternBoard& board,
+                     const std::string& who, const std::vector<std::string>& confirmed) {
+  post_task(s.camera, task,
+            [s, task, board, who, confirmed, given = s.unit.consent(), travel = s.unit.limits().travel] {
+              const Status ready = s.calibrations.ready_for_pattern(
+                  travel, board, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+              if (!ready) return task.fail(ready.error());
+              s.on_reactor([s, task, board, who, confirmed, given] {
+                if (task.stop_token().stop_requested())
+                  return task.fail({ErrorCode::kCancelled, "the calibration was cancelled before anything was burnt"});
+                if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
+                burn_and_measure(s, task, board, who, confirmed);
+              });
+            });
 }
 
 void calibrate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
@@ -69,9 +64,11 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
   const bool more = body.flag("more").value_or(false);
   const Millimetres height(
       body.number("height_mm", ranges::kHeightAboveBed).value_or(device == "laser" ? s.thickness.count() : 0.0));
-  const Board board{height, Millimetres(body.number("board_width_mm", ranges::kBoardSide).value_or(0)),
-                    Millimetres(body.number("board_height_mm", ranges::kBoardSide).value_or(0))};
+  PatternBoard board{height, {}, {}};
+  if (const auto side = body.number("board_width_mm", ranges::kBoardSide)) board.width = Millimetres(*side);
+  if (const auto side = body.number("board_height_mm", ranges::kBoardSide)) board.height = Millimetres(*side);
   auto confirmed = body.texts("confirmed").value_or(std::vector<std::string>());
+  board = with_confirmed(board, confirmed);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   if (device != "scanner" && device != "camera" && device != "laser" && device != "kerf")
     return reply(ApiReply::error(
@@ -79,6 +76,7 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
   const std::string kind = "calibrate " + device, waiting = "waiting for the device";
   if (device == "laser") {
+    if (const Status both = require_both_sides(board); !both) return reply(ApiReply::error(both.error()));
     if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
     const TaskReporter task = s.tasks.start(kind, waiting);
     reply(ApiReply::task(task.id()));

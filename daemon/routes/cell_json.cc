@@ -1,11 +1,16 @@
 #include "daemon/routes/cell_json.h"
 
 #include "base/clock.h"
+#include "daemon/orders/scan_doubts.h"
 #include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {
 
 using nlohmann::json;
+
+Role role_to_overrule(std::string_view warning) {
+  return leaves_out_what_is_in_doubt(warning) ? Role::kOperator : Role::kMaintainer;
+}
 
 json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures) {
   json faces = json::array({"show"});
@@ -212,7 +217,9 @@ namespace {
 
 json warnings_json(const std::vector<ScanWarning>& warnings) {
   json out = json::array();
-  for (const ScanWarning& warning : warnings) out.push_back({{"name", warning.name}, {"text", warning.text}});
+  for (const ScanWarning& warning : warnings)
+    out.push_back(
+        {{"name", warning.name}, {"text", warning.text}, {"overruled_by", to_string(role_to_overrule(warning.name))}});
   return out;
 }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <vector>
 
+#include "daemon/api/api_message.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/plan_service.h"
@@ -13,6 +15,9 @@
 #include "daemon/unit/job_runner.h"
 
 namespace veneer::daemon {
+
+// Who may take a scan into stock against a warning of that name.
+Role role_to_overrule(std::string_view warning);
 
 template <class Frame>
 nlohmann::json points_json(const std::vector<Point<Frame>>& points) {

@@ -19,6 +19,17 @@ namespace {
 
 using nlohmann::json;
 
+// Who may answer for the one that needs most.
+bool may_overrule(const std::vector<std::string>& warnings, const ApiRequest& request, const Reply& reply) {
+  for (const std::string& warning : warnings) {
+    const Role role = role_to_overrule(warning);
+    if (request.caller.role >= role) continue;
+    reply(ApiReply::error(403, "forbidden", role_needed(request.caller, role, "overruling \"" + warning + "\"")));
+    return false;
+  }
+  return true;
+}
+
 void scan(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
   ScanRequest wanted;
@@ -26,11 +37,13 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
   if (const auto parent = body.text("part_of")) wanted.part_of = PanelId{*parent};
   wanted.more = body.flag("more").value_or(false);
+  if (const auto tile = body.whole("again", ranges::kTile)) wanted.again = static_cast<int>(*tile);
   wanted.retag = body.flag("retag").value_or(false);
   wanted.accept = body.flag("accept").value_or(false);
   wanted.overrule = body.texts("override").value_or(std::vector<std::string>());
   wanted.who = request.caller.who;
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (!may_overrule(wanted.overrule, request, reply)) return;
   start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
     auto outcome = s.scans.add_tile(
         wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
@@ -116,6 +129,7 @@ void accept(const StockServices& s, const ApiRequest& request, const Reply& repl
   auto body = RequestReader::body_of(request);
   const auto overruled = body.texts("override").value_or(std::vector<std::string>());
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (!may_overrule(overruled, request, reply)) return;
   start_task(s.tasks, s.scanner, "accept", "waiting for the scanner", reply,
              [s, id = db::ProposalId{*number}, overruled, who = request.caller.who](const TaskReporter& task) {
                task.progress(0.1, "entering stock");

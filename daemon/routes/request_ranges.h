@@ -15,6 +15,7 @@ inline constexpr NumberRange kPlace{-10'000, 10'000};   // mm, anywhere a machin
 inline constexpr NumberRange kPatternSide{1, 10'000};   // mm
 inline constexpr NumberRange kFieldSide{1, 200};        // mm, of a test card's field
 inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
+inline constexpr NumberRange kTile{1, 1000};            // of a series of scans
 inline constexpr NumberRange kBoardSide{1, 10'000};     // mm
 inline constexpr NumberRange kTurn{-360, 360};          // degrees
 inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "base/hash.h"
 #include "calib/april_grid.h"
 #include "daemon/orders/bed_json.h"
 #include "daemon/orders/bed_work.h"
@@ -31,6 +32,12 @@ bool is_about_the_views(const Error& error) {
     default:
       return true;
   }
+}
+
+// "" where it cannot be read, as is told by who looks at it.
+std::string content_of(const ScanFile& scan) {
+  const auto hash = sha256_hex_of_file(scan.file);
+  return hash ? *hash : "";
 }
 
 Status require_camera(const Calibration& calibration) {
@@ -62,8 +69,30 @@ CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camer
   return devices;
 }
 
+Status CalibrationService::require_unused(db::CertificateKind kind, const std::string& content,
+                                          const std::string& device) {
+  if (content.empty()) return Ok();
+  const auto made = database_.call([](Repositories& r) { return r.certificates.list(); });
+  if (!made) return made.error();
+  for (const auto& certificate : *made) {
+    if (certificate.kind != kind) continue;
+    const auto payload = nlohmann::json::parse(certificate.payload, nullptr, false);
+    const auto pictures = payload.is_object() ? payload.find("pictures") : payload.end();
+    if (pictures == payload.end() || !pictures->is_array() ||
+        std::find(pictures->begin(), pictures->end(), content) == pictures->end())
+      continue;
+    return Error{ErrorCode::kRefused, fmt::format("the picture of {} is one that certificate {} of {} was made from "
+                                                  "already, and says nothing of today: take a new one, and try again",
+                                                  device, certificate.id.value, certificate.issued_at)};
+  }
+  return Ok();
+}
+
 Status CalibrationService::issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload,
-                                 CalibrationOutcome& outcome) {
+                                 const std::vector<std::string>& pictures, CalibrationOutcome& outcome) {
+  auto& contents = payload["pictures"] = nlohmann::json::array();
+  for (const std::string& content : pictures)
+    if (!content.empty()) contents.push_back(content);
   payload["device"] = device_name(kind, cell_devices(scanner_, pictures_.camera(), config_));
   outcome.rms = rms;
   outcome.payload = payload.dump();
@@ -105,21 +134,33 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
                                                        const std::stop_token& stop) {
   const auto scanned = scan("scanning the AprilGrid sheet", progress, stop);
   if (!scanned) return scanned.error();
+  // A scanner that reads files gives the same until somebody puts another picture there.
+  const std::string content = content_of(*scanned);
+  if (!content.empty() && std::ranges::find(grid_scan_pictures_, content) != grid_scan_pictures_.end())
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the picture of {} is one that was read as a scan already: move the sheet, scan it anew, "
+                             "and try again",
+                             scanned->device)};
+  if (const Status unused = require_unused(db::CertificateKind::kScanner, content, scanned->device); !unused)
+    return unused.error();
   auto seen =
       have<calib::GridScan>(ReadGridScan{scanned->file.string(), scanned->nominal}, scanned->file, progress, stop);
   if (!seen) return seen.error();
   // Another scanner at the same name: what was scanned before says nothing of this one.
-  if (std::exchange(grid_make_, scanned->make) != scanned->make) grid_scans_.clear();
+  if (std::exchange(grid_make_, scanned->make) != scanned->make) grid_scans_.clear(), grid_scan_pictures_.clear();
   grid_scans_.push_back(std::move(*seen));
+  grid_scan_pictures_.push_back(content);
   note_grid_scans();
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(FitScanner{grid_scans_}, {}, progress, stop);
-  if (fit || is_about_the_views(fit.error())) grid_scans_.clear();
+  const std::vector<std::string> pictures = grid_scan_pictures_;
+  if (fit || is_about_the_views(fit.error())) grid_scans_.clear(), grid_scan_pictures_.clear();
   note_grid_scans();
   if (!fit) return fit.error();
   if (!grid_make_.empty()) fit->payload["make"] = grid_make_;
-  if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), pictures, outcome);
+      !issued)
     return issued.error();
   return outcome;
 }
@@ -136,6 +177,8 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
   if (const Status new_view = require_new_view(*picture); !new_view) return new_view.error();
+  if (const Status unused = require_unused(db::CertificateKind::kCamera, picture->sha256, pictures_.device()); !unused)
+    return unused.error();
   auto seen = have<GridViewRead>(ReadGridView{picture->file.string(), height}, picture->file, progress, stop);
   if (!seen) return seen.error();
   grid_pictures_.push_back(picture->sha256);
@@ -145,10 +188,12 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(grid_views_, {}, progress, stop);
+  const std::vector<std::string> pictures = grid_pictures_;
   if (fit || is_about_the_views(fit.error())) grid_views_ = {}, grid_pictures_.clear();
   note_grid_views();
   if (!fit) return fit.error();
-  if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), pictures, outcome);
+      !issued)
     return issued.error();
   return outcome;
 }
@@ -191,10 +236,11 @@ Result<Box<MachineFrame>> CalibrationService::burnt_area(const Calibration& cali
   return burnt;
 }
 
-Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, Millimetres board_width,
-                                                 Millimetres board_height) {
-  constexpr Millimetres kOffCentre{25};  // 20 mm of placing, 5 mm of wood beyond the outer rings
-  constexpr double kAskew = 0.07;        // 4 degrees
+Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
+  const PatternBoard made_for = filled_in(board, travel);
+  const Millimetres board_width = *made_for.width, board_height = *made_for.height;
+  constexpr Millimetres kOffCentre = kMostOffCentre + Millimetres(5);  // of wood beyond the outer rings
+  constexpr double kAskew = 0.07;                                      // kMostAskewDeg
   const Millimetres half_width = board_width / 2 - kOffCentre - board_height * (kAskew / 2);
   const Millimetres half_height = board_height / 2 - kOffCentre - board_width * (kAskew / 2);
   const Point<MachineFrame> middle{(travel.min.x + travel.max.x) / 2, (travel.min.y + travel.max.y) / 2};
@@ -220,8 +266,10 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   return LaserJob{planner::pattern_strokes(*made, recipe)};
 }
 
-Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const std::stop_token& stop) {
+Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board,
+                                             const TaskProgress& progress, const std::stop_token& stop) {
   progress(0.02, "looking at the bed");
+  if (const Status both = require_both_sides(board); !both) return both;
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (Status able = require_camera(*calibration); !able) return able;
@@ -229,15 +277,26 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   if (!picture) return picture.error();
   LookAtBed look;
   look.file = picture->file.string(), look.stock = true;
+  look.camera = (calibration->bed ? calibration->bed->camera : *calibration->camera).parameters();
+  look.board = wanted_board(board);
   const auto seen = have<BedSeen>(look, picture->file, progress, stop);
   if (!seen) return seen.error();
+  if (seen->nothing)
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the picture of {} shows nothing, neither the board nor the bed: see that the light is on "
+                             "and that nothing covers the lens, and run veneerctl calibrate laser again",
+                             pictures_.device())};
+  if (!seen->why_none.empty()) return Error{error_code_of(seen->why_code), seen->why_none};
   const calib::AprilGrid grid;
   const auto of_grid = [&](int tag) { return tag >= grid.first_id && tag < grid.first_id + grid.tags(); };
-  if (std::none_of(seen->tags.begin(), seen->tags.end(), of_grid)) return Ok();
-  return Error{
-      ErrorCode::kRefused,
-      "the AprilGrid sheet lies on the bed, and the pattern would be cut through it: take it off, lay the bare "
-      "board in the middle of the bed, and run veneerctl calibrate laser again"};
+  if (std::any_of(seen->tags.begin(), seen->tags.end(), of_grid))
+    return Error{
+        ErrorCode::kRefused,
+        "the AprilGrid sheet lies on the bed, and the pattern would be cut through it: take it off, lay the bare "
+        "board in the middle of the bed, and run veneerctl calibrate laser again"};
+  std::optional<Affine2<MachineFrame, BedFrame>> machine_from_bed;
+  if (calibration->bed) machine_from_bed = calibration->bed->machine_from_bed;
+  return require_board(board, seen->boards, travel, machine_from_bed);
 }
 
 Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const TaskProgress& progress,
@@ -250,12 +309,15 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!burnt) return burnt.error();
   const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
+  if (const Status unused = require_unused(db::CertificateKind::kAxes, picture->sha256, pictures_.device()); !unused)
+    return unused.error();
   auto fit = have<Fit>(ReadPatternView{picture->file.string(), calibration->camera->parameters(),
                                        calibration->camera_certificate.value, calibration->camera_off, height, *burnt},
                        picture->file, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
-  if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), {picture->sha256}, outcome);
+      !issued)
     return issued.error();
   return outcome;
 }
@@ -269,12 +331,15 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   const auto scanned = scan("scanning the burnt board", progress, stop);
   if (!scanned) return scanned.error();
   if (const Status same = require_make(*calibration, scanned->make); !same) return same.error();
+  const std::string content = content_of(*scanned);
+  if (const Status unused = require_unused(db::CertificateKind::kKerf, content, scanned->device); !unused)
+    return unused.error();
   auto fit = have<Fit>(ReadPatternScan{scanned->file.string(), scanned->nominal, calibration->scanner->data(),
                                        calibration->scan_size, *burnt},
                        scanned->file, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"kerf", 1, {}, {}, "{}"};
-  if (Status issued = issue(db::CertificateKind::kKerf, fit->rms, std::move(fit->payload), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kKerf, fit->rms, std::move(fit->payload), {content}, outcome); !issued)
     return issued.error();
   return outcome;
 }

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "daemon/config.h"
 #include "daemon/orders/calibration_work.h"
 #include "daemon/services/bed_pictures.h"
+#include "daemon/services/pattern_board.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/calibration.h"
 #include "daemon/store/database_thread.h"
@@ -56,9 +58,10 @@ class CalibrationService {
   // The AprilGrid sheet on the bed, its printed face `height` above it; at least four views at two heights.
   Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress,
                                     const std::stop_token& stop);
-  // Before the pattern is burnt: whether it could be measured afterwards, and whether the AprilGrid sheet still lies on
-  // the bed, through which it would be cut. kRefused, saying what to do.
-  Status ready_for_pattern(const TaskProgress& progress, const std::stop_token& stop);
+  // Before the pattern is burnt: whether it could be measured afterwards, whether the AprilGrid sheet still lies on the
+  // bed, through which it would be cut, and whether the board lies where it will be burnt. kRefused, saying what to do.
+  Status ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board, const TaskProgress& progress,
+                           const std::stop_token& stop);
   // The burnt pattern on the bed, the board's upper face `height` above it.
   Result<CalibrationOutcome> axes(Millimetres height, const TaskProgress& progress, const std::stop_token& stop);
   // The burnt board on the glass.
@@ -71,9 +74,9 @@ class CalibrationService {
   };
   Collected collected() const;
 
-  // What the laser burns for axes() and kerf() into a board of this size that lies in the middle of the bed, within
-  // 20 mm and 4 degrees.
-  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, Millimetres board_width, Millimetres board_height);
+  // What the laser burns for axes() and kerf() into a board that lies in the middle of the bed, within 20 mm and 4
+  // degrees.
+  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board);
 
  private:
   Box<MachineFrame> area() const;
@@ -89,8 +92,13 @@ class CalibrationService {
   Result<BedPictures::Picture> photograph(BedPictures::For what, const std::stop_token& stop);
   Status require_new_view(const BedPictures::Picture& picture) const;
   Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
-  // Names the device in the payload; the outcome gets certificate, rms and payload.
-  Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
+  // kRefused when a certificate of this kind was made from a picture with that content already: a device that reads
+  // files gives what lay there when somebody wrote them.
+  Status require_unused(db::CertificateKind kind, const std::string& content, const std::string& device);
+  // Names the device in the payload, and the content of the pictures it was made from; the outcome gets certificate,
+  // rms and payload.
+  Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload,
+               const std::vector<std::string>& pictures, CalibrationOutcome& outcome);
 
   ScannerDriver& scanner_;
   BedPictures& pictures_;
@@ -99,10 +107,11 @@ class CalibrationService {
   const Config& config_;
   Logger log_;
   const std::chrono::milliseconds patience_;
-  std::vector<calib::GridScan> grid_scans_;  // scanner's worker
-  std::string grid_make_;                    // of the device that scanned them
-  FitCamera grid_views_;                     // camera's worker
-  std::vector<std::string> grid_pictures_;   // their content
+  std::vector<calib::GridScan> grid_scans_;      // scanner's worker
+  std::vector<std::string> grid_scan_pictures_;  // their content
+  std::string grid_make_;                        // of the device that scanned them
+  FitCamera grid_views_;                         // camera's worker
+  std::vector<std::string> grid_pictures_;       // their content
   mutable std::mutex collected_mutex_;
   Collected collected_;  // guarded by collected_mutex_
   // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.

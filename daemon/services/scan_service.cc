@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <utility>
 
 #include "base/clock.h"
+#include "base/hash.h"
 #include "base/json_depth.h"
 #include "calib/april_grid.h"
 #include "calib/hole_tie.h"
@@ -91,6 +93,15 @@ std::vector<ScanWarning> doubts_about_sheet(const calib::PanelFiducials& sheet,
   return out;
 }
 
+// What names a picture's content, as its stored file does (PanelLibrary::adopt).
+std::string content_of(const std::string& sha256) { return sha256.substr(0, 16); }
+
+Error picture_of_series(const std::string& device) {
+  return {ErrorCode::kRefused,
+          fmt::format("{} gives a picture again that is a tile of this series already: move the panel and scan it anew",
+                      device)};
+}
+
 }  // namespace
 
 ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library,
@@ -113,6 +124,30 @@ WorkOrder ScanService::order(const char* kind, const char* what, const WorkFolde
 
 Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const TaskProgress& progress,
                                           const std::stop_token& stop) {
+  if (!request.again) {
+    auto tile = scan_tile(progress, stop);
+    if (!tile) return tile.error();
+    // Tiles of the other face that were never finished belong to nothing, nor do those of a series that was refused,
+    // once another one is begun.
+    give_up_kept();
+    if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
+    if (is_there(*tile)) return picture_of_series(tile->device);
+    tiles_.push_back(*std::move(tile));
+    if (!request.more) return end_series(request, progress, stop);
+    ScanOutcome outcome;
+    outcome.tiles = tiles_.size();
+    outcome.face = request.face;
+    return outcome;
+  }
+  const auto whole = as_refused(request);
+  if (!whole) return whole.error();
+  auto tile = scan_new_tile(progress, stop);
+  if (!tile) return tile.error();
+  tiles_[static_cast<std::size_t>(*request.again) - 1] = *std::move(tile);
+  return end_series(*whole, progress, stop);
+}
+
+Result<ScanService::Tile> ScanService::scan_tile(const TaskProgress& progress, const std::stop_token& stop) {
   progress(0.02, "scanning");
   auto scan = scanner_.scan(
       ScanResolution::from_dpi(config_.scanner.dpi),
@@ -129,21 +164,94 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
   if (view->tile.tags.empty())
     return Error{ErrorCode::kRefused,
                  "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
-  // Tiles of the other face that were never finished belong to nothing.
-  if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
-  tiles_.push_back({std::move(*folder), scan->device, scan->make, std::move(view->tile), std::move(view->warnings)});
-  if (request.more) {
-    ScanOutcome outcome;
-    outcome.tiles = tiles_.size();
-    outcome.face = request.face;
-    return outcome;
+  // A picture that was not made is told once it is to be stored.
+  const auto content = sha256_hex_of_file(folder->path() / kMadeScan);
+  return Tile{std::move(*folder),
+              scan->device,
+              scan->make,
+              std::move(view->tile),
+              std::move(view->warnings),
+              content ? *content : std::string()};
+}
+
+// A scanner that reads a folder gives its pictures in turn: the one that was put there anew comes after the others.
+Result<ScanService::Tile> ScanService::scan_new_tile(const TaskProgress& progress, const std::stop_token& stop) {
+  std::string device;
+  for (std::size_t turn = 0; turn <= tiles_.size(); ++turn) {
+    auto tile = scan_tile(progress, stop);
+    if (!tile || !is_there(*tile)) return tile;
+    device = tile->device;
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "the scan was cancelled"};
   }
-  // Good or bad, this series of tiles is over, whatever is thrown; a refused one is scanned anew.
+  return picture_of_series(device);
+}
+
+bool ScanService::is_there(const Tile& tile) const {
+  return !tile.sha256.empty() && std::ranges::find(tiles_, tile.sha256, &Tile::sha256) != tiles_.end();
+}
+
+Result<ScanRequest> ScanService::as_refused(const ScanRequest& request) const {
+  if (!refused_)
+    return Error{ErrorCode::kNotFound,
+                 "no series of several tiles was refused: scan without --again, and the first tile with --more"};
+  if (*request.again < 1 || static_cast<std::size_t>(*request.again) > tiles_.size())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("there is no tile {}: name one from 1 to {}, in the order in which they were scanned",
+                             *request.again, tiles_.size())};
+  ScanRequest out = *refused_;
+  if (request.panel) out.panel = request.panel;
+  if (request.part_of) out.part_of = request.part_of;
+  out.retag = out.retag || request.retag;
+  out.accept = request.accept, out.overrule = request.overrule, out.who = request.who;
+  return out;
+}
+
+// Whatever is thrown, the series is over. One that is refused is kept where it is more than the tile that was scanned
+// just now, and nobody gave it up.
+Result<ScanOutcome> ScanService::end_series(const ScanRequest& request, const TaskProgress& progress,
+                                            const std::stop_token& stop) {
   struct Forget {
-    std::vector<Tile>& tiles;
-    ~Forget() { tiles.clear(); }
-  } const forget{tiles_};
-  return finish(request, progress, stop);
+    ScanService& service;
+    bool keep = false;
+    ~Forget() {
+      if (!keep) service.tiles_.clear();
+      service.note_kept();
+    }
+  } forget{*this};
+  refused_.reset();
+  auto outcome = finish(request, progress, stop);
+  if (outcome || outcome.error().code == ErrorCode::kCancelled || outcome.error().code == ErrorCode::kStorage)
+    return outcome;
+  // What was refused late has been put into the data folder already.
+  const auto in_folder = [](const Tile& one) {
+    std::error_code none;
+    return std::filesystem::exists(one.folder.path() / kMadeScan, none);
+  };
+  if (tiles_.size() < 2 || !std::ranges::all_of(tiles_, in_folder)) return outcome;
+  forget.keep = true;
+  refused_ = request;
+  return Error{outcome.error().code,
+               fmt::format("{}; the {} tiles are kept for a day: once that is seen to, scan the one that was bad anew, "
+                           "the last one by veneerctl panel scan --again {}",
+                           outcome.error().message, tiles_.size(), tiles_.size())};
+}
+
+void ScanService::note_kept() {
+  const std::lock_guard lock(kept_mutex_);
+  kept_.reset();
+  if (refused_) kept_ = Kept{tiles_.size(), utc_timestamp()};
+}
+
+std::optional<ScanService::Kept> ScanService::kept() const {
+  const std::lock_guard lock(kept_mutex_);
+  return kept_;
+}
+
+void ScanService::give_up_kept() {
+  if (!refused_) return;
+  tiles_.clear();
+  refused_.reset();
+  note_kept();
 }
 
 Result<ScanService::Stock> ScanService::read_stock() {
@@ -248,6 +356,56 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   return known;
 }
 
+// Pictures that were scanned before, by their content: when. Of a panel that is known its own, refused ones too; of a
+// new sheet those of all panels, one of which it may have been until it left the stock.
+Result<std::map<std::string, std::string>> ScanService::seen_before(const Known& known) {
+  return database_.call([&](Repositories& r) -> Result<std::map<std::string, std::string>> {
+    std::vector<PanelId> panels;
+    if (known.panel) {
+      panels = {known.panel->id};
+    } else {
+      const auto all = r.panels.list();
+      if (!all) return all.error();
+      for (const auto& panel : *all) panels.push_back(panel.id);
+    }
+    std::map<std::string, std::string> out;
+    for (const PanelId& panel : panels) {
+      const auto scans = r.panels.scans(panel);
+      if (!scans) return scans.error();
+      for (const auto& scan : *scans) out[content_of(scan.sha256)] = scan.taken_at;
+    }
+    if (!known.panel) return out;
+    const auto proposals = r.proposals.list(true);
+    if (!proposals) return proposals.error();
+    for (const auto& proposal : *proposals)
+      if (proposal.panel == known.panel->id && proposal.decision)
+        for (const std::string& file : proposal.scan_files)
+          if (const auto stem = std::filesystem::path(file).stem().string(); stem.size() >= 16)
+            out.try_emplace(stem.substr(stem.size() - 16), proposal.made_at);
+    return out;
+  });
+}
+
+// A scanner that reads files gives the same picture until somebody puts another one there, and that shows nothing of
+// what was cut since. A device that scans when it is asked gives no two pictures that are alike to the last bit.
+// Whether a picture that was never scanned is of today nobody can tell: clocks of scanning computers go as they please.
+Status ScanService::require_news(const Known& known) {
+  const auto before = seen_before(known);
+  if (!before) return before.error();
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    const auto same = before->find(content_of(tiles_[i].sha256));
+    if (same == before->end()) continue;
+    const std::string which =
+        tiles_.size() > 1 ? fmt::format("tile {} of {}", i + 1, tiles_[i].device) : tiles_[i].device;
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the picture of {} is the one that was scanned on {} already, and shows nothing of what was "
+                    "cut since: scan the panel anew",
+                    which, same->second)};
+  }
+  return Ok();
+}
+
 // What the worker is told; of a panel that is known also what the ledger holds of it.
 Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerModelData& scanner, WorkOrder& work) {
   RegisterScans wanted;
@@ -315,6 +473,7 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   }
   auto known = identify(request);
   if (!known) return known.error();
+  if (const Status news = require_news(*known); !news) return news.error();
 
   auto folder = WorkFolder::make(library_.data_dir());
   if (!folder) return folder.error();

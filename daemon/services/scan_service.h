@@ -4,11 +4,13 @@
 // accepted (daemon/services/scan_proposals.h).
 //
 // Pictures are looked at by worker processes (daemon/orders/scan_work.h). Tiles of one face are collected until one
-// comes without `more`. Threading: add_tile() blocks and is called on the scanner's worker only.
+// comes without `more`; of several that are refused one can be scanned again, until anything else is. Threading:
+// add_tile() blocks; it and give_up_kept() are called on the scanner's worker only.
 #pragma once
 
 #include <functional>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <stop_token>
@@ -32,10 +34,13 @@ namespace veneer::daemon {
 
 struct ScanRequest {
   Face face = Face::kShow;
-  std::optional<PanelId> panel;       // needed for the first look at a panel's back
-  std::optional<PanelId> part_of;     // a sawn panel, where the tags do not say so
-  bool retag = false;                 // strange tags were newly glued to the panel, and become its own
-  bool more = false;                  // further tiles follow
+  std::optional<PanelId> panel;    // needed for the first look at a panel's back
+  std::optional<PanelId> part_of;  // a sawn panel, where the tags do not say so
+  bool retag = false;              // strange tags were newly glued to the panel, and become its own
+  bool more = false;               // further tiles follow
+  // This scan is one tile of the series that was refused, counted from 1, once more: face, panel, part_of and retag are
+  // that series' own where they are not said.
+  std::optional<int> again;
   bool accept = false;                // takes it into stock when each of its warnings is overruled
   std::vector<std::string> overrule;  // names of warnings
   std::string who = "veneerd";
@@ -49,12 +54,23 @@ class ScanService {
 
   Result<ScanOutcome> add_tile(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
 
+  // A series that was refused and is kept, of hundreds of megabytes each tile. Thread-safe.
+  struct Kept {
+    std::size_t tiles = 0;
+    std::string since;
+    // For a day, and while there is room.
+    bool is_over(const std::string& a_day_ago, bool has_room) const { return since < a_day_ago || !has_room; }
+  };
+  std::optional<Kept> kept() const;
+  void give_up_kept();
+
  private:
   struct Tile {
     WorkFolder folder;  // holds the picture, kMadeScan
     std::string device, make;
     calib::TileView view;
     std::vector<ScanWarning> warnings;
+    std::string sha256;  // of the picture
   };
   // What the database knows of the sheet on the glass.
   struct Known {
@@ -76,9 +92,17 @@ class ScanService {
     std::map<PanelId, calib::PanelFiducials> fiducials;
   };
 
+  Result<ScanRequest> as_refused(const ScanRequest& request) const;
+  Result<Tile> scan_tile(const TaskProgress& progress, const std::stop_token& stop);
+  Result<Tile> scan_new_tile(const TaskProgress& progress, const std::stop_token& stop);
+  bool is_there(const Tile& tile) const;
+  void note_kept();
+  Result<ScanOutcome> end_series(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   Result<Stock> read_stock();
   Result<Known> identify(const ScanRequest& request);
+  Status require_news(const Known& known);
+  Result<std::map<std::string, std::string>> seen_before(const Known& known);
   Result<std::optional<PanelId>> parent_of(const ScanRequest& request, const Stock& stock) const;
   std::map<std::pair<PanelId, Face>, int> count_tags(const Stock& stock, const std::vector<PanelId>& panels) const;
   Result<RegisterScans> ask_of(Known& known, const calib::ScannerModelData& scanner, WorkOrder& work);
@@ -95,6 +119,9 @@ class ScanService {
   const Config& config_;
   std::vector<Tile> tiles_;
   Face face_of_tiles_ = Face::kShow;
+  std::optional<ScanRequest> refused_;  // how the series was asked for that `tiles_` are kept of
+  mutable std::mutex kept_mutex_;
+  std::optional<Kept> kept_;  // guarded by kept_mutex_
 };
 
 }  // namespace veneer::daemon

@@ -21,7 +21,8 @@ std::vector<std::string> without(const std::vector<std::string>& names, const st
 Status check_confirmed(const std::vector<std::string>& wanted, const std::vector<std::string>& confirmed) {
   const std::vector<std::string> missing = without(wanted, confirmed);
   if (missing.empty()) return Ok();
-  const std::vector<std::string> unknown = without(confirmed, wanted);
+  // What was said of the board was asked for by whoever looked at the bed.
+  const std::vector<std::string> unknown = without(without(confirmed, wanted), {kBoardOnTheBed, kBoardNotSeen});
   // All is confirmed at once: what was given with a refused command is forgotten with it.
   return Error{ErrorCode::kRefused,
                fmt::format("nobody has confirmed yet what the beam needs ({}){}: see to it and confirm all of it, with "

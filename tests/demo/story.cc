@@ -125,7 +125,10 @@ Result<std::string> Story::calibrate_laser() {
   if (const Status placed = place("board", "bed", "show"); !placed) return placed.error();
   if (auto homed = cell_.api().post("/commands/reset"); !homed) return homed.error();
   auto axes = task("calibrate laser", "/calibration/laser",
-                   {{"height_mm", thickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
+                   {{"height_mm", thickness},
+                    {"board_width_mm", kBoardWidth},
+                    {"board_height_mm", kBoardHeight},
+                    {"confirmed", {"board on the bed"}}});
   if (!axes) return axes.error();
   if (const Status placed = place("board", "scanner", "show", "left"); !placed) return placed.error();
   auto kerf = task("calibrate laser", "/calibration/kerf", json::object());

@@ -29,14 +29,15 @@ class Console : public OperatedCell {
     const auto program = std::filesystem::path(VENEER_CONSOLE_DAY).replace_filename(script);
     auto day = ChildProcess::start({"/usr/bin/python3", program.string(), link(), pictures.string()}, dir_ / "day.log",
                                    {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
+                                    {"MAINTAINER_LINK", link("maintainer")},
                                     {"VENEERD_SOCKET", cell_->api_socket().string()},
                                     {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
                                     {"PICTURE", (dir_ / "second.png").string()}});
     ASSERT_TRUE(day.ok()) << day.error().message;
     EXPECT_EQ(day->wait(), 0) << read_whole(dir_ / "day.log").value_or("no log");
   }
-  std::string link() const {
-    const auto made = cell_->api().post("/console-links");
+  std::string link(const char* role = "operator") const {
+    const auto made = cell_->api().post("/console-links", {{"role", role}});
     return made ? (*made)["url"].get<std::string>() : made.error().message;
   }
 };

@@ -3,6 +3,7 @@
 shelf whose pictures stand in nobody's way, plans that are many, backups.
 """
 import itertools
+import os
 
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -17,8 +18,28 @@ SIGNS = "<b>oak</b> <2 mm"
 class Stock(Day):
     # ---- what a scan is in doubt about
 
-    def scan_what_is_in_doubt(self):
-        """A sheet of no round size; a second doubt is put beside that, so that each has to be answered."""
+    def leave_it_to_a_maintainer(self):
+        """A sheet of no round size: an operator who has looked may refuse it, or leave it to somebody else."""
+        self.hands("new-panel", "odd", "--width-mm", "182.5", "--height-mm", "132.5", "--strips", "2")
+        self.hands("place", "odd", "scanner", "--face", "show")
+        self.go("scan")
+        self.press("#do-scan")
+        self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
+        self.until("its picture", self.is_seen)
+        for name in self.doubts():
+            self.press(f"[data-doubt={name}]")
+        self.until_says("main", "A doubt here takes a maintainer")
+        self.until("refusing to be all that is left", lambda: self.find("[id^=refuse-]").is_enabled() and not self.find("[id^=accept-]").is_enabled())
+        self.browser.get("about:blank")  # else the link differs only behind the #, and the page stays
+        self.browser.get(os.environ["MAINTAINER_LINK"])
+        self.until_says("#role", "you operate and maintain")
+
+    def is_seen(self):
+        return self.browser.execute_script(
+            "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0")
+
+    def answer_each_doubt(self):
+        """A second one is put beside that of the size, so that each has to be answered."""
         self.browser.execute_script("""
             const fetch = window.fetch;
             window.overruled = [];
@@ -34,13 +55,8 @@ class Stock(Day):
               for (const one of told.proposals) one.warnings.push({name: 'another', text: 'something else is in doubt'});
               return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
             };""")
-        self.hands("new-panel", "odd", "--width-mm", "182.5", "--height-mm", "132.5", "--strips", "2")
-        self.hands("place", "odd", "scanner", "--face", "show")
         self.go("scan")
-        self.press("#do-scan")
-        self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
-        self.until("its picture", lambda: self.browser.execute_script(
-            "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0"))
+        self.until("its picture", self.is_seen)
         self.names = list(self.doubts())
         assert {"size", "another"} <= set(self.names) and not any(self.doubts().values()), self.doubts()
         self.until_says("main", f"once all {len(self.names)} doubts are answered")
@@ -361,5 +377,5 @@ class Stock(Day):
 
 
 if __name__ == "__main__":
-    play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
+    play(Stock, "leave_it_to_a_maintainer", "answer_each_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
          "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")

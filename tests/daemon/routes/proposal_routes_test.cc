@@ -86,6 +86,29 @@ TEST_F(ProposalRoutes, AreLookedAtAndAccepted) {
   EXPECT_EQ(get("/proposals/9")["error"]["code"], "not_found");
 }
 
+// Strips in doubt are of every day, and left out; what would admit wood or its place against a doubt is not.
+TEST_F(ProposalRoutes, AnOperatorOverrulesWhatIsLeftOutAndAMaintainerTheRest) {
+  const auto number = propose(301, {{"strip-1", "it looks like the board"}, {"size", "the sheet is not round"}});
+  const std::string target = fmt::format("/proposals/{}/accept", number);
+  const json told = get(fmt::format("/proposals/{}", number))["warnings"];
+  EXPECT_EQ(told[0]["overruled_by"], "operator");
+  EXPECT_EQ(told[1]["overruled_by"], "maintainer");
+  role = Role::kOperator;
+  const ApiReply refused = post(target, {{"override", {"strip-1", "size"}}});
+  EXPECT_EQ(refused.status, 403);
+  EXPECT_THAT(refused.body, HasSubstr("overruling \\\"size\\\" needs the maintainer role"));
+  EXPECT_EQ(post("/scans", {{"accept", true}, {"override", {"size"}}}).status, 403);
+  EXPECT_TRUE(get("/panels")["panels"].empty());
+  role = Role::kMaintainer;
+  EXPECT_EQ(ended(post(target, {{"override", {"strip-1", "size"}}})).state, TaskState::kDone);
+  role = Role::kOperator;
+  const auto usual = propose(302, {{"strip-1", "it looks like the board"}, {"dust", "a hair"}});
+  EXPECT_EQ(ended(post(fmt::format("/proposals/{}/accept", usual), {{"override", {"strip-1", "dust"}}})).state,
+            TaskState::kDone);
+  const auto sound = propose(303);
+  EXPECT_EQ(ended(post(fmt::format("/proposals/{}/accept", sound))).state, TaskState::kDone) << "it warns of nothing";
+}
+
 // Somebody has to look at just these; where nobody was told that the mask is lost, green and red are not left out.
 TEST_F(ProposalRoutes, OfAPanelWhoseMaskIsLostAreShownWhereTheySaySo) {
   ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);

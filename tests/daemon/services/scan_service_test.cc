@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 #include "base/clock.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/orders/scan_json.h"
+#include "drivers/file/file_scanner.h"
 #include "tests/daemon/services/scanned_sheet.h"
 
 namespace veneer::daemon {
@@ -156,6 +158,176 @@ TEST_F(ScanServiceTest, WoodThatIsGoneIsToldByTheOldestMapThatIsLeft) {
   ASSERT_TRUE(last.ok()) << last.error().message;
   EXPECT_TRUE(last->differences->empty());
   EXPECT_FALSE(kept().front().decision);
+}
+
+// A scanner that reads files gives what somebody put there, for as long as nobody puts anything else there.
+TEST_F(ScanServiceTest, APictureThatWasScannedBeforeIsNoScanOfToday) {
+  const auto scans = [&] {
+    return *database_->call([](Repositories& r) { return r.panels.scans(PanelId{"P-0001"}); });
+  };
+  ASSERT_TRUE(scan().ok());
+  ASSERT_EQ(scans().size(), 1U);
+  scanner_.repeats = true;
+  const auto again = scan();
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(
+      again.error().message,
+      fmt::format("the picture of test:0 is the one that was scanned on {} already, and shows nothing of what was "
+                  "cut since: scan the panel anew",
+                  scans().front().taken_at));
+  EXPECT_EQ(panel().mask_version, 1) << "nothing of it counts";
+  EXPECT_EQ(scans().size(), 1U);
+  scanner_.repeats = false;
+  ASSERT_TRUE(scan().ok());
+  EXPECT_EQ(scans().size(), 2U);
+  // What was refused by somebody's eye is no news later either.
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind == RegisterScans::kKind) answer["lost"] = 5000.0;
+  };
+  const auto waits = look();
+  ASSERT_TRUE(waits.ok() && waits->proposal) << (waits ? "" : waits.error().message);
+  ASSERT_TRUE(proposals_->refuse(*waits->proposal, "", "local:1000").ok());
+  workers_.spoil = {};
+  scanner_.repeats = true;
+  EXPECT_EQ(scan().error().code, ErrorCode::kRefused);
+  // Retired, its sheet may be scanned as a new one, but not as it was before it was cut.
+  scanner_.repeats = false;
+  ASSERT_TRUE(scan().ok());
+  const Status retired =
+      database_->call([](Repositories& r) { return r.panels.retire(PanelId{"P-0001"}, "warped", utc_timestamp()); });
+  ASSERT_TRUE(retired) << retired.error().message;
+  scanner_.repeats = true;
+  EXPECT_EQ(look().error().code, ErrorCode::kRefused);
+}
+
+TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
+  const Config config;
+  ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+  ScanRequest more;
+  more.more = true;
+  const auto tile = [&] { return service.add_tile(more, [](double, const std::string&) {}, {}); };
+  scanner_.repeats = true;
+  ASSERT_TRUE(tile().ok());
+  const auto again = tile();
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(again.error().message, ::testing::HasSubstr("is a tile of this series already: move the panel"));
+  scanner_.repeats = false;
+  const auto next = tile();
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_EQ(next->tiles, 2U);
+}
+
+// Nine tiles of a large panel are half an hour's work.
+TEST_F(ScanServiceTest, OfASeriesThatIsRefusedOneTileIsScannedAgain) {
+  const Config config;
+  ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+  const auto tile = [&](bool more, std::optional<int> again = {}) {
+    ScanRequest request;
+    request.more = more, request.again = again, request.accept = true;
+    return service.add_tile(request, [](double, const std::string&) {}, {});
+  };
+  bool dies = false;
+  workers_.died = [&](const std::string& kind) { return dies && kind == RegisterScans::kKind; };
+  EXPECT_EQ(tile(false, 1).error().code, ErrorCode::kNotFound) << "nothing was refused";
+  ASSERT_TRUE(tile(true).ok());
+  EXPECT_FALSE(service.kept());
+  dies = true;
+  const auto refused = tile(false);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("the 2 tiles are kept for a day"));
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("veneerctl panel scan --again 2"));
+  ASSERT_TRUE(service.kept());
+  EXPECT_EQ(service.kept()->tiles, 2U);
+  EXPECT_FALSE(service.kept()->is_over(utc_timestamp(std::chrono::seconds(-1000)), true));
+  EXPECT_TRUE(service.kept()->is_over(utc_timestamp(std::chrono::seconds(1000)), true));
+  EXPECT_TRUE(service.kept()->is_over(utc_timestamp(std::chrono::seconds(-1000)), false));
+  EXPECT_EQ(tile(false, 3).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_FALSE(tile(false, 1).ok()) << "as bad as before, and kept still";
+  dies = false;
+  scanner_.repeats = true;
+  EXPECT_EQ(tile(false, 2).error().code, ErrorCode::kRefused) << "the picture of tile 1 is no new one";
+  EXPECT_EQ(service.kept()->tiles, 2U) << "and the series stays";
+  scanner_.repeats = false;
+  const auto whole = tile(false, 2);
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole->tiles, 2U);
+  EXPECT_FALSE(service.kept());
+  EXPECT_EQ(tile(false, 1).error().code, ErrorCode::kNotFound) << "it is over";
+
+  // Whoever just scans begins anew; a single tile is no series.
+  ASSERT_TRUE(tile(true).ok());
+  dies = true;
+  ASSERT_FALSE(tile(false).ok());
+  const auto single = tile(false);
+  ASSERT_FALSE(single.ok());
+  EXPECT_THAT(single.error().message, ::testing::Not(::testing::HasSubstr("are kept"))) << "there is but one";
+  EXPECT_FALSE(service.kept());
+  // Given up, by its age or where the disk runs short.
+  ASSERT_TRUE(tile(true).ok());
+  service.give_up_kept();
+  ASSERT_FALSE(tile(false).ok()) << "nothing was refused yet, and nothing lost";
+  EXPECT_TRUE(service.kept());
+  service.give_up_kept();
+  EXPECT_FALSE(service.kept());
+  EXPECT_EQ(tile(false, 1).error().code, ErrorCode::kNotFound);
+}
+
+// What it was asked for with, nobody says again.
+TEST_F(ScanServiceTest, ASeriesThatIsLookedAtAgainIsWhatItWasBefore) {
+  ASSERT_TRUE(scan().ok());
+  const Config config;
+  ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+  const auto ask = [&](const ScanRequest& request) {
+    return service.add_tile(request, [](double, const std::string&) {}, {});
+  };
+  rendered::Panel sheet = rendered::sample_panel();
+  lay(sheet, 1.5, Face::kBack);
+  ScanRequest back;
+  back.face = Face::kBack, back.panel = PanelId{"P-0001"}, back.more = true;
+  ASSERT_TRUE(ask(back).ok());
+  bool dies = true;
+  workers_.died = [&](const std::string& kind) { return dies && kind == RegisterScans::kKind; };
+  back.more = false;
+  ASSERT_FALSE(ask(back).ok());
+  dies = false;
+  ScanRequest again;
+  again.again = 2;
+  const auto whole = ask(again);
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole->face, Face::kBack);
+  EXPECT_EQ(whole->panel, PanelId{"P-0001"});
+}
+
+// A folder's pictures come in turn: the one that was put there in the bad one's place is not the next one.
+TEST_F(ScanServiceTest, OfAFolderThePictureThatIsNewIsTaken) {
+  ASSERT_TRUE(std::filesystem::create_directory(folder_ / "glass"));
+  const auto put = [&](const char* name, double turned) {
+    lay(rendered::sample_panel(), turned);
+    std::filesystem::copy_file(scanner_.file, folder_ / "glass" / name,
+                               std::filesystem::copy_options::overwrite_existing);
+  };
+  put("a.ppm", 1.5), put("b.ppm", 2.0), put("c.ppm", 2.5);
+  Config config;
+  FileScanner files((folder_ / "glass").string());
+  config.scanner.dpi = scanner_.nominal.dpi();
+  ScanService service(files, *database_, library_, workers_, *proposals_, config);
+  bool dies = true;
+  workers_.died = [&](const std::string& kind) { return dies && kind == RegisterScans::kKind; };
+  ScanRequest request;
+  const auto ask = [&] { return service.add_tile(request, [](double, const std::string&) {}, {}); };
+  request.more = true;
+  ASSERT_TRUE(ask().ok());
+  ASSERT_TRUE(ask().ok());
+  request.more = false;
+  ASSERT_FALSE(ask().ok());
+  put("b.ppm", 2.2);
+  dies = false;
+  request.again = 2;
+  const auto whole = ask();
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole->tiles, 3U);
 }
 
 // Three pieces were being cut when the power went: one fell out, one is whole, one is broken in two.

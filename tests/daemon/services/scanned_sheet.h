@@ -37,14 +37,14 @@ class ScannedSheet : public ::testing::Test {
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   // On the glass, in the place of what lay there.
-  void lay(const rendered::Panel& sheet, double turned_deg = 1.5) {
+  void lay(const rendered::Panel& sheet, double turned_deg = 1.5, Face face = Face::kShow) {
     rendered::Scanner glass;
     // Fewer than the usual 300, which calib's own tests have: what is asked here is what becomes of masks and records.
     glass.dpi = 200, glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
     scanner_.file = folder_ / "scan.ppm";
-    const auto pose = rendered::lay(sheet.width / 2, sheet.height / 2, 90, 70, turned_deg, Face::kShow);
-    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, Face::kShow, pose, glass)));
+    const auto pose = rendered::lay(sheet.width / 2, sheet.height / 2, 90, 70, turned_deg, face);
+    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, face, pose, glass)));
   }
   std::vector<db::DifferenceRecord> kept() {
     return *database_->call([](Repositories& r) { return r.differences.of(PanelId{"P-0001"}); });
