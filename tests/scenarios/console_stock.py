@@ -1,20 +1,21 @@
 #!/usr/bin/python3
 """console_stock.py LINK PICTURES: what is kept in the cell, and what people say of it: a scan in doubt, the wood of a panel, a long
-shelf whose pictures stand in nobody's way, plans that are many, backups.
+shelf whose pictures stand in nobody's way, plans that are many, single pieces of one (console_pieces.py), backups.
 """
 import itertools
 
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from console_day import Day, play
+from console_day import play
+from console_pieces import Pieces
 
 MANY = 40
 PLANS = 230  # more than the page asks for at once
 SIGNS = "<b>oak</b> <2 mm"
 
 
-class Stock(Day):
+class Stock(Pieces):
     # ---- what a scan is in doubt about
 
     def scan_what_is_in_doubt(self):
@@ -362,4 +363,4 @@ class Stock(Day):
 
 if __name__ == "__main__":
     play(Stock, "scan_what_is_in_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
-         "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")
+         "find_a_plan_among_many", "hand_over_a_plan", "want_changes", "make_the_changed_plan", "back_up", "spoken_as_it_is_written", "check_console")
