@@ -179,27 +179,37 @@ class Stock(Pieces):
     def see_its_tags_from_above(self):
         """A panel that is laid face up: its wood with the tags of that face by number, where they are to be seen."""
         self.go("run")
-        self.until("the tags of its show face", lambda: self.browser.execute_async_script("""
-            const done = arguments[0];
+        # Measured in the frame in which they are seen: the next word of the cell says that it waits for no panel.
+        off, drawn = self.until_told("the tags of its show face", """
+            const done = arguments[0], of = (node) => node.getBoundingClientRect();
             import('/console/model.js').then(({model, changed}) => {
               model.cell = {...model.cell, load: {panel: 'P-0001', face_up: 'show', found: false, sentence: ''}};
               changed();
               requestAnimationFrame(() => requestAnimationFrame(() => {
-                const seen = document.querySelector('.load .view img');
-                done(Boolean(seen && seen.naturalWidth && document.querySelector('svg.tags[data-show=P-0001] text')));
+                const seen = document.querySelector('.load .view img'), over = document.querySelector('svg.tags[data-show=P-0001]');
+                if (!seen || !seen.naturalWidth || !over || !over.querySelector('text')) return done(null);
+                const wood = of(seen), lies = of(over), share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
+                done([Math.max(Math.abs(lies.width - wood.width), Math.abs(lies.height - wood.height)), Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]))]);
               }));
-            });"""))
-        drawn, told = self.browser.execute_async_script("""
-            const done = arguments[0], of = (node) => node.getBoundingClientRect();
-            const over = document.querySelector('svg.tags'), wood = of(document.querySelector('.load .view img')), lies = of(over);
-            const share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
-            const drawn = Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]));
-            if (Math.abs(lies.width - wood.width) > 1 || Math.abs(lies.height - wood.height) > 1) return done([null, 'they do not lie on the wood']);
-            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done([drawn, Object.fromEntries(panel.fiducials
-              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))]));""")
+            });""")
+        assert off <= 1, f"they do not lie on the wood: {off} px"
+        told = self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done(Object.fromEntries(panel.fiducials
+              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))));""")
         assert drawn and drawn.keys() == told.keys() and len(told) > 3, (drawn, told)
         far = {tag: [abs(a - b) for a, b in zip(drawn[tag], told[tag])] for tag in told}
         assert max(max(one) for one in far.values()) < .03, far
+
+    def until_told(self, what, script):
+        """What it says, once that is something."""
+        told = None
+        def says():
+            nonlocal told
+            told = self.browser.execute_async_script(script)
+            return told is not None
+        self.until(what, says)
+        return told
 
     # ---- a long shelf
 
