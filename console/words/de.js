@@ -207,7 +207,7 @@ export const words = {
   "assembly.is_laid": "liegt an seinem Platz", "assembly.is_cut": "geschnitten, noch zu legen", "assembly.is_open": "noch zu schneiden", "assembly.is_suspect": "fraglich: sagen Sie, was daraus wurde", "assembly.is_missing": "fehlt",
   "assembly.key_laid": "gelegt", "assembly.key_cut": "zu legen", "assembly.key_open": "noch nicht geschnitten", "assembly.key_suspect": "fraglich", "assembly.key_missing": "fehlt",
   // Verlauf und Protokoll
-  "history.jobs": "Aufträge", "history.job": "Auftrag {n}: {name}", "history.made": "Angelegt", "history.runs": "Läufe", "history.run": "{panel}, {at}: {result}", "history.running": "im Gang", "history.done": "fertig", "history.who": "begonnen von {who}",
+  "history.jobs": "Aufträge", "history.job": "Auftrag {n}: {name}", "history.made": "Angelegt", "history.runs": "Läufe", "history.run": "{panel}, {at}: {result}", "history.running": "im Gang", "history.done": "fertig", "history.time": "Am Laser", "history.took": "dauerte {span}", "history.reckoned": "geschätzt {span}", "history.who": "begonnen von {who}",
   "versions": "Fassungen ihres Holzes", "versions.about": "Was jeder Scan und jeder Pinsel daraus gemacht hat. Nichts wird je entfernt: Eine frühere Fassung kann wieder gelten; sie wird dann eine neue.",
   "versions.now": "Fassung {n}, zählt jetzt", "versions.one": "Fassung {n}", "versions.usable": "{area} brauchbar", "versions.painted": "von Hand gemalt", "versions.same": "wieder wie Fassung {n}",
   "versions.revert": "Wieder zählen lassen", "versions.sure": "Soll Fassung {n} wieder zählen? Reserviertes und geschnittenes Holz bleibt es.",

@@ -199,7 +199,7 @@ export const words = {
   "assembly.is_laid": "lies at its place", "assembly.is_cut": "cut, to be laid", "assembly.is_open": "still to be cut", "assembly.is_suspect": "suspect, say what became of it", "assembly.is_missing": "missing",
   "assembly.key_laid": "laid", "assembly.key_cut": "to be laid", "assembly.key_open": "not cut yet", "assembly.key_suspect": "suspect", "assembly.key_missing": "missing",
   // History and log
-  "history.jobs": "Jobs", "history.job": "Job {n}: {name}", "history.made": "Made", "history.runs": "Runs", "history.run": "{panel}, {at}: {result}", "history.running": "under way", "history.done": "done", "history.fit": "fit {mm} mm", "history.who": "begun by {who}",
+  "history.jobs": "Jobs", "history.job": "Job {n}: {name}", "history.made": "Made", "history.runs": "Runs", "history.run": "{panel}, {at}: {result}", "history.running": "under way", "history.done": "done", "history.fit": "fit {mm} mm", "history.time": "At the laser", "history.took": "took {span}", "history.reckoned": "estimated {span}", "history.who": "begun by {who}",
   "versions": "Versions of its wood", "versions.about": "What each scan and each brush made of it. Nothing is ever removed: an earlier version can be made to count again, as a new one.",
   "versions.now": "Version {n}, counts now", "versions.one": "Version {n}", "versions.usable": "{area} usable", "versions.painted": "painted by hand", "versions.same": "as version {n} again",
   "versions.revert": "Let it count again", "versions.sure": "Let version {n} count again? Wood that is reserved or cut stays so.",

@@ -536,6 +536,12 @@ class Day:
             self.go(screen)
             self.until(f"something on {screen}", lambda: len(self.text("main")) > 20)
             self.show(screen)
+        self.go("history")
+        self.press('a[href="#history/2"]')
+        self.until_says("main", "estimated ")
+        self.until_says("main", "At the laser")
+        self.until_says("main", "took ")
+        self.show("history-job")
 
     def in_german(self):
         """Another language says all that English says, fits on each screen, and holds after the page is loaded anew."""
