@@ -185,6 +185,7 @@ void add_change(CLI::App& job, CommandContext& context) {
     std::int64_t id = 0;
     std::string name;
     std::map<std::string, std::vector<std::string>> lists;
+    int alternatives = 0;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* change = job.add_subcommand(
@@ -199,8 +200,14 @@ void add_change(CLI::App& job, CommandContext& context) {
         std::pair("forbid",
                   "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)")})
     change->add_option(std::string("--") + name, options->lists[name], help);
-  change->callback([options, &context] {
+  const CLI::Option* alternatives =
+      change
+          ->add_option("--alternatives", options->alternatives,
+                       "List up to so many other places for each piece of the new plan [as the plan itself]")
+          ->check(CLI::Range(0, 1000));
+  change->callback([options, alternatives, &context] {
     json body = json::object();
+    if (alternatives->count() > 0) body["alternatives"] = options->alternatives;
     if (!options->name.empty()) body["name"] = options->name;
     for (const auto& [name, list] : options->lists)
       if (!list.empty()) body[name] = list;

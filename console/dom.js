@@ -16,7 +16,7 @@ function make(node, spec, attributes, children) {
   }
   node.wanted = {};
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on") || ["value", "checked", "share", "part"].includes(name)) {
+    if (name.startsWith("on") || ["value", "checked", "share", "part", "lies"].includes(name)) {
       node.wanted[name] = value;
       apply(node, name, value);
     } else if (name === "class") {
@@ -30,12 +30,14 @@ function make(node, spec, attributes, children) {
 }
 
 // `share`: of its parent's width. `part`: what is seen of a picture that its parent cuts off, {left, top, side} in
-// fractions of it. The page's policy forbids styles as text.
+// fractions of it. `lies`: where on its parent, {left, top, width, height} in fractions of that. The page's policy
+// forbids styles as text.
 function apply(node, name, value) {
   // Without the attribute an option's value is its text, and so it never equals "".
   if (name === "value" && node.nodeName === "OPTION") node.setAttribute(name, value);
   else if (name === "share") node.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
   else if (name === "part") node.style.transform = value && value.side < 1 ? `scale(${1 / value.side}) translate(${-100 * value.left}%, ${-100 * value.top}%)` : "";
+  else if (name === "lies") for (const [side, at] of Object.entries(value)) node.style[side] = `${100 * at}%`;
   else if (node[name] !== value) node[name] = value;
 }
 

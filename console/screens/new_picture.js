@@ -5,6 +5,7 @@ import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
+import {kPlaces, planInHand} from "./plan_changes.js";
 import {askAll, kAgainMs} from "../link.js";
 import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
@@ -13,7 +14,7 @@ const wanted = {
   file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   closer: 0, across: .5, down: .5,  // which part of the picture
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
-  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false,
+  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
@@ -32,6 +33,8 @@ export function draw() {
   wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
   const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
+  // A plan in hand has all the room, and nothing lies over it.
+  if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
   // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
   return [
     h("div.columns.picture", {}, h("div.column", {}, formCard(), tasksCard()), h("div.column.wide", {}, sketch || rest)),
@@ -110,6 +113,7 @@ function formCard() {
       drawingControl(), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
+      h("label.tick", {}, h("input", {type: "checkbox", id: "picture-elsewhere", checked: wanted.elsewhere, onchange: (event) => take("elsewhere", event.target.checked)}), t("picture.elsewhere")),
       h("details", {}, h("summary", {}, t("picture.weights")),
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
       h("details", {}, h("summary", {}, t("picture.woods")),
@@ -158,6 +162,7 @@ async function plan(event) {
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
+  if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
   if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}), language);
   if (drawing) query.set("segmentation_bytes", drawing.size);

@@ -8,7 +8,8 @@ import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../par
 import {picture} from "../pictures.js";
 import {holds, middleOf} from "../outlines.js";
 import {boxOf} from "./job_map.js";
-import {chooser, chooserTools, choosesIn} from "./plan_brush.js";
+import {chooser, chooserButton, chooserHelp, chooserTools, laidWood} from "./plan_brush.js";
+import {choosesIn, focusSoon, planInHand, takeMade} from "./plan_changes.js";
 
 const kShown = 24;
 let shown = kShown, search = "";
@@ -27,16 +28,24 @@ function piecesOf(plan) {
   return known || [];
 }
 
+// Whoever had it made looks at it next.
+const bringIntoSight = (plan) => {
+  requestAnimationFrame(() => requestAnimationFrame(() => { const both = document.querySelector(".side-by-side"); if (both) both.scrollIntoView(); }));
+  focusSoon(`section[data-key="${plan}"] [data-command=other]`);
+};
+
 // `begun` is told of tasks that make other plans of these.
 export function plansCards(begun) {
   const {plans} = model;
   const [first] = plans;
+  takeMade((seen) => { ticked.splice(0, ticked.length, ...seen); if (seen.length > 1) bringIntoSight(seen[1]); });
   const compared = ticked.filter((id) => plans.some((plan) => plan.id === id));
-  const large = compared.length ? compared.map((id) => plans.find((plan) => plan.id === id)) : first ? [first] : [];
+  const inHand = plans.find((plan) => plan.id === planInHand());  // has all the room there is
+  const large = inHand ? [inHand] : compared.length ? compared.map((id) => plans.find((plan) => plan.id === id)) : first ? [first] : [];
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);
   const found = plans.filter((plan) => words.every((word) => named(plan).includes(word)));
   return [
-    h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map((plan) => planCard(plan, begun))),
+    h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map((plan) => planCard(plan, begun, differingOf(large)))),
     card(t("plans"),
       !plans.length && empty(t("plans.none")),
       plans.length > 1 && h("p.dim", {}, t("plans.compare")),
@@ -76,14 +85,25 @@ function tick(plan) {
 
 const costOf = (plan) => (plan.report && typeof plan.report.cost_per_pixel === "number" ? plan.report.cost_per_pixel.toFixed(4) : "");
 
-function planCard(plan, begun) {
+// The marks of pieces that have other wood than in the plan that this one was made of, where both are looked at.
+function differingOf(large) {
+  const [of, is] = large.slice().sort((a, b) => a.id - b.id);
+  if (!is || is.parent !== of.id) return null;
+  const before = new Map(piecesOf(of.id).map((piece) => [piece.mark, piece])), after = piecesOf(is.id);
+  if (!before.size || !after.length) return null;
+  const alike = (a, b) => a.panel === b.panel && (!a.panel || a.panel_outline_mm.every(([x, y], i) => b.panel_outline_mm[i] && Math.hypot(x - b.panel_outline_mm[i][0], y - b.panel_outline_mm[i][1]) < .01));
+  return {parent: of.id, marks: new Set(after.filter((piece) => before.has(piece.mark) && !alike(before.get(piece.mark), piece)).map((piece) => piece.mark))};
+}
+
+function planCard(plan, begun, differing) {
   const {options = {}, report = {}} = plan;
   const made = [...jobTasks].find(([, of]) => of === plan.id);
   const task = made && model.tasks.get(made[0]);
   return h("section.card", {"data-key": plan.id, "aria-label": t("plan.title", {n: plan.id, name: plan.name})},
     h("h2", {}, t("plan.title", {n: plan.id, name: plan.name})),
-    preview(plan),
-    chooserTools(plan.id, piecesOf(plan.id), begun),
+    h("div.plan-stage", {class: choosesIn(plan.id) ? "in-hand" : ""}, h("div.plan-picture", {}, preview(plan, differing), chooserHelp(plan)), chooserTools(plan, piecesOf(plan.id), begun)),
+    differing && differing.parent !== plan.id && h("p", {id: "plan-differs"}, t("plan.differs", {n: differing.marks.size, parent: differing.parent})),
+    !choosesIn(plan.id) && chooserButton(plan, piecesOf(plan.id)),
     h("label.tick", {}, h("input", {type: "checkbox", checked: borders, onchange: (event) => { borders = event.target.checked; changed(); }}), t("plan.borders")),
     facts(fact(t("plan.pieces"), t("plan.placed", {placed: plan.placed, n: plan.pieces}), plan.placed < plan.pieces),
       costOf(plan) && fact(t("plan.cost"), `${costOf(plan)}, ${t("plan.cost_about")}`),
@@ -103,13 +123,17 @@ function planCard(plan, begun) {
       !plan.jobs.length && button(t("plan.forget"), async () => { await command(`/plans/${plan.id}`, {method: "DELETE"}); loadPlans(); }, {disabled: !mayChange() || Boolean(plan.lease)})));
 }
 
-function preview(plan) {
-  const all = borders || choosesIn(plan.id) ? piecesOf(plan.id) : [];
+function preview(plan, differing) {
+  const all = borders || differing || choosesIn(plan.id) ? piecesOf(plan.id) : [];
   const box = boxOf(all);
+  const ring = (piece) => `M${piece.artwork_outline_mm.map(([x, y]) => `${(x - box.left).toFixed(2)} ${(box.high - y).toFixed(2)}`).join("L")}Z`;
+  const other = differing && box ? piecesOf(plan.id).filter((piece) => differing.marks.has(piece.mark)).map(ring).join("") : "";
   return h("div.view", {}, picture(`/plans/${plan.id}/preview.png?width=720`, t("plan.preview", {n: plan.id})),
+    laidWood(plan, all, box),
     box && svg("svg", {viewBox: `0 0 ${box.right - box.left} ${box.high - box.low}`, preserveAspectRatio: "none", "aria-hidden": "true"},
-      svg("path", {class: "border", d: all.map((piece) => `M${piece.artwork_outline_mm.map(([x, y]) => `${(x - box.left).toFixed(2)} ${(box.high - y).toFixed(2)}`).join("L")}Z`).join("")})),
-    chooser(plan.id, all, box));
+      svg("path", {class: "border", d: borders || choosesIn(plan.id) ? all.map(ring).join("") : ""}),
+      ...["ring", "ring.inner"].map((look) => svg(`path.${look}`, {d: other}))),
+    chooser(plan, all, box));
 }
 
 function ringArea(ring) {

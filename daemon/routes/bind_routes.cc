@@ -66,6 +66,7 @@ void bind_routes(Router& router, Cell& cell) {
       [&c, on_reactor](const std::vector<PanelId>& panels) { on_reactor([&c, panels] { c.leases_changed(panels); }); }};
   bind_job_routes(router, jobs);
   bind_plan_routes(router, jobs);
+  bind_plan_piece_routes(router, jobs);
   bind_map_routes(router, jobs);
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});

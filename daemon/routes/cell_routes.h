@@ -167,6 +167,8 @@ struct JobServices {
 void bind_job_routes(Router& router, const JobServices& services);
 // Plans that no wood is reserved for: make, look, change, compare, lease their wood, and then a job of one.
 void bind_plan_routes(Router& router, const JobServices& services);
+// One piece of a plan: its other places, and pictures of its wood.
+void bind_plan_piece_routes(Router& router, const JobServices& services);
 // Maps for putting pieces together.
 void bind_map_routes(Router& router, const JobServices& services);
 

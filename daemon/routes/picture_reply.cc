@@ -12,6 +12,11 @@ ApiReply png_reply(const cv::Mat& picture) {
   return ApiReply::bytes(std::move(*bytes), "image/png");
 }
 
+PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {
+  return panel.retired && asking < Role::kOperator ? PanelLibrary::MissingTiles::kRefuse
+                                                   : PanelLibrary::MissingTiles::kMake;
+}
+
 QueryPool::Making preview_answer(const PanelLibrary& library, const std::string& file,
                                  std::optional<std::int64_t> width) {
   return [&library, file, width](Repositories&) {

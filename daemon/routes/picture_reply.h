@@ -14,6 +14,9 @@ namespace veneer::daemon {
 
 ApiReply png_reply(const cv::Mat& picture);
 
+// Making tiles takes seconds and room on the disk: of a panel that is out of stock only an operator has them made.
+PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking);
+
 // A stored preview as it is, or at most `width` wide, once the moment of the question is over.
 QueryPool::Making preview_answer(const PanelLibrary& library, const std::string& file,
                                  std::optional<std::int64_t> width);

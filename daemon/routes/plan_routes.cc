@@ -148,6 +148,8 @@ Result<PlanService::Change> read_change(const ApiRequest& request) {
         return wood;
       },
       change.forbidden);
+  if (const auto listed = body.whole("alternatives", ranges::kAlternatives))
+    change.alternatives = static_cast<std::size_t>(*listed);
   if (const Status read = body.end(); !read) return read.error();
   return change;
 }

@@ -21,8 +21,11 @@ inline constexpr NumberRange kTurn{-360, 360};          // degrees
 inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people
 inline constexpr NumberRange kTileLevel{0, 23};         // of a map in tiles
 inline constexpr NumberRange kTilePlace{0, 10'000};     // column or row of one
-inline constexpr NumberRange kFreeArea{0, 1e9};         // mm2
-inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is looked for
+inline constexpr NumberRange kWoodSide{16, 2048};       // px, of a picture of one piece
+inline constexpr NumberRange kAlternative{1, 1000};
+inline constexpr NumberRange kAlternatives{0, 1000};  // listed for each piece
+inline constexpr NumberRange kFreeArea{0, 1e9};       // mm2
+inline constexpr NumberRange kPatchSide{0.1, 1000};   // mm, of wood that is looked for
 inline constexpr NumberRange kPasses{1, 20};
 inline constexpr NumberRange kThickness{0.001, 100};  // mm, of veneer and substrate
 inline constexpr NumberRange kTag{0, 586};            // numbers of the family 36h11

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/routes/cell_routes.h"
+#include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "planner/pictures/tile_pyramid.h"
 
@@ -22,12 +23,6 @@ using nlohmann::json;
 std::string tile_etag(const db::PanelRecord& panel, const std::string& what) {
   const std::string text = panel.map_file + " tiles " + what;
   return "\"" + sha256_hex(std::as_bytes(std::span(text))).substr(0, 32) + "\"";
-}
-
-// Making tiles takes seconds and room on the disk: of a panel that is out of stock only an operator has them made.
-PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {
-  return panel.retired && asking < Role::kOperator ? PanelLibrary::MissingTiles::kRefuse
-                                                   : PanelLibrary::MissingTiles::kMake;
 }
 
 // Answers with what `made` makes of the panel's map, unless the client has it. That takes seconds where the tiles are

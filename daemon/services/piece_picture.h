@@ -19,4 +19,9 @@ std::vector<std::string> neighbours_of(const db::PieceRecord& piece, const std::
 // `width_px` wide; no finer than the map. An empty picture for a piece that has no wood.
 cv::Mat draw_piece(const Raster<PanelFrame>& map, const db::PieceRecord& piece, int width_px);
 
+// The wood alone, cut to the outline: show face up and upright as in the artwork, BGR with alpha, clear outside. It
+// fills the outline's upright box; its longer side has at most `side_px` pixels, no finer than the map.
+cv::Mat cut_out_piece(const Raster<PanelFrame>& map, const Ring<ArtworkFrame>& outline,
+                      const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork, int side_px);
+
 }  // namespace veneer::daemon

@@ -493,6 +493,7 @@ Result<JobOutcome> PlanService::change_plan(const Change& change, const std::str
       job_request_again(change.name.empty() ? record->name : change.name, std::move(*picture), record->options_json);
   if (!request) return request.error();
   request->options.threads = change.threads;
+  if (change.alternatives) request->options.alternatives = *change.alternatives;
   request->remnants_first.reset();  // the plan lies on wood of its own already
   request->forbidden.insert(request->forbidden.end(), change.forbidden.begin(), change.forbidden.end());
   auto made = make(*request, Earlier{change.plan, std::move(*plan_json), change.edits, {}}, progress, stop);

@@ -73,6 +73,7 @@ class PlanService {
     planner::PlanEdits edits;
     std::vector<planner::ForbiddenWood> forbidden;
     int threads = 0;
+    std::optional<std::size_t> alternatives{};  // listed for each piece, at most; as the plan itself unless given
   };
   Result<JobOutcome> change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
                                  const std::stop_token& stop);

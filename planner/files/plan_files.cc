@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
@@ -378,6 +380,39 @@ Result<Plan> plan_from_json(std::string_view text) {
   }
   if (!read.ok()) return Error{ErrorCode::kInvalidArgument, "the plan cannot be read: " + read.problem()};
   return plan;
+}
+
+Result<PickedPiece> pick_piece(std::string_view plan_json, const std::string& mark) {
+  constexpr int kMember = 1, kOfList = 2;  // levels below the plan: its members, and what is in its lists
+  constexpr std::size_t kAnyArtwork = std::numeric_limits<std::int32_t>::max();
+  std::string member;
+  std::vector<double> costs;  // per pixel, of all that have wood
+  const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::key && depth == kMember) {
+      member = parsed.get<std::string>();
+      return member == "pieces" || member == "kerf_mm";
+    }
+    if (event != json::parse_event_t::object_end || depth != kOfList || member != "pieces") return true;
+    const json cost = parsed.value("cost", json()), pixels = parsed.value("pixels", json());
+    if (!parsed.value("panel", json()).is_null() && cost.is_number() && pixels.is_number() && pixels.get<double>() > 0)
+      costs.push_back(cost.get<double>() / pixels.get<double>());
+    return parsed.value("id", json()) == mark;
+  };
+  const json from = json::parse(plan_json, keep, false);
+  if (!from.is_object()) return Error{ErrorCode::kInvalidArgument, "the plan is not a JSON object"};
+  PlanReader read;
+  PickedPiece out;
+  out.kerf = Millimetres(read.number(from, "kerf_mm"));
+  const json& pieces = read.list(from, "pieces");
+  if (read.ok() && pieces.empty())
+    return Error{ErrorCode::kNotFound, fmt::format("the plan has no piece {}: see the marks of its pieces", mark)};
+  if (read.ok()) out.piece = piece_from_json(pieces[0], kAnyArtwork, read);
+  if (!read.ok()) return Error{ErrorCode::kInvalidArgument, "the plan cannot be read: " + read.problem()};
+  out.placed = costs.size();
+  const double own = out.piece.pixels > 0 ? out.piece.cost / static_cast<double>(out.piece.pixels) : 0;
+  out.worse =
+      static_cast<std::size_t>(std::count_if(costs.begin(), costs.end(), [&](double cost) { return cost > own; }));
+  return out;
 }
 
 Status write_text(const std::string& text, const std::filesystem::path& path) {

@@ -21,6 +21,17 @@ Result<Plan> plan_from_json(std::string_view text);
 Status write_plan(const Plan& plan, const std::filesystem::path& path);
 Result<Plan> read_plan(const std::filesystem::path& path);
 
+// One piece of a plan, read from the text of plan.json without its others, which may be many thousand, and how it
+// stands among them.
+struct PickedPiece {
+  Piece piece;
+  Millimetres kerf{};
+  std::size_t placed = 0;  // pieces that have wood, this one too
+  std::size_t worse = 0;   // of them: with a higher cost per pixel
+};
+// kNotFound: the plan has no such piece. kInvalidArgument: it cannot be read.
+Result<PickedPiece> pick_piece(std::string_view plan_json, const std::string& mark);
+
 struct ReportSeconds {
   double load = 0, total = 0;
 };

@@ -63,8 +63,10 @@ bool encode(png_structp png, png_infop info, const cv::Mat& picture, int depth, 
   png_set_compression_strategy(png, Z_RLE);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.cols), static_cast<png_uint_32>(picture.rows), depth,
-               picture.channels() == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+               picture.channels() == 1   ? PNG_COLOR_TYPE_GRAY
+               : picture.channels() == 4 ? PNG_COLOR_TYPE_RGB_ALPHA
+                                         : PNG_COLOR_TYPE_RGB,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
   png_set_packing(png);
   png_set_bgr(png);
@@ -104,7 +106,8 @@ std::optional<std::string> encode_in(const cv::Mat& picture, int depth) {
 }  // namespace
 
 std::optional<std::string> encode_png(const cv::Mat& picture) {
-  if (picture.empty() || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1)) return std::nullopt;
+  const int type = picture.type();
+  if (picture.empty() || (type != CV_8UC3 && type != CV_8UC4 && type != CV_8UC1)) return std::nullopt;
   return encode_in(picture, 8);
 }
 

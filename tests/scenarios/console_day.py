@@ -439,18 +439,21 @@ class Day:
         self.until_says(".side-by-side", "P-0001: ")
         self.show("plans")
         self.press('.side-by-side section[data-key="3"] [data-command=other]')
+        self.press("[data-command=brush]")
         self.until("the pieces to choose from", lambda: self.find("svg.chooser").size["height"] > 50)
         self.draw_over("svg.chooser", (.2, .2), (.25, .25))
-        self.until_says("[data-command=other-wood]", "Other wood for 1 piece")
+        self.until_says("[data-command=make-changed]", "Make the plan with 1 change")
         for keys, words in (((Keys.ARROW_RIGHT, Keys.ARROW_RIGHT), "keeps its wood. 1 piece gets other."), ((" ",), "gets other wood. 2 pieces do."),
                             ((Keys.SHIFT, Keys.ARROW_DOWN), "gets other wood. 3 pieces do."), ((" ",), "keeps its wood. 2 pieces get other.")):
             self.keys("svg.chooser", *keys)
             self.until_says("#other-said", words)
         self.show("other-wood")
         self.keys("svg.chooser", Keys.ARROW_UP, " ")
-        self.until_says("[data-command=other-wood]", "Other wood for 1 piece")
-        self.press("[data-command=other-wood]")
+        self.until_says("[data-command=make-changed]", "Make the plan with 1 change")
+        self.press("[data-command=make-changed]")
         self.until_says("ul.plans", "4 second")
+        self.until_says("#plan-differs", "1 piece has other wood than in plan 3")
+        self.press('ul.plans li[data-key="2"] input')
         self.press('.side-by-side section[data-key="2"] [data-command=make-job]')
         self.until_says('.side-by-side section[data-key="2"]', "Job 2 is made of it.")
 
@@ -533,6 +536,12 @@ class Day:
             self.go(screen)
             self.until(f"something on {screen}", lambda: len(self.text("main")) > 20)
             self.show(screen)
+        self.go("history")
+        self.press('a[href="#history/2"]')
+        self.until_says("main", "estimated ")
+        self.until_says("main", "At the laser")
+        self.until_says("main", "took ")
+        self.show("history-job")
 
     def in_german(self):
         """Another language says all that English says, fits on each screen, and holds after the page is loaded anew."""

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """console_stock.py LINK PICTURES: what is kept in the cell, and what people say of it: a scan in doubt, the wood of a panel, a long
-shelf whose pictures stand in nobody's way, plans that are many, backups.
+shelf whose pictures stand in nobody's way, plans that are many, single pieces of one (console_pieces.py), backups.
 """
 import itertools
 import os
@@ -8,14 +8,15 @@ import os
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from console_day import Day, play
+from console_day import play
+from console_pieces import Pieces
 
 MANY = 40
 PLANS = 230  # more than the page asks for at once
 SIGNS = "<b>oak</b> <2 mm"
 
 
-class Stock(Day):
+class Stock(Pieces):
     # ---- what a scan is in doubt about
 
     def leave_it_to_a_maintainer(self):
@@ -194,27 +195,37 @@ class Stock(Day):
     def see_its_tags_from_above(self):
         """A panel that is laid face up: its wood with the tags of that face by number, where they are to be seen."""
         self.go("run")
-        self.until("the tags of its show face", lambda: self.browser.execute_async_script("""
-            const done = arguments[0];
+        # Measured in the frame in which they are seen: the next word of the cell says that it waits for no panel.
+        off, drawn = self.until_told("the tags of its show face", """
+            const done = arguments[0], of = (node) => node.getBoundingClientRect();
             import('/console/model.js').then(({model, changed}) => {
               model.cell = {...model.cell, load: {panel: 'P-0001', face_up: 'show', found: false, sentence: ''}};
               changed();
               requestAnimationFrame(() => requestAnimationFrame(() => {
-                const seen = document.querySelector('.load .view img');
-                done(Boolean(seen && seen.naturalWidth && document.querySelector('svg.tags[data-show=P-0001] text')));
+                const seen = document.querySelector('.load .view img'), over = document.querySelector('svg.tags[data-show=P-0001]');
+                if (!seen || !seen.naturalWidth || !over || !over.querySelector('text')) return done(null);
+                const wood = of(seen), lies = of(over), share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
+                done([Math.max(Math.abs(lies.width - wood.width), Math.abs(lies.height - wood.height)), Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]))]);
               }));
-            });"""))
-        drawn, told = self.browser.execute_async_script("""
-            const done = arguments[0], of = (node) => node.getBoundingClientRect();
-            const over = document.querySelector('svg.tags'), wood = of(document.querySelector('.load .view img')), lies = of(over);
-            const share = (box) => [(box.left + box.width / 2 - wood.left) / wood.width, (box.top + box.height / 2 - wood.top) / wood.height];
-            const drawn = Object.fromEntries([...over.querySelectorAll('g')].map((one) => [one.textContent, share(of(one))]));
-            if (Math.abs(lies.width - wood.width) > 1 || Math.abs(lies.height - wood.height) > 1) return done([null, 'they do not lie on the wood']);
-            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done([drawn, Object.fromEntries(panel.fiducials
-              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))]));""")
+            });""")
+        assert off <= 1, f"they do not lie on the wood: {off} px"
+        told = self.browser.execute_async_script("""
+            const done = arguments[0];
+            import('/console/link.js').then(({get}) => get('/panels/P-0001')).then((panel) => done(Object.fromEntries(panel.fiducials
+              .filter((one) => one.kind === 'tag' && one.face === 'show').map((one) => [one.tag_id, [one.centre_mm[0] / panel.width_mm, 1 - one.centre_mm[1] / panel.height_mm]]))));""")
         assert drawn and drawn.keys() == told.keys() and len(told) > 3, (drawn, told)
         far = {tag: [abs(a - b) for a, b in zip(drawn[tag], told[tag])] for tag in told}
         assert max(max(one) for one in far.values()) < .03, far
+
+    def until_told(self, what, script):
+        """What it says, once that is something."""
+        told = None
+        def says():
+            nonlocal told
+            told = self.browser.execute_async_script(script)
+            return told is not None
+        self.until(what, says)
+        return told
 
     # ---- a long shelf
 
@@ -378,4 +389,4 @@ class Stock(Day):
 
 if __name__ == "__main__":
     play(Stock, "leave_it_to_a_maintainer", "answer_each_doubt", "answer_in_set_up", "name_its_wood", "say_what_was_done_to_it", "see_its_tags_from_above", "open_a_map_from_a_long_shelf",
-         "find_a_plan_among_many", "back_up", "spoken_as_it_is_written", "check_console")
+         "find_a_plan_among_many", "hand_over_a_plan", "want_changes", "make_the_changed_plan", "back_up", "spoken_as_it_is_written", "check_console")

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 
 #include "tests/scenarios/console_cell.h"
@@ -42,6 +43,24 @@ TEST_F(Console, PiecesAreLaidAndTickedOff) {
 TEST_F(Console, WoodShelfPlansAndBackups) {
   play("console_stock.py");
   EXPECT_EQ(get("/panels/P-0002")["treatments"].size(), 1U);
+  // What was wanted of single pieces of the third plan is in the fourth.
+  EXPECT_EQ(get("/plans/3")["parent"], 2);
+  EXPECT_EQ(get("/plans/4")["parent"], 3);
+  const auto pieces_of = [this](int plan) {
+    std::map<std::string, nlohmann::json> out;
+    const nlohmann::json all = get(fmt::format("/plans/{}/pieces", plan));
+    for (const auto& piece : all["pieces"]) out[piece["mark"].get<std::string>()] = piece["panel_outline_mm"];
+    return out;
+  };
+  const auto first = pieces_of(2), was = pieces_of(3), is = pieces_of(4);
+  EXPECT_EQ(first, was) << "only other places were looked for";
+  const nlohmann::json places = get("/plans/3/pieces/A2-2/alternatives");
+  for (int i = 0; i < 4; ++i)
+    for (const int axis : {0, 1})
+      EXPECT_NEAR(is.at("A2-2")[i][axis].get<double>(),
+                  places["alternatives"][0]["panel_outline_mm"][i][axis].get<double>(), 0.001);
+  for (const char* moved : {"A1-2", "A1-3", "A3-1"}) EXPECT_NE(is.at(moved), was.at(moved)) << moved;
+  for (const char* stays : {"A1-1", "A2-1", "A2-3", "A3-2", "A3-3"}) EXPECT_EQ(is.at(stays), was.at(stays)) << stays;
   const nlohmann::json zones = get(fmt::format("/panels/{}", kPanel))["zones"];
   for (const auto& zone : zones)
     EXPECT_EQ(zone["material"], std::string(zone["zone"] == 2 ? "maple" : "walnut")) << zone;

@@ -11,6 +11,7 @@
 
 #include "cli/audit_log.h"
 #include "cli/render.h"
+#include "planner/files/plan_files.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/routed_cell.h"
 #include "tests/support/stocked_database.h"
@@ -45,6 +46,18 @@ class Replies : public testing::RoutedCell {
     static_cast<void>(cell->tasks.start("scan", "scanning"));
     cell->refresh_counts();
     until_counted();
+  }
+
+  // One piece, which could lie elsewhere too.
+  static planner::Plan drawn_plan() {
+    planner::Plan plan;
+    planner::Piece& piece = plan.pieces.emplace_back();
+    piece.mark = "A1-1", piece.cost = 2, piece.pixels = 4;
+    piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(9, 0), point<ArtworkFrame>(9, 9)};
+    piece.placement = planner::Placement{{"P-0003"}, {Radians(0), point<PanelFrame>(20, 20)}};
+    piece.alternatives = {{{{"P-0003"}, {Radians(0), point<PanelFrame>(40, 20)}}, 3}};
+    plan.artworks = {{"darker", "A", 9_mm, 9_mm}};
+    return plan;
   }
 
   // A remnant that was scanned, masks for all, an aborted run, a changed plan, a certificate of another device.
@@ -113,7 +126,7 @@ class Replies : public testing::RoutedCell {
 
     db::NewPlan changed;
     changed.name = "darker", changed.parent = db::PlanId{1}, changed.who = "local:1000";
-    changed.plan_json = "{}", changed.options_json = R"({"size_mm":60})";
+    changed.plan_json = planner::plan_to_json(drawn_plan()), changed.options_json = R"({"size_mm":60})";
     changed.report_json = R"({"cost_per_pixel":0.01,"without_lead":0,"warnings":[],"global":null,"fine":null})";
     db::PlannedPatch& patch = changed.pieces.emplace_back();
     patch.mark = "A1-1";
@@ -196,6 +209,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listPlans", "/plans?limit=1"},
                                                         {"getPlan", "/plans/1"},
                                                         {"getPlanPieces", "/plans/2/pieces"},
+                                                        {"getPlanAlternatives", "/plans/2/pieces/A1-1/alternatives"},
                                                         {"getPlanFile", "/plans/1/plan.json"},
                                                         {"listJobs", "/jobs"},
                                                         {"getJob", "/jobs/1"},

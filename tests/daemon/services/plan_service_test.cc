@@ -391,6 +391,25 @@ TEST_F(PlanServiceTest, AChangedPlanKeepsWhatIsNotNamedAndKnowsItsParent) {
   EXPECT_EQ(changed({first->plan, "", {{}, {"B9-9"}, {}, {}}, {}, 1}).error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(PlanServiceTest, TheSamePlanIsMadeAgainWithOtherPlacesForItsPieces) {
+  add_panel("P-0001", 255);
+  const auto first = stored_plan(small_job());
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  PlanService::Change change{first->plan, "", {}, {}, 1};
+  change.alternatives = 2;
+  const auto second = changed(change);
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  const auto before = pieces_of(first->plan);
+  for (const auto& [mark, piece] : pieces_of(second->plan))
+    EXPECT_EQ(piece.panel_outline, before.at(mark).panel_outline);
+  const auto text = database_->call([&](Repositories& r) { return r.plans.plan_json(second->plan); });
+  const auto read = planner::plan_from_json(*text);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  for (const auto& piece : read->pieces) EXPECT_EQ(piece.alternatives.size(), 2U) << piece.mark;
+  const auto record = database_->call([&](Repositories& r) { return r.plans.find(second->plan); });
+  EXPECT_EQ(nlohmann::json::parse(record->options_json)["alternatives"], 2);
+}
+
 TEST_F(PlanServiceTest, ADrawingsRegionsBecomeThePieces) {
   add_panel("P-0001", 255);
   JobRequest request = refined_job();

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -57,6 +58,27 @@ TEST_F(PlanFiles, APlanComesBackAsItWasWritten) {
     EXPECT_EQ(back->pieces[i].placement->panel_from_artwork * plan.pieces[i].artwork_outline,
               plan.pieces[i].placement->panel_from_artwork * plan.pieces[i].artwork_outline);
   }
+}
+
+TEST_F(PlanFiles, OnePieceIsPickedWithoutTheOthers) {
+  Plan plan = small_plan();
+  const auto placed = std::find_if(plan.pieces.begin(), plan.pieces.end(), [](const Piece& p) { return p.placement; });
+  placed->alternatives = {{*placed->placement, 7.5}, {*placed->placement, 8}};
+  const std::string text = plan_to_json(plan);
+  const auto picked = pick_piece(text, placed->mark);
+  ASSERT_TRUE(picked.ok()) << picked.error().message;
+  EXPECT_EQ(picked->kerf, plan.kerf);
+  EXPECT_EQ(picked->placed, plan.pieces.size() - unfilled(plan));
+  const auto worse = [&](const Piece& p) {
+    return p.placement && p.cost / static_cast<double>(p.pixels) > placed->cost / static_cast<double>(placed->pixels);
+  };
+  EXPECT_EQ(picked->worse, static_cast<std::size_t>(std::count_if(plan.pieces.begin(), plan.pieces.end(), worse)));
+  Plan alone = plan, picked_alone = plan;
+  alone.pieces = {*placed}, picked_alone.pieces = {picked->piece};
+  EXPECT_EQ(plan_to_json(picked_alone), plan_to_json(alone));
+  EXPECT_EQ(pick_piece(text, "Z9-9").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(pick_piece("{}", "A1-1").error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(pick_piece("[", "A1-1").error().code, ErrorCode::kInvalidArgument);
 }
 
 TEST_F(PlanFiles, PlanJsonHasTheContractsFields) {

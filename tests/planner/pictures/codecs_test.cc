@@ -83,6 +83,10 @@ TEST(Codecs, PngAsOpenCvWritesIt) {
   ASSERT_TRUE(grey);
   expect_same(cv::imdecode(std::vector<std::uint8_t>(grey->begin(), grey->end()), cv::IMREAD_UNCHANGED),
               noise(CV_8UC1));
+  const auto clear = encode_png(noise(CV_8UC4));
+  ASSERT_TRUE(clear);
+  expect_same(cv::imdecode(std::vector<std::uint8_t>(clear->begin(), clear->end()), cv::IMREAD_UNCHANGED),
+              noise(CV_8UC4));
   EXPECT_FALSE(encode_png(noise(CV_16UC3)));
   EXPECT_FALSE(encode_png({}));
 }
