@@ -241,7 +241,9 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   calibrate->add_flag("--more", options->more, "More pictures follow; leave it out for the last one");
   calibrate->add_option("--height-mm", options->height_mm,
                         "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
-  calibrate->add_option("--board-width-mm", options->board_width_mm, "laser: how wide the board on the bed is, along x; told with --board-height-mm")
+  calibrate
+      ->add_option("--board-width-mm", options->board_width_mm,
+                   "laser: how wide the board on the bed is, along x; told with --board-height-mm")
       ->check(positive_number());
   calibrate
       ->add_option("--board-height-mm", options->board_height_mm, "laser: how high the board on the bed is, along y")

@@ -166,10 +166,9 @@ std::string Workers::burn_rings() {
   EXPECT_TRUE(cell_->twin({{"cmd", "new-board"}, {"name", board}, {"width_mm", 300}, {"height_mm", 250}}).ok());
   // In the middle of the bed, as an operator is told to lay it.
   EXPECT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", board}, {"on", "bed"}, {"face", "show"}, {"turn_deg", 1}}).ok());
-  return calibrate("laser", {{"height_mm", 2.1},
-                             {"board_width_mm", 300},
-                             {"board_height_mm", 250},
-                             {"confirmed", {"board on the bed"}}});
+  return calibrate(
+      "laser",
+      {{"height_mm", 2.1}, {"board_width_mm", 300}, {"board_height_mm", 250}, {"confirmed", {"board on the bed"}}});
 }
 
 TwinWitness::Beam Workers::beam() {
