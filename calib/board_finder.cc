@@ -50,7 +50,7 @@ FoundBoard as_found(const cv::RotatedRect& box, const View& view) {
   while (turn > 45) turn -= 90, std::swap(across, along);
   while (turn < -45) turn += 90, std::swap(across, along);
   return {{view.area.min.x + Millimetres((box.center.x + 0.5) * pixel),
-           view.area.min.y + Millimetres((view.seen.rows - box.center.y - 0.5) * pixel)},
+           view.area.min.y + Millimetres((static_cast<double>(view.seen.rows) - box.center.y - 0.5) * pixel)},
           Millimetres(across),
           Millimetres(along),
           turn};
