@@ -19,7 +19,7 @@ export function inPlaceOf(piece, other) {
   return piece.artwork_outline_mm.map(([a, b]) => moved({...pose, x, y}, [a - u, b - v]));
 }
 
-const boxOf = (ring) => [0, 1].map((i) => [Math.min(...ring.map((p) => p[i])), Math.max(...ring.map((p) => p[i]))]);
+export const boxOf = (ring) => [0, 1].map((i) => [Math.min(...ring.map((p) => p[i])), Math.max(...ring.map((p) => p[i]))]);
 
 function away([x, y], [ax, ay], [bx, by]) {
   const [dx, dy] = [bx - ax, by - ay], long2 = dx * dx + dy * dy;
@@ -30,10 +30,11 @@ function away([x, y], [ax, ay], [bx, by]) {
 const side = ([ax, ay], [bx, by], [x, y]) => Math.sign((bx - ax) * (y - ay) - (by - ay) * (x - ax));
 const cross = (a, b, c, d) => side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
 
+export const apart = (a, b, gap) => a[0][0] - gap >= b[0][1] || b[0][0] - gap >= a[0][1] || a[1][0] - gap >= b[1][1] || b[1][0] - gap >= a[1][1];
+
 // Whether the two overlap, or lie nearer to each other than `gap`.
 export function tooNear(one, other, gap) {
-  const [a, b] = [boxOf(one), boxOf(other)];
-  if ([0, 1].some((i) => a[i][0] - gap >= b[i][1] || b[i][0] - gap >= a[i][1])) return false;
+  if (apart(boxOf(one), boxOf(other), gap)) return false;
   if (holds(one, ...other[0]) || holds(other, ...one[0])) return true;
   return one.some((p, i) => {
     const q = one[(i + 1) % one.length];

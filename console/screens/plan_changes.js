@@ -2,11 +2,12 @@
 // itself stays; another one is made.
 import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
-import {changed, mayChange, model} from "../model.js";
+import {get} from "../link.js";
+import {changed, followEvent, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
 import {button, taskRow} from "../parts.js";
 import {heartOf} from "../outlines.js";
-import {inPlaceOf, tooNear} from "../piece_places.js";
+import {apart, boxOf, inPlaceOf, tooNear} from "../piece_places.js";
 
 export const kPlaces = 6;  // looked for, for each piece
 const kRounding = .02;     // mm
@@ -63,15 +64,22 @@ function futureOf(piece, byMark) {
   return {panel: piece.panel, ring: piece.panel_outline_mm};
 }
 
+// All of them with their boxes, until something else is wanted: each piece is held against each other one.
+let futures = {pieces: null, wishes: "", all: []};
+function futuresOf(pieces) {
+  const wanted = allWishes();
+  if (futures.pieces === pieces && futures.wishes === wanted) return futures.all;
+  const byMark = new Map(pieces.map((piece) => [piece.mark, piece]));
+  const all = pieces.map((piece) => ({mark: piece.mark, ...futureOf(piece, byMark)})).filter(({ring}) => ring).map((one) => ({...one, box: boxOf(one.ring)}));
+  futures = {pieces, wishes: wanted, all};
+  return all;
+}
+
 // The mark of a piece that will lie there or too near by; "" where there is room among the pieces.
 function inTheWay(plan, pieces, panel, ring, but) {
-  const byMark = new Map(pieces.map((piece) => [piece.mark, piece]));
-  for (const piece of pieces) {
-    if (but.includes(piece.mark)) continue;
-    const future = futureOf(piece, byMark);
-    if (future && future.panel === panel && tooNear(ring, future.ring, gapOf(plan))) return piece.mark;
-  }
-  return "";
+  const box = boxOf(ring), gap = gapOf(plan);
+  const other = futuresOf(pieces).find((one) => one.panel === panel && !apart(box, one.box, gap) && !but.includes(one.mark) && tooNear(ring, one.ring, gap));
+  return other ? other.mark : "";
 }
 
 // Why it cannot be taken; "" where it can.
@@ -139,12 +147,25 @@ function underWay(plan, places) {
 }
 export const looksForPlaces = (plan) => underWay(plan, true);
 
+// Of those that ended while the page was cut off nobody tells it.
+followEvent("open", () => { for (const id of made.keys()) ask(id); });
+async function ask(id) {
+  try {
+    model.tasks.set(id, await get(`/tasks/${id}`));
+  } catch (fault) {
+    if (fault.status !== 404 || !made.has(id)) return;
+    if (of === made.get(id).from) failed = {...model.tasks.get(id), id, state: "failed"};
+    made.delete(id);
+  }
+  changed();
+}
+
 // What was made since the last look: `show` is told of the plans to be seen then, the newest behind. What was wanted
 // stays where it came to nothing, so that it can be wanted otherwise.
 export function takeMade(show) {
   for (const [task, {from, places, wanted}] of made) {
     const known = model.tasks.get(task);
-    if (!known || known.state === "running") continue;
+    if (!known || known.state === "running" || (known.state === "done" && !("result" in known))) continue;  // it is asked for again
     const plan = known.state === "done" && known.result && known.result.plan;
     if (plan && !model.plans.some((one) => one.id === plan)) continue;  // the list is on its way
     made.delete(task);

@@ -90,7 +90,7 @@ const board = {thickness: "", width: "490", height: "290"};
 const kBoard = "board on the bed", kUnseen = "board not seen";
 let placed = false, byHands = false;
 const wasUnseen = () => [...model.tasks.values()].some((task) => task.kind === "calibrate laser" && task.error && task.error.message.includes(kUnseen));
-const ticks = burnTicks("confirm", () => (byHands ? [] : [kBoard, ...(wasUnseen() ? [kUnseen] : [])]), () => (byHands || placed ? [] : [kBoard]));
+const ticks = burnTicks("confirm", () => [...(byHands ? [] : [kBoard]), ...(wasUnseen() ? [kUnseen] : [])], () => (byHands || placed ? [] : [kBoard]));
 
 export const laserStep = step("laser", "axes", (about, place) => {
   if (!board.thickness) board.thickness = String(about.setup.panel_thickness_mm);

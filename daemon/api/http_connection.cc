@@ -174,6 +174,7 @@ void HttpConnection::read_header() {
   ++request_number_;
   parser_.emplace();
   header_lines_ = 0;
+  header_bytes_ = 0;
   parser_->header_limit(static_cast<std::uint32_t>(shared_->options.max_header_bytes));
   parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // lowered once we know who sends it where
   parser_->eager(false);
@@ -185,17 +186,21 @@ void HttpConnection::read_header() {
 // them would keep the reactor from STOP for a fifth of a second. So their lines are counted before.
 void HttpConnection::parse_header() {
   const std::string_view said(static_cast<const char*>(buffer_.cdata().data()), buffer_.size());
-  const std::size_t end = said.find("\r\n\r\n");
+  // The parser takes line by line: of a header that came apart there, only its last line's end is left.
+  const std::size_t end = header_lines_ > 0 && said.starts_with("\r\n") ? 0 : said.find("\r\n\r\n");
   const auto lines = std::ranges::count(said.substr(0, end), '\n') + (end == std::string_view::npos ? 0 : 1);
   if (header_lines_ + lines > kMostHeaderLines)
     return answer(ApiReply::error(431, "too_large",
                                   "the request's header has more than " + std::to_string(kMostHeaderLines) +
                                       " lines: send fewer fields"),
                   true);
+  if (header_bytes_ + std::min(end, said.size()) > shared_->options.max_header_bytes)
+    return on_parse_fault(http::error::header_limit);
   error_code fault;
   if (!said.empty()) {
     const std::size_t understood = parser_->put(buffer_.cdata(), fault);
     header_lines_ += std::ranges::count(said.substr(0, understood), '\n');
+    header_bytes_ += understood;
     buffer_.consume(understood);
   }
   if (fault == http::error::need_more) fault = {};

@@ -109,6 +109,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   const Visitor visitor_;
   boost::beast::flat_buffer buffer_;
   std::ptrdiff_t header_lines_ = 0;  // of this request, that the parser has taken
+  std::size_t header_bytes_ = 0;     // the same
   std::optional<TlsHello> hello_;    // until the handshake is over
   TlsGate::Place place_;
   std::optional<RequestParser> parser_;

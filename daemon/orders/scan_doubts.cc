@@ -153,9 +153,10 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
 }
 
 bool leaves_out_what_is_in_doubt(std::string_view name) {
-  // Strips, tags and holes are numbered, and "strip-missing" is bare board that stays such.
+  // Strips, tags and holes are numbered, and "strip-missing" is bare board that stays such. "size" is not among them: a
+  // picture of another resolution looks right.
   constexpr std::string_view kNumbered[] = {"strip-", "spoiled-tag-", "moved-tag-", "moved-hole-"};
-  constexpr std::string_view kSingle[] = {"dust", "no-new-tag"};
+  constexpr std::string_view kSingle[] = {"dust", "no-new-tag", "lost-wood"};
   return std::ranges::any_of(kNumbered, [&](std::string_view beginning) { return name.starts_with(beginning); }) ||
          std::ranges::count(kSingle, name) > 0;
 }

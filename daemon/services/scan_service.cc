@@ -503,7 +503,7 @@ Result<std::vector<TakenTile>> ScanService::store_tiles(Face face) {
   for (const Tile& tile : tiles_) {
     auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face), kMostPixelsScanned);
     if (!stored) return stored.error();
-    out.push_back({stored->file, stored->sha256, tile.device, utc_timestamp(), tile.view.nominal.dpi()});
+    out.push_back({stored->file, stored->sha256, tile.device, tile.taken_at, tile.view.nominal.dpi()});
   }
   return out;
 }

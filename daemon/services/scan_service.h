@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/clock.h"
 #include "base/result.h"
 #include "calib/registration.h"
 #include "daemon/config.h"
@@ -71,6 +72,7 @@ class ScanService {
     calib::TileView view;
     std::vector<ScanWarning> warnings;
     std::string sha256;  // of the picture
+    std::string taken_at = utc_timestamp();
   };
   // What the database knows of the sheet on the glass.
   struct Known {

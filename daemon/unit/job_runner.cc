@@ -132,21 +132,21 @@ void JobRunner::reset(Reply reply) {
   view_.job.reset();
   pending_ = {std::move(reply)};
   homing_ = false;
-  record_.begin(
-      WorkRecord::Work::kHoming, "while the laser was homed", while_current([this](const Status& written) {
-        if (!written) {
-          record_.end(WorkRecord::Work::kHoming);
-          const Error why{written.error().code, fmt::format("the laser is not homed: {}", written.error().message)};
-          enter(CellState::kStopping);
-          enter(CellState::kStopped, why.message);
-          return answer(why);
-        }
-        homing_ = true;
-        if (laser_connected_) return parts().laser.home();
-        parts().laser.connect([this, alive = std::weak_ptr<int>(alive_)](const LaserEvent& event) {
-          if (!alive.expired()) on_laser(event);
-        });
-      }));
+  record_.begin(WorkRecord::Work::kHoming, "while the laser was homed",
+                while_current([this, given = consent().lid_openings](const Status& written) {
+                  if (const Status may = written ? lid_stayed(given) : written; !may) {
+                    record_.end(WorkRecord::Work::kHoming);
+                    const Error why{may.error().code, fmt::format("the laser is not homed: {}", may.error().message)};
+                    enter(CellState::kStopping);
+                    enter(CellState::kStopped, why.message);
+                    return answer(why);
+                  }
+                  homing_ = true;
+                  if (laser_connected_) return parts().laser.home();
+                  parts().laser.connect([this, alive = std::weak_ptr<int>(alive_)](const LaserEvent& event) {
+                    if (!alive.expired()) on_laser(event);
+                  });
+                }));
 }
 
 void JobRunner::clear(const std::string& who, Reply reply) {
@@ -329,6 +329,14 @@ Error JobRunner::no_panel_yet() const {
   return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
 }
 
+// A word is given over a closed lid. Between it and what moves there is a write, which may take a while.
+Status JobRunner::lid_stayed(int openings) const {
+  if (parts().laser.status().lid_openings == openings) return Ok();
+  return Error{ErrorCode::kRefused,
+               "the lid was opened since this was asked for: look at what lies on the bed, close it, and ask for it "
+               "again"};
+}
+
 Status JobRunner::still_holds(const Consent& given) const {
   return check_consent(given, consent(), parts().laser.status());
 }
@@ -438,10 +446,13 @@ void JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std
   if (const Status may = may_jog(dx, dy); !may) return reply(may);
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   owed_.disturb();
-  const auto go = [this, dx, dy, speed, stopped = jogs_stopped_, moment = moment()]() -> Status {
+  const auto go = [this, dx, dy, speed, stopped = jogs_stopped_, moment = moment(),
+                   given = consent().lid_openings]() -> Status {
     if (!moment.is_current() || stopped != jogs_stopped_)
       return Error{ErrorCode::kCancelled, "the head was stopped before it moved"};
     if (Status may = may_jog(dx, dy); !may) return may;  // others may have come first
+    if (Status may = lid_stayed(given); !may) return may;
+    owed_.disturb();  // whoever looked meanwhile saw the head elsewhere
     return parts().laser.jog(dx, dy, speed);
   };
   ++jogs_coming_;

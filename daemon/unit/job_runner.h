@@ -132,6 +132,7 @@ class JobRunner : private ActivityHost {
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
   Status may_jog(Millimetres dx, Millimetres dy) const;
+  Status lid_stayed(int openings) const;
   void note_jogged();
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});

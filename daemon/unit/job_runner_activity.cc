@@ -25,9 +25,11 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
   const std::string recorded = activity_->recorded();
   if (recorded.empty()) return prove_first(doing);
   recording_ = true;
-  record_.begin(WorkRecord::Work::kActivity, recorded, while_current([this, doing](const Status& written) {
+  record_.begin(WorkRecord::Work::kActivity, recorded,
+                while_current([this, doing, given = consent().lid_openings](const Status& written) {
                   recording_ = false;
-                  written ? prove_first(doing) : refused(written.error());
+                  const Status may = written ? lid_stayed(given) : written;
+                  may ? prove_first(doing) : refused(may.error());
                 }));
 }
 
@@ -155,7 +157,8 @@ bool JobRunner::may_look_for_owed() const {
                        view_.state == CellState::kIdle || view_.state == CellState::kSuspended ||
                        view_.state == CellState::kComplete;
   const LaserStatus laser = parts().laser.status();
-  return owed_.any() && at_rest && !activity_ && !jogging_ && !breaking_ && !unwritten_ && !laser.beam_on;
+  return owed_.any() && at_rest && !activity_ && !jogging_ && jogs_coming_ == 0 && !breaking_ && !unwritten_ &&
+         !laser.beam_on;
 }
 
 void JobRunner::doubted(JobId job, const std::string& why) {

@@ -27,12 +27,14 @@ class Console : public OperatedCell {
     const std::filesystem::path pictures = VENEER_PAGES;
     std::filesystem::create_directories(pictures);
     const auto program = std::filesystem::path(VENEER_CONSOLE_DAY).replace_filename(script);
-    auto day = ChildProcess::start({"/usr/bin/python3", program.string(), link(), pictures.string()}, dir_ / "day.log",
-                                   {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
-                                    {"MAINTAINER_LINK", link("maintainer")},
-                                    {"VENEERD_SOCKET", cell_->api_socket().string()},
-                                    {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
-                                    {"PICTURE", (dir_ / "second.png").string()}});
+    const std::string operators = link();  // the first one
+    auto day =
+        ChildProcess::start({"/usr/bin/python3", program.string(), operators, pictures.string()}, dir_ / "day.log",
+                            {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
+                             {"MAINTAINER_LINK", link("maintainer")},
+                             {"VENEERD_SOCKET", cell_->api_socket().string()},
+                             {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
+                             {"PICTURE", (dir_ / "second.png").string()}});
     ASSERT_TRUE(day.ok()) << day.error().message;
     EXPECT_EQ(day->wait(), 0) << read_whole(dir_ / "day.log").value_or("no log");
   }

@@ -132,5 +132,5 @@ class Pieces(Day):
             "return [...document.querySelectorAll('.side-by-side > section')].map((one) => one.dataset.key).join()") == f"{PLACES},{NEW}")
         self.until_says("#plan-differs", "4 pieces have other wood than in plan 3")
         self.until("rings about them", lambda: self.browser.execute_script(
-            "return [...document.querySelectorAll('path.ring.inner')].every((one) => one.getAttribute('d').split('Z').length === 5)"))
+            "const rings = [...document.querySelectorAll('path.ring.inner')]; return rings.length === 2 && rings.every((one) => one.getAttribute('d').split('Z').length === 5)"))
         self.show("pieces-made")

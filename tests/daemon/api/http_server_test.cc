@@ -209,6 +209,13 @@ TEST(HttpServer, AHeaderHasAtMostSixtyFourLines) {
   EXPECT_EQ(refused.status, 431);
   EXPECT_THAT(refused.body, ::testing::HasSubstr("more than 64 lines: send fewer fields"));
   EXPECT_TRUE(probe.hung_up());
+  for (const std::size_t left : {1, 2, 3, 4}) {
+    const std::string head = "POST /api/v1/laser/jog HTTP/1.1\r\nHost: x\r\nContent-Length: 102\r\n\r\n";
+    auto apart = HttpProbe::over_unix(server.socket());
+    apart.send(head.substr(0, head.size() - left));
+    for (int i = 0; i < 8; ++i) server.on_reactor([] {});  // it has read that by then
+    EXPECT_EQ(apart.ask(head.substr(head.size() - left) + "{" + std::string(100, '\n') + "}").status, 200) << left;
+  }
   auto unended = HttpProbe::over_unix(server.socket());
   EXPECT_EQ(unended.ask(request(500).substr(0, 1000)).status, 431) << "whether it ends or not";
 }

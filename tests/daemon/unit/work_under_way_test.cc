@@ -282,6 +282,51 @@ TEST_F(WorkUnderWay, NorOneThatWasStoppedBeforeItMoved) {
   expect_stopped();
 }
 
+// Hands may be in it: what was said before the lid was opened moves nothing once the disk has taken the record.
+TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
+  const auto lid_moves = [this] {
+    poll();
+    laser_.open_lid();
+    laser_.close_lid();
+    poll();
+  };
+  Status told = Ok();
+  const auto note = [&told](const Status& s) { told = s; };
+  {
+    const SlowDatabase slow(*database_);
+    runner_->command(CellCommand::kReset, "test", note);
+    lid_moves();
+  }
+  settle();
+  EXPECT_THAT(told.error().message, HasSubstr("the laser is not homed: the lid was opened since"));
+  EXPECT_THAT(laser_.calls, Not(Contains("home")));
+  EXPECT_EQ(state(), CellState::kStopped);
+  laser_.lid_was_open = false;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  {
+    const SlowDatabase slow(*database_);
+    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", note);
+    lid_moves();
+  }
+  settle();
+  EXPECT_THAT(told.error().message, HasSubstr("the lid was opened since"));
+  EXPECT_THAT(laser_.calls, Not(Contains("jog")));
+  laser_.lid_was_open = false;
+  {
+    const SlowDatabase slow(*database_);
+    Stroke dark;
+    dark.role = StrokeRole::kPattern;
+    dark.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
+    dark.speed = MmPerSecond(10);
+    runner_->burn_pattern({{dark}}, "test", note);
+    lid_moves();
+  }
+  settle();
+  EXPECT_THAT(told.error().message, HasSubstr("the lid was opened since"));
+  EXPECT_EQ(starts(), 0);
+  EXPECT_EQ(state(), CellState::kIdle);
+}
+
 // The first is refused when the second is on its way already.
 TEST_F(WorkUnderWay, EachOfSeveralJogsIsOnRecord) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
