@@ -281,7 +281,7 @@ Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, co
   look.board = wanted_board(board);
   const auto seen = have<BedSeen>(look, picture->file, progress, stop);
   if (!seen) return seen.error();
-  if (seen->nothing && seen->boards.empty())
+  if (seen->nothing)
     return Error{ErrorCode::kRefused,
                  fmt::format("the picture of {} shows nothing, neither the board nor the bed: see that the light is on "
                              "and that nothing covers the lens, and run veneerctl calibrate laser again",
