@@ -90,6 +90,12 @@ cv::Mat wood_of_tone(const PanelLibrary::SmallPicture& map, Tone tone, cv::Size 
   cv::Mat bgr, lab, lightness;
   map.pixels.convertTo(bgr, CV_32F, 1.0 / 255);
   if (bgr.channels() == 1) cv::cvtColor(bgr, bgr, cv::COLOR_GRAY2BGR);
+  // OpenCV makes its tables with the first call, and where two threads come at once it makes them twice and loses one.
+  [[maybe_unused]] static const bool tables_are_made = [] {
+    cv::Mat one;
+    cv::cvtColor(cv::Mat(1, 1, CV_32FC3, cv::Scalar::all(0)), one, cv::COLOR_BGR2Lab);
+    return true;
+  }();
   cv::cvtColor(bgr, lab, cv::COLOR_BGR2Lab);
   cv::extractChannel(lab, lightness, 0);
   const int grain = std::max(1, cvRound(kMapResolution.to_px(kGrain).count() * map.scale));
