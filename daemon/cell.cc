@@ -315,7 +315,9 @@ void Cell::look_regularly() {
 void Cell::give_up_kept_scan() {
   const auto kept = scans->kept();
   if (!kept || kept->since == given_up_) return;
-  if (!kept->is_over(utc_timestamp(-std::chrono::hours(24)), check_room(room_.free_bytes()).ok())) return;
+  // It is hundreds of megabytes a tile, and the next scan has to find room beside it.
+  const bool has_room = room_.free_bytes().value_or(kLittleRoom) >= kLittleRoom;
+  if (!kept->is_over(utc_timestamp(-std::chrono::hours(24)), has_room)) return;
   given_up_ = kept->since;
   log->info("the {} tiles of the series that was refused at {} are kept no longer", kept->tiles, kept->since);
   scanner_worker->post([this] { scans->give_up_kept(); });

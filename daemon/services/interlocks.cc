@@ -15,7 +15,6 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr std::uintmax_t kLittleRoom = 2'000'000'000;  // bytes: some scans of large panels, and a backup of them
 constexpr std::chrono::hours kOldBackup{7 * 24};
 
 using enum InterlockState;

@@ -201,9 +201,7 @@ std::optional<std::string> owed_before(const fs::path& file, bool was_made) {
     if (Status whole = before->check_integrity(); !whole) return whole.error();
     return db::JobStore(*before).would_owe_clear();
   }();
-  if (!owed)
-    return "a backup took the place of a database that could not be read, which may have told of work that was broken "
-           "off";
+  if (!owed) return "a backup took the place of a database in which it could not be read whether work was broken off";
   if (!*owed) return std::nullopt;
   return fmt::format("before a backup was put in place: {}", **owed);
 }

@@ -13,6 +13,9 @@ namespace veneer::daemon {
 // How it is where there is none, as the chain of interlocks says it, too.
 inline constexpr const char* kDiskIsNearlyFull = "the disk is nearly full, and soon no cut can be booked";
 
+// Bytes: some scans of large panels, and a backup of them.
+inline constexpr std::uintmax_t kLittleRoom = 2'000'000'000;
+
 // kRefused where less is free than the database takes at once for a run. A disk that has not said refuses nothing: what
 // cannot be booked ends its job all the same. Pure; thread-safe.
 Status check_room(const std::optional<std::uintmax_t>& free_bytes);

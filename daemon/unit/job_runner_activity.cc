@@ -194,7 +194,7 @@ void JobRunner::ending(Afterwards afterwards) {
 void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
   auto activity = retire();
   record_.end(WorkRecord::Work::kActivity);
-  // Before the cell is said to rest, so that a kill after that finds it so.
+  // On its way to the disk before the cell is said to rest: only a kill within that one write finds work under way.
   if (afterwards == Afterwards::kStopped || afterwards == Afterwards::kComplete) record_.end_all();
   switch (afterwards) {
     case Afterwards::kBack:

@@ -9,7 +9,10 @@ namespace veneer::daemon {
 void WorkRecord::begin(Work work, const std::string& doing, Reply written) {
   under_way_.push_back({work, doing});
   database_->async(
-      [doing, number = ++last_, newest = written_](Repositories& r) {
+      [doing, number = ++last_, forgotten = forgotten_, newest = written_](Repositories& r) -> Status {
+        if (*newest < forgotten)
+          return Error{ErrorCode::kStorage,
+                       "that the work before was broken off is not written yet: make room on the disk, and try again"};
         Status noted = r.jobs.note_under_way(doing, utc_timestamp());
         if (noted) *newest = number;
         return noted;
@@ -29,7 +32,7 @@ void WorkRecord::end_all() {
 
 void WorkRecord::forget() {
   under_way_.clear();
-  ++last_;
+  forgotten_ = ++last_;
   database_->owe([number = last_, newest = written_](Repositories&) {
     *newest = number;
     return Ok();

@@ -29,7 +29,8 @@ class WorkRecord {
   // start finds what has ended, and is Aborted for nothing.
   void end(Work work);
   void end_all();
-  // An abort is owed to the database, which ends it all.
+  // An abort is owed to the database, which ends it all. Nothing else begins before it is written, or it would end
+  // that.
   void forget();
 
  private:
@@ -44,7 +45,7 @@ class WorkRecord {
   // What is tried again may be overtaken by what was written since, and must not be written then: the number of the
   // newest that is written. On the database's thread.
   std::shared_ptr<std::int64_t> written_ = std::make_shared<std::int64_t>(0);
-  std::int64_t last_ = 0;
+  std::int64_t last_ = 0, forgotten_ = 0;  // forgotten_: of the last forget()
 };
 
 }  // namespace veneer::daemon

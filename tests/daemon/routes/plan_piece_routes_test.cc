@@ -199,8 +199,8 @@ TEST_F(PlanPieceRoutes, RefuseWhatThePlanDoesNotHave) {
   EXPECT_EQ(ask("GET", "/api/v1/plans/9/pieces/A1/alternatives").status, 404);
 }
 
-// Each was asked for once before.
-TEST_F(PlanPieceRoutes, KnowAPlanByMoreThanItsNumber) {
+// What was asked for once before is kept.
+TEST_F(PlanPieceRoutes, TellNothingOfAPlanThatIsGone) {
   store(drawn());
   EXPECT_EQ(status("A1/alternatives"), 200);
   change([](Repositories& r) { return r.plans.remove(db::PlanId{1}); });

@@ -2,6 +2,7 @@
 // good, with every Start, cancel and redo refused.
 #include <gmock/gmock.h>
 
+#include "daemon/unit/work_record.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
@@ -30,6 +31,35 @@ TEST_F(OwedWritesTest, AreTriedBeforeWhateverIsAskedNextUntilTheyAreWritten) {
   write(2);
   EXPECT_THAT(database_->call([&](Repositories&) { return done; }), ElementsAre(1, 2));
   EXPECT_THAT(database_->call([&](Repositories&) { return done; }), ElementsAre(1, 2)) << "once, and no more";
+}
+
+// Or its row would end the newer work's, and a kill in that would be forgotten.
+TEST_F(OwedWritesTest, NoWorkBeginsBeforeAnAbortThatIsOwed) {
+  bool full = true;
+  database_->owe([&full](Repositories& r) -> Status {
+    if (full) return Error{ErrorCode::kStorage, "the disk is full"};
+    return r.jobs.note_abort("STOP by test", kThen);
+  });
+  WorkRecord record(*database_);
+  record.forget();
+  Status begun = Ok();
+  const auto begin = [&] {
+    record.begin(WorkRecord::Work::kHoming, "while the laser was homed", [&begun](Status s) { begun = std::move(s); });
+    settle();
+  };
+  begin();
+  ASSERT_FALSE(begun.ok());
+  EXPECT_THAT(begun.error().message, ::testing::HasSubstr("is not written yet: make room on the disk"));
+  record.end(WorkRecord::Work::kHoming);
+  full = false;
+  begin();
+  EXPECT_TRUE(begun.ok());
+  const auto owed = [this] {
+    return database_->call([](Repositories& r) { return r.jobs.would_owe_clear(); }).value().value_or("");
+  };
+  EXPECT_EQ(owed(), "STOP by test");
+  ASSERT_TRUE(database_->call([](Repositories& r) { return r.jobs.note_cleared("test", kThen); }).ok());
+  EXPECT_EQ(owed(), "the program ended while the laser was homed");
 }
 
 TEST_F(OwedWritesTest, AJobThatWasStoppedBetweenTwoPanelsUnderAFullDiskIsStopped) {
