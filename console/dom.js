@@ -43,15 +43,19 @@ function apply(node, name, value) {
 
 const flat = (children) => children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false && child !== "");
 
-// The children of `place` become these. A node with data-key keeps its self wherever it goes; what is inside a node with
-// data-keep is its own business.
+// The children of `place` become these. A node with data-key or an id keeps its self wherever it goes, and what is
+// unfolded in it; what is inside a node with data-keep is its own business.
 export function put(place, ...wanted) {
   const nodes = flat(wanted).map((node) => (node instanceof Node ? node : document.createTextNode(node)));
-  const keyed = new Map();
-  for (const child of place.children) if (child.dataset.key) keyed.set(child.dataset.key, child);
+  const keyed = new Map(), stay = new Set(nodes.map(keyOf));
+  for (const child of [...place.children]) {
+    if (!keyOf(child)) continue;
+    // First, so that its neighbours need not be moved: what is moved loses its focus.
+    if (stay.has(keyOf(child))) keyed.set(keyOf(child), child); else child.remove();
+  }
   let at = place.firstChild;
   for (const node of nodes) {
-    const key = node.dataset ? node.dataset.key : undefined;
+    const key = keyOf(node);
     const same = key ? keyed.get(key) : at && alike(at, node) ? at : null;
     if (!same) { place.insertBefore(node, at); continue; }
     if (same === at) at = at.nextSibling; else place.insertBefore(same, at);
@@ -60,7 +64,8 @@ export function put(place, ...wanted) {
   while (at) { const gone = at; at = at.nextSibling; gone.remove(); }
 }
 
-const alike = (live, node) => live.nodeType === node.nodeType && live.nodeName === node.nodeName && !(live.dataset && live.dataset.key) && live.id === node.id;
+const keyOf = (node) => node.nodeType === Node.ELEMENT_NODE && (node.dataset.key || node.id) ? `${node.nodeName} ${node.dataset.key || node.id}` : "";
+const alike = (live, node) => live.nodeType === node.nodeType && live.nodeName === node.nodeName && !keyOf(live);
 
 function become(live, node) {
   if (live.nodeType === Node.TEXT_NODE) {

@@ -362,8 +362,10 @@ class Day:
         self.until("the veil on the first one", lambda: self.painted("edges") == veil)
         self.press("#edges-undo")
         self.until("no veil", lambda: self.painted("edges") == "0")
-        layout("grid")
         self.press("#matters summary")
+        layout("grid")
+        self.until("edges are not followed any more", lambda: self.painted("edges") is None)
+        assert self.find("#matters").get_attribute("open"), "what was unfolded stays so, whatever comes or goes beside it"
         self.until("the picture to paint on", lambda: self.painted("matters") == "0")
         self.draw_over("canvas[data-brush=matters]", (.4, .4), (.6, .5))
         self.until("what matters", lambda: self.painted("matters") not in (None, "0"))
