@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <new>
 #include <random>
@@ -33,6 +34,11 @@ void change_by(std::vector<char>& content, const Change& change) {
   if (change.truncation) return content.resize(offset);
   if (content.size() < offset + change.bytes.size()) content.resize(offset + change.bytes.size());
   std::copy(change.bytes.begin(), change.bytes.end(), content.begin() + static_cast<std::ptrdiff_t>(offset));
+}
+
+std::vector<char> content_of(const char* file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace
@@ -163,8 +169,11 @@ int do_open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, i
   const int result = state->real->xOpen(state->real, name, real(file), flags, out_flags);
   if (result != SQLITE_OK) return result;
   opened->base.pMethods = &kMethods;
-  if (name != nullptr && (flags & (SQLITE_OPEN_MAIN_DB | SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL)) != 0)
-    opened->disk = &state->disks[name];
+  if (name != nullptr && (flags & (SQLITE_OPEN_MAIN_DB | SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL)) != 0) {
+    const auto [disk, first] = state->disks.try_emplace(name);
+    if (first) disk->second.synced = content_of(name);  // it was there before we were
+    opened->disk = &disk->second;
+  }
   return SQLITE_OK;
 }
 int do_delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
