@@ -29,6 +29,9 @@ void draw_disc(const fs::path& file) {
   cv::imwrite(file.string(), picture);
 }
 
+// Bent lines, cells in two along a diagonal where an edge runs so, and borders that follow the picture.
+const std::map<std::string, std::string> kShapes = {{"layout", "morph"}, {"triangles", "1"}, {"refine", "dp"}};
+
 TEST(LihuiyuCell, CutsAJobThatTheTwinsTruthProves) {
   const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
   const fs::path &dir = folder.path(), bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
@@ -40,10 +43,13 @@ TEST(LihuiyuCell, CutsAJobThatTheTwinsTruthProves) {
   QuietNarrator narrator;
   Story story(cell, dir, narrator);
   for (const Status& step :
-       {story.calibrate(), story.scan_panel({"sheet", 200, 140}), story.plan({dir / "target.png", "sheet", 48, 12}),
-        story.cut(1), story.reconcile(1), story.prove(bin)})
+       {story.calibrate(), story.scan_panel({"sheet", 200, 140}),
+        story.plan({dir / "target.png", "sheet", 48, 12, kShapes}), story.cut(1), story.reconcile(1), story.prove(bin)})
     ASSERT_TRUE(step.ok()) << step.error().message << "\n" << cell.twin({{"cmd", "status"}})->dump(2);
   EXPECT_THAT(red_figures(story.report()), IsEmpty()) << story.report().dump(2);
+  const auto job = cell.api().get("/jobs/1");
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_TRUE((*job)["refined"].is_object()) << job->dump(2);
 
   const auto status = cell.twin({{"cmd", "status"}});
   ASSERT_TRUE(status.ok()) << status.error().message;
