@@ -1,6 +1,7 @@
 // All borders of a plan where they are now: curves and outlines, and how to move them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -113,6 +114,27 @@ auto smoothed_enough(const Smoothed& smoothed) {
       too_little = middle + 1;
   }
   return out ? *std::move(out) : smoothed(kBends[enough]);
+}
+// The same, where it was known of borders much like these: `bend` is what was enough of kBends then, and becomes what
+// is now. What `smoothed` answers says its `bend` too.
+template <class Smoothed>
+auto smoothed_enough(const Smoothed& smoothed, std::optional<std::size_t>& bend) {
+  if (!bend) {
+    auto out = smoothed_enough(smoothed);
+    bend = static_cast<std::size_t>(std::find(kBends.begin(), kBends.end(), out.bend) - kBends.begin());
+    return out;
+  }
+  auto out = smoothed(kBends[*bend]);
+  if (!out.is_smooth()) {
+    while (!out.is_smooth() && *bend + 1 < kBends.size()) out = smoothed(kBends[++*bend]);
+    return out;
+  }
+  while (*bend > 0) {
+    auto less = smoothed(kBends[*bend - 1]);
+    if (!less.is_smooth()) break;
+    out = std::move(less), --*bend;
+  }
+  return out;
 }
 
 }  // namespace veneer::planner

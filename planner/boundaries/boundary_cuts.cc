@@ -61,7 +61,7 @@ Borders::State BoundaryCuts::drawn(std::vector<CutLines> lines) const {
   return out;
 }
 
-BoundaryCuts::Proposal BoundaryCuts::proposal(const std::vector<FaceCost>& costs) const {
+BoundaryCuts::Proposal BoundaryCuts::proposal(const std::vector<FaceCost>& costs) {
   std::vector<CutLines> cut = now_.lines;
   std::vector<std::vector<FaceCost>> own(members_.size());
   for (std::size_t a = 0; a < members_.size(); ++a) {
@@ -73,20 +73,24 @@ BoundaryCuts::Proposal BoundaryCuts::proposal(const std::vector<FaceCost>& costs
   struct Smoothed {
     std::vector<CutLines> lines;
     CurveLength curves;
+    double bend;
     bool is_smooth() const { return curves.long_enough(); }
   };
   Proposal out{cut, {}};
-  out.smooth = smoothed_enough([&](double bend) {
-                 Smoothed it{cut, {}};
-                 std::vector<CurveLength> lengths(cut.size());
-                 (void)run_parallel(cut.size(), options_.threads, {}, [&](std::size_t a) {
-                   smooth_all(it.lines[a], own[a], cut_options(), stride, bend * unit, kCutRounds);
-                   lengths[a] = curve_length(
-                       curved_layout(it.lines[a], width_of(a), problem_.artworks[a].grid, options_.smoothness));
-                 });
-                 for (const CurveLength& length : lengths) it.curves += length;
-                 return it;
-               }).lines;
+  out.smooth = smoothed_enough(
+                   [&](double bend) {
+                     Smoothed it{cut, {}, bend};
+                     std::vector<CurveLength> lengths(cut.size());
+                     (void)run_parallel(cut.size(), options_.threads, {}, [&](std::size_t a) {
+                       smooth_all(it.lines[a], own[a], cut_options(), stride, bend * unit, kCutRounds);
+                       lengths[a] = curve_length(
+                           curved_layout(it.lines[a], width_of(a), problem_.artworks[a].grid, options_.smoothness));
+                     });
+                     for (const CurveLength& length : lengths) it.curves += length;
+                     return it;
+                   },
+                   bend_)
+                   .lines;
   return out;
 }
 

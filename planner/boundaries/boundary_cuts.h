@@ -1,6 +1,7 @@
 // Borders that are lines across their artwork (cut_lines.h), and how to move them.
 #pragma once
 
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -21,10 +22,12 @@ class BoundaryCuts : public Borders {
   struct Proposal {
     std::vector<CutLines> by_pixels, smooth;
   };
-  Proposal proposal(const std::vector<FaceCost>& costs) const;
+  Proposal proposal(const std::vector<FaceCost>& costs);
   RefineReport::PixelCut beside(const std::vector<CutLines>& lines, const std::vector<CutLines>& by_pixels) const;
   CutOptions cut_options() const;
   Millimetres width_of(std::size_t artwork) const;
+
+  std::optional<std::size_t> bend_;  // of kBends: what was smooth enough at the last cut
 };
 
 }  // namespace veneer::planner

@@ -113,6 +113,60 @@ Ring<BedFrame> without_specks(const Ring<BedFrame>& ring) {
   return out.size() >= 3 ? out : ring;
 }
 
+// How far from the outline's corner, in offsets, a tip of the beam's way ends. Offsets mitre corners down to 60 degrees
+// and cut the tips of sharper ones off at one offset, where wood is booked too: about there the same corner, rounded
+// anew wherever it lies, may have either. So tips become ever blunter before that angle, and are as blunt there.
+double tip_of(double angle) {
+  constexpr double kFrom = 80 * kPi / 180, kTo = 63 * kPi / 180;
+  const double share = std::clamp((angle - kTo) / (kFrom - kTo), 0.0, 1.0);
+  return 1 + share * (1 / std::sin(kFrom / 2) - 1);
+}
+
+// Where the ring, walked from a vertex against or along its direction, comes to be `depth` below it, measured along
+// `away`, and how many vertices lie before that.
+struct Crossing {
+  std::size_t passed = 0;
+  Point<BedFrame> at;
+};
+std::optional<Crossing> crossing(const Ring<BedFrame>& ring, std::size_t tip, bool backwards, const Direction& away,
+                                 double depth) {
+  const std::size_t n = ring.size();
+  const auto below = [&](const Point<BedFrame>& p) {
+    return (ring[tip].x - p.x).count() * away.x + (ring[tip].y - p.y).count() * away.y;
+  };
+  for (std::size_t k = 1; k < n / 2 + 1; ++k) {
+    const auto &a = ring[(backwards ? tip + n - k + 1 : tip + k - 1) % n],
+               &b = ring[(backwards ? tip + n - k : tip + k) % n];
+    if (below(b) < depth) continue;
+    const double t = (depth - below(a)) / (below(b) - below(a));
+    return Crossing{k - 1,
+                    point<BedFrame>(a.x.count() + (b.x - a.x).count() * t, a.y.count() + (b.y - a.y).count() * t)};
+  }
+  return std::nullopt;
+}
+
+// The ring of an outline grown by `grow` without the tips of its sharp corners.
+Ring<BedFrame> without_tips(const Ring<BedFrame>& ring, double grow) {
+  const std::size_t n = ring.size();
+  std::vector<std::vector<Point<BedFrame>>> at(n);  // what takes a vertex's place
+  for (std::size_t i = 0; i < n; ++i) at[i] = {ring[i]};
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto &a = ring[(i + n - 1) % n], &b = ring[i], &c = ring[(i + 1) % n];
+    const double across = (b.x - a.x).count() * (c.y - b.y).count() - (b.y - a.y).count() * (c.x - b.x).count();
+    const double angle = kPi - turn_at(ring, i), depth = (1 / std::sin(angle / 2) - tip_of(angle)) * grow;
+    if (across <= 0 || depth * std::tan(angle / 2) * 2 <= kMoved.count()) continue;
+    const Direction away = away_at(ring, i);
+    const auto before = crossing(ring, i, true, away, depth), after = crossing(ring, i, false, away, depth);
+    if (!before || !after) continue;
+    for (std::size_t k = 1; k <= before->passed; ++k) at[(i + n - k) % n].clear();
+    for (std::size_t k = 1; k <= after->passed; ++k) at[(i + k) % n].clear();
+    at[i] = {before->at, after->at};
+  }
+  Ring<BedFrame> out;
+  for (const auto& points : at) out.insert(out.end(), points.begin(), points.end());
+  return out.size() >= 3 ? out : ring;
+}
+
 }  // namespace
 
 Millimetres beam_offset(const Recipe& recipe, Millimetres fit_clearance) {
@@ -126,7 +180,8 @@ Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow
   auto rings = offset(region, grow).rings();
   if (rings.size() != 1)
     return Error{ErrorCode::kInvalidArgument, "has a part as narrow as the kerf: plan larger pieces"};
-  return without_specks(rings.front());
+  const Ring<BedFrame> ring = without_specks(rings.front());
+  return grow.count() > 0 ? without_tips(ring, grow.count()) : ring;
 }
 
 double turn_at(const Ring<BedFrame>& ring, std::size_t i) {
