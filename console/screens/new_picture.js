@@ -19,9 +19,11 @@ const wanted = {
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
+let grid = null;    // grid_lines.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
 
 export async function enter() {
+  if (!grid) import("../grid_lines.js").then((one) => { grid = one; changed(); }, () => setTimeout(enter, kAgainMs));
   try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
   changed();
 }
@@ -32,6 +34,7 @@ const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((pa
 export function draw() {
   wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
+  if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
   const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
@@ -41,7 +44,10 @@ export function draw() {
     sketch && h("div.column", {}, rest)];
 }
 
-export const drawn = paintDrawn;
+export function drawn(place) {
+  paintDrawn(place);
+  if (grid) grid.linesDrawn(place);
+}
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
 
@@ -110,7 +116,7 @@ function formCard() {
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
-      drawingControl(), edgeControls(wanted.layout === "morph"), matterControls(),
+      drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("label.tick", {}, h("input", {type: "checkbox", id: "picture-elsewhere", checked: wanted.elsewhere, onchange: (event) => take("elsewhere", event.target.checked)}), t("picture.elsewhere")),
@@ -152,6 +158,15 @@ function sketchQuery() {
   return query;
 }
 
+// What the lines of a grid depend on; null with a layout that has none.
+function gridQuery() {
+  if (wanted.layout !== "morph") return null;
+  const query = new URLSearchParams({layout: "morph", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm});
+  paintInto(query, true);
+  query.delete("importance");  // of wood
+  return query;
+}
+
 const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, crop.width, crop.height].join(",") : wanted.crop; };
 
 async function plan(event) {
@@ -161,6 +176,7 @@ async function plan(event) {
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
+  if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (wanted.refine) query.set("refine", "dp");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
