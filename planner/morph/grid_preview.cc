@@ -1,11 +1,12 @@
 #include "planner/morph/grid_preview.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace veneer::planner {
 namespace {
 
-constexpr int kPointsPerCell = 4;
+constexpr int kPoints = 6000, kFewestPerCell = 4, kMostPerCell = 16;  // of a grid's lines, about; along one cell
 // Lines turn by at most 40 degrees, so that each step comes nearer by a quarter at least.
 constexpr int kCrossingSteps = 40;
 
@@ -18,8 +19,9 @@ class Preview {
     GridPreview out{size_, {}, {}};
     for (int row = 0; row <= size_.rows; ++row)
       for (int column = 0; column <= size_.columns; ++column) out.vertices.push_back(vertex(row, column));
+    const int per_cell = std::clamp(kPoints / (size_.rows * size_.columns), kFewestPerCell, kMostPerCell);
     for (const CutLine& line : lines_.lines) {
-      const int points = kPointsPerCell * (line.upright ? size_.rows : size_.columns);
+      const int points = per_cell * (line.upright ? size_.rows : size_.columns);
       const double length = line.upright ? lines_.height : lines_.width;
       auto& drawn = out.lines.emplace_back();
       for (int i = 0; i <= points; ++i) {
