@@ -111,13 +111,13 @@ void sketch_grid(const JobServices& s, const ApiRequest& request, const Reply& r
   for (const char* name : {"layout", "fine"})
     if (const auto given = request.query.find(name); given != request.query.end()) own.query.insert(*given);
   plan.query.erase("fine");
-  auto wanted = read_job_request(plan);  // as the plan to come would be asked for
-  if (!wanted) return reply(ApiReply::error(wanted.error()));
+  plan.query.emplace("layout", "morph");
   auto query = RequestReader::query_of(own);
-  query.require("layout");
   query.word("layout", {"morph"});  // the others have no lines that follow the picture
   const bool fine = query.flag("fine").value_or(false);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  auto wanted = read_job_request(plan);  // as the plan to come would be asked for
+  if (!wanted) return reply(ApiReply::error(wanted.error()));
   s.sketches.ask(request, reply, [s, fine, wanted = std::move(*wanted), gone = request.gone](Repositories&) {
     const auto drawn = s.plans.sketch_grid(wanted, fine, gone);
     return drawn ? ApiReply::json(grid_json(*drawn)) : ApiReply::error(drawn.error());
