@@ -50,13 +50,15 @@ export function stopAsking() {
   asking = new AbortController();
 }
 
-// `body`: an object becomes JSON, a File goes as it is. `forStop`: asked because of STOP, which ends all else.
-export async function ask(method, path, {body = null, timeoutMs = 5000, forStop = path === kStop} = {}) {
+// `body`: an object becomes JSON, a File goes as it is. `forStop`: asked because of STOP, which ends all else. `until`: a signal of
+// whoever asks, who needs no answer after it.
+export async function ask(method, path, {body = null, timeoutMs = 5000, forStop = path === kStop, until = null} = {}) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
   const stopped = untilStop();
   const end = () => giveUp.abort();
   if (!forStop) stopped.addEventListener("abort", end);
+  if (until) until.addEventListener("abort", end);
   try {
     const headers = {};
     const file = body instanceof Blob;

@@ -8,6 +8,7 @@ import {button, inEnglish} from "./parts.js";
 
 const kSettleMs = 120;      // a hand on a slider says many things a second
 const kPatienceMs = 40000;  // the first sketch after wood has changed reads that wood whole
+const kTries = 40;          // sizes, until one suits
 const kSentSide = 640;      // pixels: a picture is sent as small as a sketch looks at it
 
 let picture = null;   // {file, bitmap: null where the browser cannot read it}
@@ -47,15 +48,18 @@ export function wantSketch(file, query, crop, wood) {
 
 const isDone = (of) => [shown, refused].some((one) => one && one.file === of.file && one.key === of.key);
 
+// Whether one is being drawn, or will be at once.
+export const isSketching = () => drawing || Boolean(wanted && !isDone(wanted));
+
 async function drawNext() {
   if (drawing || !wanted || isDone(wanted)) return;
   const asked = wanted;
   drawing = true;
   changed();
   try {
-    const body = await smallPicture(asked);
+    const {blob: body, pixels} = await smallPicture(asked);
     // What is sent is cropped already, unless the browser could not.
-    const query = asked.crop && body === asked.file ? `${asked.query}&crop=${[asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height]}` : asked.query;
+    const query = asked.crop && !pixels ? `${asked.query}&crop=${[asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height]}` : asked.query;
     const sketch = await ask("POST", `/api/v1/plans/sketch?${query}`, {body, timeoutMs: kPatienceMs});
     if (asked.file === wanted.file) show(asked, sketch);
   } catch (fault) {
@@ -75,16 +79,21 @@ function show(asked, sketch) {
   if (before) setTimeout(() => URL.revokeObjectURL(before.url), 1000);  // once the page shows the other
 }
 
-async function smallPicture({file, crop}) {
-  if (!picture || picture.file !== file || !picture.bitmap) return file;
+// -> {blob, pixels: {width, height}}: the part of the picture as it is sent, a little smaller yet where only that `suits`; the whole file
+// (pixels: null) where the browser cannot read it.
+export async function smallPicture({file, crop}, suits = () => true) {
+  if (!picture || picture.file !== file || !picture.bitmap) return {blob: file, pixels: null};
   const {bitmap} = picture;
-  const part = crop || {x: 0, y: 0, width: bitmap.width, height: bitmap.height};
-  const scale = Math.min(1, kSentSide / Math.max(part.width, part.height));
+  const part = crop || {x: 0, y: 0, width: bitmap.width, height: bitmap.height}, longer = Math.max(part.width, part.height);
   const canvas = document.createElement("canvas");
-  canvas.width = Math.max(1, Math.round(part.width * scale));
-  canvas.height = Math.max(1, Math.round(part.height * scale));
+  for (let side = Math.min(longer, kSentSide), tries = 0; tries < kTries; --side, ++tries) {
+    canvas.width = Math.max(1, Math.round(part.width * side / longer));
+    canvas.height = Math.max(1, Math.round(part.height * side / longer));
+    if (suits(canvas)) break;
+  }
   drawPart(canvas.getContext("2d"), file, crop, canvas.width, canvas.height);
-  return (await new Promise((done) => canvas.toBlob(done, "image/jpeg", .92))) || file;
+  const blob = await new Promise((done) => canvas.toBlob(done, "image/jpeg", .92));
+  return blob ? {blob, pixels: {width: canvas.width, height: canvas.height}} : {blob: file, pixels: null};
 }
 
 // The part of it as large as this; false where the browser cannot read it.
@@ -104,7 +113,7 @@ export function sketchCard(file) {
   if (!file) return null;
   const mine = shown && shown.file === file ? shown : null;
   const fault = refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
-  const coming = drawing || (wanted && !isDone(wanted));
+  const coming = isSketching();
   return h("section.card.sketch", {class: large ? "large" : "", "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
     h("div.sketch-place", {},
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),

@@ -1,17 +1,18 @@
 // What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
 // from the daemon, in English.
 import {words as english} from "./words/en.js";
-import {words as german} from "./words/de.js";
 
 // Its own name for each, which is on the button that changes to it, and how it writes dates.
 export const kLanguages = {
-  en: {name: "English", words: english, dates: "en-GB"},
-  de: {name: "Deutsch", words: german, dates: "de-DE"},
+  en: {name: "English", dates: "en-GB"},
+  de: {name: "Deutsch", dates: "de-DE"},
 };
 const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
 export const language = chosen in kLanguages ? chosen : "en";
 document.documentElement.lang = language;
-const {words, dates} = kLanguages[language];
+const {dates} = kLanguages[language];
+// Another one is asked for only by whoever reads it; one that does not come leaves English.
+const words = language === "en" ? english : await import(`./words/${language}.js`).then((one) => one.words, () => english);
 
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {

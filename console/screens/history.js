@@ -26,7 +26,7 @@ export function draw(id) {
 
 function load(id) {
   const known = model.jobs.find((job) => job.id === id);
-  const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived]) : ""}`;
+  const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived, known.newest_plan]) : ""}`;
   if (version === wanted) return;
   version = wanted;
   lookUp(id).then(([job, ...plans]) => { if (version === wanted) { told = job; [planned, newest] = plans; changed(); } }, (fault) => {

@@ -12,16 +12,19 @@ import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
   file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
-  closer: 0, across: .5, down: .5,  // which part of the picture
+  wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
+  panels: new Set(), remnants: "", triangles: false, rematch: "0",
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
+let grid = null, frame = null;  // grid_lines.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
 
 export async function enter() {
+  if (!grid) Promise.all([import("../grid_lines.js"), import("../crop_frame.js")]).then((both) => { [grid, frame] = both; changed(); }, () => setTimeout(enter, kAgainMs));
   try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
   changed();
 }
@@ -32,6 +35,7 @@ const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((pa
 export function draw() {
   wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
+  if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
   const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
@@ -41,7 +45,10 @@ export function draw() {
     sketch && h("div.column", {}, rest)];
 }
 
-export const drawn = paintDrawn;
+export function drawn(place) {
+  paintDrawn(place);
+  if (grid) grid.linesDrawn(place);
+}
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
 
@@ -50,8 +57,8 @@ function take(name, value) { wanted[name] = value; changed(); }
 const number = (name, label, min, more = {}) => h("label", {}, label,
   h("input", {type: "number", inputmode: "decimal", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
 
-const slider = (name, label, max = 1) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * wanted[name])} %`),
-  h("input", {type: "range", min: 0, max, step: .05, value: String(wanted[name]), "aria-label": label, id: `slide-${name}`, oninput: (event) => take(name, Number(event.target.value))}));
+const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
+  h("input", {type: "range", min: 0, max, step: .05, value: String(value), "aria-label": label, id: `slide-${name}`, oninput: (event) => act(Number(event.target.value))}));
 
 const select = (name, label, options) => h("label", {}, label,
   h("select", {value: wanted[name], id: `picture-${name}`, onchange: (event) => take(name, event.target.value)}, ...options.map(([value, text]) => h("option", {value}, text))));
@@ -71,15 +78,32 @@ function takeFile(event) {
 
 // ---- which part of it -----------------------------------------------------------------------------------------------
 
-const kClosest = .7;  // of the picture's sides, left away at most
+const kClosest = .7;  // of the picture's sides, left away at most by the slider
 
-function takeWhole() { Object.assign(wanted, {closer: 0, across: .5, down: .5, crop: ""}); changed(); }
+function takeWhole() { Object.assign(wanted, {wide: 1, high: 1, across: .5, down: .5, crop: ""}); changed(); }
+
+const isPart = () => wanted.wide < 1 || wanted.high < 1;
+const closer = () => 1 - Math.max(wanted.wide, wanted.high);
+// It keeps its shape.
+function takeCloser(share) {
+  const scale = (1 - share) / Math.max(wanted.wide, wanted.high);
+  Object.assign(wanted, {wide: Math.min(1, wanted.wide * scale), high: Math.min(1, wanted.high * scale)});
+  changed();
+}
+
+const share = (at, of) => (of > 0 ? Math.min(1, at / of) : .5);
+const partOf = ({wide, high, across, down}) => ({left: (1 - wide) * across, top: (1 - high) * down, right: (1 - wide) * across + wide, bottom: (1 - high) * down + high});
+function takePart({left, top, right, bottom}) {
+  const wide = right - left, high = bottom - top;
+  Object.assign(wanted, {wide: wide > .9999 ? 1 : wide, high: high > .9999 ? 1 : high, across: share(left, 1 - wide), down: share(top, 1 - high)});
+  changed();
+}
 
 // In pixels of the picture; null: all of it, or nobody knows how large it is.
 function cropOf() {
   const whole = pictureSize(wanted.file);
-  if (!whole || !(wanted.closer > 0)) return null;
-  const width = Math.max(1, Math.round(whole.width * (1 - wanted.closer))), height = Math.max(1, Math.round(whole.height * (1 - wanted.closer)));
+  if (!whole || !isPart()) return null;
+  const width = Math.max(1, Math.round(whole.width * wanted.wide)), height = Math.max(1, Math.round(whole.height * wanted.high));
   return {x: Math.round((whole.width - width) * wanted.across), y: Math.round((whole.height - height) * wanted.down), width, height};
 }
 
@@ -89,38 +113,57 @@ function takeCrop(text) {
   if (!text) return;
   if (!whole) { wanted.crop = text; return; }
   const [x, y, width, height] = text.split(",").map(Number);
-  const share = (at, of) => (of > 0 ? Math.min(1, at / of) : .5);
-  Object.assign(wanted, {closer: 1 - Math.max(width / whole.width, height / whole.height), across: share(x, whole.width - width), down: share(y, whole.height - height)});
+  Object.assign(wanted, {wide: Math.min(1, width / whole.width), high: Math.min(1, height / whole.height), across: share(x, whole.width - width), down: share(y, whole.height - height)});
 }
 
 function partControls() {
   if (wanted.crop) return h("p", {}, `${t("picture.part")}: ${wanted.crop} `, button(t("picture.whole"), takeWhole, {id: "take-whole"}));
-  if (!pictureSize(wanted.file)) return null;
+  const whole = pictureSize(wanted.file), crop = cropOf() || whole;
+  if (!whole) return null;
   return h("details", {id: "part"}, h("summary", {}, t("picture.part")),
-    slider("closer", t("part.closer"), kClosest), slider("across", t("part.across")), slider("down", t("part.down")),
-    wanted.closer > 0 && button(t("picture.whole"), takeWhole, {id: "take-whole"}));
+    h("p.dim", {id: "part-size"}, t("part.size", {width: crop.width, height: crop.height, all: `${whole.width} × ${whole.height}`})),
+    slider("closer", t("part.closer"), {max: kClosest, value: closer(), act: takeCloser}), slider("across", t("part.across")), slider("down", t("part.down")),
+    isPart() && button(t("picture.whole"), takeWhole, {id: "take-whole"}));
+}
+
+function target() {
+  const framed = frame && pictureSize(wanted.file) && !wanted.crop;
+  return h("div", {id: "target", class: framed ? "target-frame" : ""}, h("img.target", {src: wanted.url, alt: wanted.name, draggable: "false"}), framed && frame.cropFrame(partOf(wanted), takePart));
+}
+
+const chips = (all, among) => h("div.chips", {}, ...all.map((one) => h("label", {"data-key": one}, h("input", {type: "checkbox", checked: among.has(one),
+  onchange: (event) => { if (event.target.checked) among.add(one); else among.delete(one); changed(); }}), one)));
+const tick = (name, label, id) => h("label.tick", {}, h("input", {type: "checkbox", id, checked: wanted[name], onchange: (event) => take(name, event.target.checked)}), label);
+const panelsInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => panel.id);
+
+// What is asked for less often.
+function moreControls() {
+  return h("details", {id: "more"}, h("summary", {}, t("picture.more")),
+    h("p.dim", {}, t("more.panels")), chips(panelsInStock(), wanted.panels),
+    select("remnants", t("more.remnants"), [["", t("more.remnants.usual")], ["1", t("more.remnants.first")], ["0", t("more.remnants.last")]]),
+    wanted.layout === "morph" && tick("triangles", t("more.triangles"), "picture-triangles"),
+    wanted.refine && number("rematch", t("more.rematch"), 0, {id: "picture-rematch", max: 100, step: 1}));
 }
 
 function formCard() {
   return card(t("picture.form"),
     h("form.form", {onsubmit: plan},
       h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
-      wanted.url && h("img.target", {src: wanted.url, alt: wanted.name}),
+      wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
-      drawingControl(), edgeControls(wanted.layout === "morph"), matterControls(),
+      drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
-      h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
-      h("label.tick", {}, h("input", {type: "checkbox", id: "picture-elsewhere", checked: wanted.elsewhere, onchange: (event) => take("elsewhere", event.target.checked)}), t("picture.elsewhere")),
+      tick("refine", t("picture.refine"), "picture-refine"),
+      tick("elsewhere", t("picture.elsewhere"), "picture-elsewhere"),
       h("details", {}, h("summary", {}, t("picture.weights")),
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
-        h("div.chips", {}, ...woods.map((wood) => h("label", {"data-key": wood}, h("input", {type: "checkbox", checked: wanted.wood.has(wood),
-          onchange: (event) => { if (event.target.checked) wanted.wood.add(wood); else wanted.wood.delete(wood); changed(); }}), wood))),
-        number("max_panels", t("picture.panels"), 1)),
+        chips(woods, wanted.wood), number("max_panels", t("picture.panels"), 1)),
+      moreControls(),
       h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayChange() || !wanted.file, wide: true, id: "do-advise"}),
         h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
@@ -139,6 +182,9 @@ function asked() {
   for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
   if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
   if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
+  const panels = panelsInStock().filter((one) => wanted.panels.has(one));  // none of those that have left it
+  if (panels.length) query.set("panels", panels.join(","));
+  if (wanted.remnants) query.set("remnants_first", wanted.remnants);
   return query;
 }
 
@@ -152,6 +198,15 @@ function sketchQuery() {
   return query;
 }
 
+// What the lines of a grid depend on; null with a layout that has none.
+function gridQuery() {
+  if (wanted.layout !== "morph") return null;
+  const query = new URLSearchParams({layout: "morph", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm});
+  paintInto(query, true);
+  query.delete("importance");  // of wood
+  return query;
+}
+
 const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, crop.width, crop.height].join(",") : wanted.crop; };
 
 async function plan(event) {
@@ -161,7 +216,10 @@ async function plan(event) {
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
+  if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (wanted.refine) query.set("refine", "dp");
+  if (wanted.refine && Number(wanted.rematch)) query.set("rematch", wanted.rematch);
+  if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
   if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}), language);

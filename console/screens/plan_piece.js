@@ -9,21 +9,27 @@ import {cannotTake, findPlaces, looksForPlaces, takeBack, wish, wishOf} from "./
 
 const kKept = 64;          // of the pieces that were looked at last
 const kAlike = .005;       // of the cost: nobody sees the difference
-const places = new Map();  // by plan and mark: what the cell told of it, null while that is on its way
+const places = new Map();  // by plan and mark: {told: by the cell, null before it is; old: is to be asked for (again)}
 
 function placesOf(plan, mark) {
   const key = `${plan} ${mark}`;
   if (!places.has(key)) {
-    places.set(key, null);
+    places.set(key, {told: null, old: true});
     if (places.size > kKept) places.delete(places.keys().next().value);
-    get(`/plans/${plan}/pieces/${encodeURIComponent(mark)}/alternatives?limit=24`).then((told) => { places.set(key, told); changed(); },
-      () => setTimeout(() => { places.delete(key); changed(); }, kAgainMs));
   }
-  return places.get(key);
+  const one = places.get(key);
+  if (one.old) {
+    one.old = false;
+    get(`/plans/${plan}/pieces/${encodeURIComponent(mark)}/alternatives?limit=24`).then((told) => { one.told = told; changed(); },
+      () => setTimeout(() => { one.old = true; changed(); }, kAgainMs));
+  }
+  return one.told;
 }
 
-// Other wood may be booked by now.
-export const forgetPlaces = () => places.clear();
+// Other wood may be booked by now. What was told stays in sight until the cell has told anew.
+export function forgetPlaces() {
+  for (const one of places.values()) one.old = true;
+}
 followEvent("panel", forgetPlaces);
 
 export const woodPath = (plan, mark, query = "") => `/plans/${plan}/pieces/${encodeURIComponent(mark)}/wood.png?width=320${query}`;

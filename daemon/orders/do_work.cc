@@ -9,6 +9,8 @@
 #include "daemon/orders/calibration_json.h"
 #include "daemon/orders/calibration_work.h"
 #include "daemon/orders/capture_json.h"
+#include "daemon/orders/grid_json.h"
+#include "daemon/orders/grid_work.h"
 #include "daemon/orders/notify_json.h"
 #include "daemon/orders/plan_json.h"
 #include "daemon/orders/plan_work.h"
@@ -40,6 +42,7 @@ constexpr std::array kComputed{
     KindOfWork{MakePlan::kKind, run<make_plan>},
     KindOfWork{GiveAdvice::kKind, run<give_advice>},
     KindOfWork{DrawSketch::kKind, run<draw_sketch>},
+    KindOfWork{DrawGrid::kKind, run<draw_grid>},
     KindOfWork{ViewScan::kKind, run<view_scan>},
     KindOfWork{RegisterScans::kKind, run<register_scans>},
     KindOfWork{LookAtBed::kKind, run<look_at_bed>},

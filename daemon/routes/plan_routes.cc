@@ -100,6 +100,30 @@ void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& r
   });
 }
 
+json grid_json(const GridDrawn& grid) {
+  return {{"width_mm", grid.width_mm}, {"height_mm", grid.height_mm}, {"rows", grid.rows},
+          {"columns", grid.columns},   {"vertices", grid.vertices},   {"lines", grid.lines}};
+}
+
+// Waits with the sketches, as that says.
+void sketch_grid(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  ApiRequest own, plan = request;
+  for (const char* name : {"layout", "fine"})
+    if (const auto given = request.query.find(name); given != request.query.end()) own.query.insert(*given);
+  plan.query.erase("fine");
+  plan.query.emplace("layout", "morph");
+  auto query = RequestReader::query_of(own);
+  query.word("layout", {"morph"});  // the others have no lines that follow the picture
+  const bool fine = query.flag("fine").value_or(false);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  auto wanted = read_job_request(plan);  // as the plan to come would be asked for
+  if (!wanted) return reply(ApiReply::error(wanted.error()));
+  s.sketches.ask(request, reply, [s, fine, wanted = std::move(*wanted), gone = request.gone](Repositories&) {
+    const auto drawn = s.plans.sketch_grid(wanted, fine, gone);
+    return drawn ? ApiReply::json(grid_json(*drawn)) : ApiReply::error(drawn.error());
+  });
+}
+
 // "A1-1,A2-3"
 Result<std::pair<std::string, std::string>> swap_of(const std::string& text) {
   const std::size_t comma = text.find(',');
@@ -279,6 +303,7 @@ void bind_plan_routes(Router& router, const JobServices& s) {
   router.bind("newPlan", [s](const ApiRequest& request, const Reply& reply) { new_plan(s, request, reply); });
   router.bind("advisePlan", [s](const ApiRequest& request, const Reply& reply) { advise_plan(s, request, reply); });
   router.bind("sketchPlan", [s](const ApiRequest& request, const Reply& reply) { sketch_plan(s, request, reply); });
+  router.bind("sketchGrid", [s](const ApiRequest& request, const Reply& reply) { sketch_grid(s, request, reply); });
   router.bind("changePlan", [s](const ApiRequest& request, const Reply& reply) { change_plan(s, request, reply); });
   router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

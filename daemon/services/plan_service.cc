@@ -17,6 +17,7 @@
 #include "base/journal.h"
 #include "base/json_depth.h"
 #include "daemon/orders/advice_json.h"
+#include "daemon/orders/grid_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_json.h"
 #include "daemon/orders/plan_work.h"
@@ -344,6 +345,18 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
   return given;
 }
 
+namespace {
+
+// Not write_whole(): several come a second, and none is worth a sync of the disk that the ledger needs.
+Status keep_for_a_moment(std::string_view bytes, const std::string& file) {
+  std::ofstream picture(file, std::ios::binary);
+  if (!picture.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+    return Error{ErrorCode::kStorage, "a sketch's picture cannot be kept: make room on the disk"};
+  return Ok();
+}
+
+}  // namespace
+
 Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories& repositories,
                                         const std::stop_token& stop) {
   constexpr std::chrono::seconds kSketchLimit{30};  // the first one decodes all panels
@@ -375,11 +388,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                     std::move(today->stock.recipes),
                     library_.index_dir().string()};
   wanted.wood.index_dir.clear();  // what is kept of used-up wood spares decoding its mask
-  // Not write_whole(): several come a second, and none is worth a sync of the disk that the ledger needs.
-  const std::string_view bytes = request.picture();
-  std::ofstream picture(wanted.picture, std::ios::binary);
-  if (!picture.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
-    return Error{ErrorCode::kStorage, "a sketch's picture cannot be kept: make room on the disk"};
+  if (const Status kept = keep_for_a_moment(request.picture(), wanted.picture); !kept) return kept.error();
   auto drawn = have_done<SketchDrawn>(
       workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
   if (drawn) drawn->left_out = left_out(today->stock);
@@ -388,6 +397,30 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                                                   "the wood is kept",
                                                   limit.count())};
   return drawn;
+}
+
+Result<GridDrawn> PlanService::sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop) {
+  constexpr std::chrono::seconds kGridLimit{20};
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  WorkOrder order;
+  order.kind = DrawGrid::kKind;
+  order.what = "drawing a grid";
+  order.folder = folder->path();
+  order.deadline = std::min<std::chrono::seconds>(kGridLimit, std::chrono::seconds(config_.workers.planning_limit_s));
+  order.nice = 10;
+  const DrawGrid wanted{request.name,
+                        (folder->path() / "picture").string(),
+                        request.crop,
+                        request.size,
+                        option_texts(request.options),
+                        request.large_edges,
+                        request.fine_edges,
+                        request.pinned_vertices,
+                        fine};
+  if (const Status kept = keep_for_a_moment(request.picture(), wanted.picture); !kept) return kept.error();
+  return have_done<GridDrawn>(
+      workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
 }
 
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,

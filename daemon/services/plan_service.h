@@ -1,8 +1,8 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
 // one transaction. The picture is looked at, and the plan made, by a worker process (daemon/orders/plan_work.h).
 //
-// Threading: all of it blocks and, but for sketch(), is called on the planner's worker only. What it reads of the
-// database it reads itself; the thread that writes is asked for what is written alone.
+// Threading: all of it blocks and, but for sketch() and sketch_grid(), is called on the planner's worker only. What it
+// reads of the database it reads itself; the thread that writes is asked for what is written alone.
 #pragma once
 
 #include <optional>
@@ -14,6 +14,7 @@
 #include "base/result.h"
 #include "daemon/config.h"
 #include "daemon/orders/advice_work.h"
+#include "daemon/orders/grid_work.h"
 #include "daemon/orders/plan_work.h"
 #include "daemon/orders/sketch_work.h"
 #include "daemon/services/job_request.h"
@@ -64,6 +65,9 @@ class PlanService {
   // needs of the wood. On any thread but the reactor, with that thread's connection; kCancelled once `stop` is
   // requested.
   Result<SketchDrawn> sketch(const JobRequest& request, Repositories& repositories, const std::stop_token& stop);
+  // Where the lines of a morphed grid will be (`fine`: as planner::GridEffort::kFine), of the picture alone; nothing is
+  // stored. On any thread but the reactor; kCancelled once `stop` is requested.
+  Result<GridDrawn> sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop);
   // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given. The
   // wood that the plan leases is free for the other, which gets it once that lease is released.
   // kNotFound: there is no such plan, or no such piece in it.

@@ -28,16 +28,18 @@ constexpr int kPale = 128;              // grey of what counts in a mask
 constexpr double kLongestSide = 1000;   // pixels of the raster
 constexpr double kCellPixels = 28;      // side of a patch in it, where that makes it smaller
 constexpr double kLeastCellPixels = 8;  // the same, of very many
-constexpr double kMorphReach = 0.45;    // of a patch: how far lines may come from the straight grid
-constexpr double kSlanted = 1.25;       // of a width: what lines that run aslant need straight across
-constexpr double kNarrowest = 0.4;      // of a patch, at most, that is kept straight across
-constexpr double kRelaxBy = 0.5;        // where something is wrong
+constexpr double kCoarseCellPixels = 12;
+constexpr double kMorphReach = 0.45;  // of a patch: how far lines may come from the straight grid
+constexpr double kSlanted = 1.25;     // of a width: what lines that run aslant need straight across
+constexpr double kNarrowest = 0.4;    // of a patch, at most, that is kept straight across
+constexpr double kRelaxBy = 0.5;      // where something is wrong
 constexpr Millimetres kNearFault{1};
 constexpr int kWholeCellsAfter = 3, kStraightAfter = 6, kRelaxations = 10;
 
 class Morph {
  public:
-  Morph(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid, const MorphOptions& options)
+  Morph(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid, const MorphOptions& options,
+        double cell_pixels = kCellPixels)
       : bgr_(bgr),
         tones_(tones),
         width_(width),
@@ -47,7 +49,7 @@ class Morph {
         size_(grid_size(width, grid.height, options.patch)) {
     const double longer = std::max(width.count(), height_.count());
     const double patch = options.patch.count();
-    px_per_mm_ = std::max(std::min(kLongestSide / longer, kCellPixels / patch), kLeastCellPixels / patch);
+    px_per_mm_ = std::max(std::min(kLongestSide / longer, cell_pixels / patch), kLeastCellPixels / patch);
     const auto pixels = [&](Millimetres side) {
       return std::max(2, static_cast<int>(std::lround(side.count() * px_per_mm_)));
     };
@@ -85,6 +87,17 @@ class Morph {
       made->figures.edges_after = share_on(edges, borders(made->lines) | borders(cells.cuts));
     }
     return made;
+  }
+
+  Result<GridPreview> coarse(const std::stop_token& stop) {
+    if (Status status = place_pins(); !status.ok()) return status.error();
+    const EdgeMasks masks{mask_of(options_.guides.large), mask_of(options_.guides.fine)};
+    const EdgeImage edges = edge_image(resized(bgr_), spacing(), options_.threads, masks);
+    if (stop.stop_requested()) return cancelled();
+    CutLines lines =
+        lines_through(spring_grid(size_, raster_.width, raster_.height, edges, pins_), grid_lines(size_, raster_));
+    lead_through(pins_, size_, lines);
+    return grid_preview(lines, size_, width_, height_);
   }
 
  private:
@@ -355,6 +368,12 @@ class Morph {
 Result<MorphedGrid> morphed_grid(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid,
                                  const MorphOptions& options, const std::stop_token& stop) {
   return Morph(bgr, tones, width, grid, options).run(stop);
+}
+
+Result<GridPreview> coarse_grid(const cv::Mat& bgr, Millimetres width, Millimetres height, const MorphOptions& options,
+                                const std::stop_token& stop) {
+  const PixelGrid unused{{1}, height};
+  return Morph(bgr, {}, width, unused, options, kCoarseCellPixels).coarse(stop);
 }
 
 }  // namespace veneer::planner

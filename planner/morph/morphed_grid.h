@@ -12,6 +12,7 @@
 #include "planner/layout/layout_guides.h"
 #include "planner/layout/partition.h"
 #include "planner/matching/lattice.h"
+#include "planner/morph/grid_preview.h"
 
 namespace veneer::planner {
 
@@ -46,5 +47,11 @@ struct MorphedGrid {
 // none of the grid's, may not be there, or leaves a cell no room to be fabricable. kCancelled: a stop was requested.
 Result<MorphedGrid> morphed_grid(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid,
                                  const MorphOptions& options, const std::stop_token& stop = {});
+
+// About where the lines of morphed_grid() will be, in a small part of its time: springs alone, at few pixels a cell;
+// lines are not fitted to tones, and no cell is looked at. Pinned vertices lie where they are to be. Errors as
+// morphed_grid(), but for cells without room.
+Result<GridPreview> coarse_grid(const cv::Mat& bgr, Millimetres width, Millimetres height, const MorphOptions& options,
+                                const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

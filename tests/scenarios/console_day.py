@@ -380,6 +380,35 @@ class Day:
         self.until("all alike again", lambda: self.painted("matters") == "0")
         self.press("#matters summary")
 
+    def lines(self, what):
+        """What the lines over the picture say of themselves: grid, fine or pinned; None while others are on their way."""
+        return self.browser.execute_script(
+            "const canvas = document.querySelector('canvas.lines'); return canvas && canvas.dataset.grid ? canvas.dataset[arguments[0]] : null", what)
+
+    def pin_where_lines_meet(self):
+        """By finger and by keyboard; the lines follow, and the plan that is made next has what is pinned."""
+        Select(self.find("#picture-layout")).select_by_value("morph")
+        self.until("the lines of four pieces", lambda: self.lines("grid") == "2x2")
+        self.draw_over("canvas.lines", (.5, .5), (.52, .5), (.6, .42))
+        self.until_says("#lines-said", "Row 2, column 2: pinned")
+        self.until("the lines through it, as the plan has them", lambda: self.lines("pinned") == "1" and self.lines("fine") == "true")
+        assert self.asked_for("&pinned_vertices=1%2C1%2C") >= 2, "about where it was at first, and then as the plan has it"
+        self.keys("canvas.lines", Keys.ARROW_UP)
+        self.until_says("#lines-said", "Row 1, column 2: ")
+        self.keys("canvas.lines", Keys.SHIFT, Keys.ARROW_LEFT)
+        self.until_says("#lines-free", "Free all 2 pinned places")
+        self.keys("canvas.lines", Keys.DELETE)
+        self.until_says("#lines-said", "not pinned")
+        self.until("the lines through the first alone", lambda: self.lines("pinned") == "1" and self.lines("fine") == "true")
+        self.show("lines")
+        left, top, width, height = self.settled("canvas.lines")
+        hand = ActionBuilder(self.browser, mouse=PointerInput("mouse", "hand"))
+        hand.pointer_action.move_to_location(int(left + .6 * width), int(top + .42 * height)).double_click()
+        hand.perform()
+        self.until("nothing pinned", lambda: self.lines("pinned") == "0")
+        self.draw_over("canvas.lines", (.5, .5), (.52, .5), (.6, .42))
+        self.until("a pinned place", lambda: self.lines("pinned") == "1")
+
     def scan_a_sheet(self):
         """What a scan saw waits for a word, on every screen's first line too; then it is stock."""
         self.hands("place", "panel", "scanner")
@@ -419,6 +448,15 @@ class Day:
         self.until("a sketch of the closer picture", lambda: self.sketch() not in (None, first))
         self.show("sketch")
         self.press("#take-whole")
+        self.draw_over("#crop-lower_right", (.5, .5), (.4, .4), (-1, -1.5))
+        self.until_says("#part", "Take the whole picture")
+        self.until("another shape of it", lambda: self.text("#part-size").split(" of ")[0] not in ("", self.text("#part-size").split("of its ")[-1].split(" pixels")[0]))
+        self.until("a sketch of the part", lambda: self.sketch() not in (None, first))
+        self.draw_over(".crop-part", (.5, .5), (.6, .6), (.9, .9))
+        self.keys("#crop-upper_left", Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+        self.until("the part moved", lambda: self.find("#slide-across").get_attribute("value") != "0")
+        self.show("crop")
+        self.press("#take-whole")
         self.until("the first sketch again", lambda: self.sketch() == first)
         self.press("#part summary")
 
@@ -433,6 +471,7 @@ class Day:
         self.follow_a_slider()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
+        self.pin_where_lines_meet()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 3")
         for plan in (2, 3):

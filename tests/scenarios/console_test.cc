@@ -17,6 +17,9 @@ TEST_F(Console, AnOperatorsShortDay) {
   EXPECT_EQ(get("/status")["state"], "Aborted");
   const nlohmann::json second = get("/jobs/2");
   EXPECT_EQ(second["cut"], second["pieces"]) << "what the page made and cut is in the ledger";
+  EXPECT_EQ(get("/plans/2")["options"]["pinned_vertices"], "");
+  EXPECT_THAT(get("/plans/3")["options"]["pinned_vertices"].get<std::string>(), ::testing::StartsWith("1,1,1"))
+      << "where lines meet, more than 10 mm from the left";
   // One piece of the third plan was to have other wood.
   const nlohmann::json other = get("/plans/4");
   EXPECT_EQ(other["parent"], 3);

@@ -32,6 +32,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"make_plan", BegunWhen::kBesideACut, "planning", &Workers::make_plan},
       {"give_advice", BegunWhen::kBesideACut, "looking for advice", &Workers::give_advice},
       {"draw_sketch", BegunWhen::kBesideACut, "sketch", &Workers::draw_sketch},
+      {"draw_grid", BegunWhen::kBesideACut, "drawing a grid", &Workers::draw_grid},
       {"view_scan", BegunWhen::kBesideACut, "looking at the scan", &Workers::scan},
       {"register_scans", BegunWhen::kBesideACut, "registering the scan", &Workers::scan},
       {"look_at_bed", BegunWhen::kByTheCut, "looking at the bed", &Workers::no_order},
@@ -121,6 +122,7 @@ void Workers::ask_for(const std::string& fault, const std::string& kind, int aft
 std::string Workers::feed(const std::string& door, const std::string& picture, const std::string& areas) {
   std::string query = "?name=fed&size_mm=12&patch_mm=6";
   if (!areas.empty()) query += fmt::format("&layout=segmentation&segmentation_bytes={}", areas.size());
+  if (door == "/plans/grid") query += "&layout=morph";
   auto begun = cell_->api().request("POST", door + query, picture + areas, "application/octet-stream");
   if (!begun) return begun.error().message;
   if (!begun->contains("task")) return "";

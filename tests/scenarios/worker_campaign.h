@@ -66,6 +66,7 @@ class Workers : public OperatedCell {
   std::string make_plan() { return feed("/jobs", target()); }
   std::string give_advice() { return feed("/plans/advice", target()); }
   std::string draw_sketch() { return feed("/plans/sketch", target()); }
+  std::string draw_grid() { return feed("/plans/grid", target()); }
   std::string scan();
   std::string find_scanners();
   std::string tell();

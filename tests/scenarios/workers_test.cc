@@ -119,7 +119,7 @@ TEST_F(HangingWorkers, CostTheirTaskWhileACutGoesOn) {
 }
 
 TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
-  constexpr std::array<const char*, 4> kDoors{"/jobs", "/plans", "/plans/advice", "/plans/sketch"};
+  constexpr std::array<const char*, 5> kDoors{"/jobs", "/plans", "/plans/advice", "/plans/sketch", "/plans/grid"};
   auto random = random_of_campaign();
   const std::uint64_t wanted = number_from("VENEER_HOSTILE_PICTURES", 20);
   const std::uint64_t drawings = number_from("VENEER_HOSTILE_DRAWINGS", 4);

@@ -29,7 +29,7 @@ struct Operation {
 
 bool takes_a_picture(const Operation& operation) {
   return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan" ||
-         operation.id == "sketchPlan";
+         operation.id == "sketchPlan" || operation.id == "sketchGrid";
 }
 
 class StrictRequests : public testing::RoutedCell {
@@ -219,10 +219,22 @@ TEST_F(StrictRequests, ASketchIsNoChange) {
     return count;
   };
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/sketch?size_mm=50", "no picture").status, 422) << "the kerf is not known";
+  EXPECT_EQ(ask_raw("POST", "/api/v1/plans/grid?layout=morph&pinned_vertices=1,1", "no picture").status, 400);
   EXPECT_EQ(noted(), 0U);
   EXPECT_TRUE(cell->tasks.list().empty());
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/advice?size_mm=50", "no picture").status, 202);
   EXPECT_EQ(noted(), 1U);
+}
+
+// Another layout has no lines that follow the picture, and what is asked of one is not passed over in silence.
+TEST_F(StrictRequests, AGridsLinesAreThoseOfTheMorphedOne) {
+  const auto refused = [&](const std::string& query) {
+    const ApiReply reply = ask_raw("POST", "/api/v1/plans/grid" + query, "no picture");
+    EXPECT_EQ(reply.status, 400) << query;
+    return reply.body;
+  };
+  EXPECT_THAT(refused("?layout=mosaic"), HasSubstr("it must be morph"));
+  EXPECT_THAT(refused("?layout=morph&fine=2"), HasSubstr("fine is "));
 }
 
 TEST_F(StrictRequests, ASearchForAPanelIsNoPattern) {

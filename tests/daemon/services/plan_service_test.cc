@@ -31,6 +31,28 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
   EXPECT_TRUE(std::filesystem::exists(library_.index_dir() / "P-0002-0-1.index")) << "what this plan measured";
 }
 
+// No wood, no kerf and no database: only the picture is looked at.
+TEST_F(PlanServiceTest, AGridsLinesNeedNoWoodAndStoreNothing) {
+  JobRequest wanted = small_job();
+  wanted.options.layout = planner::LayoutKind::kMorph;
+  wanted.pinned_vertices = "1,1,3.5,2.6";
+  for (const bool fine : {false, true}) {
+    const auto grid = service().sketch_grid(wanted, fine, {});
+    ASSERT_TRUE(grid.ok()) << grid.error().message;
+    EXPECT_EQ(grid->rows, 2);
+    EXPECT_EQ(grid->columns, 2);
+    ASSERT_EQ(grid->vertices.size(), 9U);
+    EXPECT_NEAR(grid->vertices[4][0], 3.5, 0.02) << fine;
+    EXPECT_NEAR(grid->vertices[4][1], 2.6, 0.02) << fine;
+    EXPECT_EQ(grid->lines.size(), 2U);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "targets"));
+  wanted.pinned_vertices = "1,1,6,6";
+  const auto refused = service().sketch_grid(wanted, false, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("too far from where the straight grid has it"));
+}
+
 TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
   add_panel("P-0001", 255);
   const auto sketched = [&] {

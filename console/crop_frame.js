@@ -1,0 +1,58 @@
+// The part of a picture that is wanted, as a frame over it: its corners are dragged, by finger or with the arrows of a keyboard, and
+// what is between them is moved.
+import {h} from "./dom.js";
+import {t} from "./words.js";
+
+const kLeast = .1;   // of the picture's sides
+const kStep = .01;   // of them, by an arrow
+const kCorners = {upper_left: ["left", "top"], upper_right: ["right", "top"], lower_left: ["left", "bottom"], lower_right: ["right", "bottom"]};
+const kWays = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+
+let hand = null;     // {part, from: [x, y]}: what a finger holds, as it was when it came down
+
+const within = (value, least, most) => Math.min(most, Math.max(least, value));
+
+// The sides of `part` ({left, top, right, bottom} from 0 to 1), of those of `corner`, moved so far.
+function pulled(part, corner, across, down) {
+  const [side, end] = kCorners[corner], out = {...part};
+  out[side] = side === "left" ? within(part.left + across, 0, part.right - kLeast) : within(part.right + across, part.left + kLeast, 1);
+  out[end] = end === "top" ? within(part.top + down, 0, part.bottom - kLeast) : within(part.bottom + down, part.top + kLeast, 1);
+  return out;
+}
+
+function moved(part, across, down) {
+  const x = within(across, -part.left, 1 - part.right), y = within(down, -part.top, 1 - part.bottom);
+  return {left: part.left + x, right: part.right + x, top: part.top + y, bottom: part.bottom + y};
+}
+
+// `act`: what becomes of the part when a finger has gone so far, in shares of the picture.
+const holds = (part, act, take) => ({
+  onpointerdown: (event) => {
+    if (event.button !== 0 || !event.isPrimary) return;
+    event.currentTarget.setPointerCapture(event.pointerId);
+    hand = {part, from: [event.clientX, event.clientY]};
+  },
+  onpointermove: (event) => {
+    if (!hand || !event.isPrimary || !event.currentTarget.hasPointerCapture(event.pointerId)) return;
+    const box = event.currentTarget.closest(".target-frame").getBoundingClientRect();
+    take(act(hand.part, (event.clientX - hand.from[0]) / box.width, (event.clientY - hand.from[1]) / box.height));
+  },
+  onpointerup: () => { hand = null; },
+  onpointercancel: () => { hand = null; },
+});
+
+// What lies over the picture, in a node of class target-frame. `take` gets the part that somebody wants.
+export function cropFrame(part, take) {
+  const handle = (corner) => {
+    const [side, end] = kCorners[corner], act = (of, across, down) => pulled(of, corner, across, down);
+    return h("button.crop-corner", {type: "button", id: `crop-${corner}`, "aria-label": t(`part.${corner}`), lies: {left: part[side], top: part[end]}, ...holds(part, act, take),
+      onkeydown: (event) => {
+        const way = kWays[event.key];
+        if (!way || event.ctrlKey || event.altKey || event.metaKey) return;
+        event.preventDefault();  // nothing scrolls
+        take(act(part, kStep * way[0], kStep * way[1]));
+      }});
+  };
+  return [h("div.crop-veil", {}, h("div.crop-part", {lies: {left: part.left, top: part.top, width: part.right - part.left, height: part.bottom - part.top}, ...holds(part, moved, take)})),
+    ...Object.keys(kCorners).map(handle)];
+}
