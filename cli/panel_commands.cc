@@ -243,10 +243,10 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
                         "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
   calibrate
       ->add_option("--board-width-mm", options->board_width_mm,
-                   "laser: how wide the board on the bed is, along x; told with --board-height-mm")
+                   "laser (has to be told): how wide the board on the bed is, along x")
       ->check(positive_number());
   calibrate
-      ->add_option("--board-height-mm", options->board_height_mm, "laser: how high the board on the bed is, along y")
+      ->add_option("--board-height-mm", options->board_height_mm, "laser (has to be told): how high the board on the bed is, along y")
       ->check(positive_number());
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {

@@ -28,7 +28,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string face = "show";
     std::string panel, part_of, picture;
-    bool more = false, accept = false, retag = false;
+    bool more = false, anew = false, accept = false, retag = false;
     std::optional<int> again;
     std::vector<std::string> overruled;
   };
@@ -40,11 +40,14 @@ void add_scan(CLI::App& panel, CommandContext& context) {
                    "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
   CLI::Option* more =
       scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
-  scan->add_option(
-          "--again", options->again,
-          "Of several parts that were refused together, scan this one anew, counted from 1; the others are kept")
-      ->check(CLI::Range(1, 1000))
-      ->excludes(more);
+  CLI::Option* again =
+      scan->add_option(
+              "--again", options->again,
+              "Of several parts that were refused together, scan this one anew, counted from 1; the others are kept")
+          ->check(CLI::Range(1, 1000))
+          ->excludes(more);
+  scan->add_flag("--anew", options->anew, "Give up the parts that were scanned with --more; this is the first one")
+      ->excludes(again);
   scan->add_flag("--retag", options->retag,
                  "Tags of this panel that it never had were newly glued on, and become its own");
   scan->add_flag("--accept", options->accept, "Take it into stock at once, unless it has warnings")->excludes(more);
@@ -55,6 +58,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
     if (!options->panel.empty()) body["panel"] = options->panel;
     if (!options->part_of.empty()) body["part_of"] = options->part_of;
     if (options->again) body["again"] = *options->again;
+    if (options->anew) body["anew"] = true;
     if (options->retag) body["retag"] = true;
     // Who overrules a warning means to accept.
     const bool accept = options->accept || !options->overruled.empty();

@@ -47,6 +47,14 @@ std::string next_steps(const json& seen, std::int64_t number) {
                     number);
 }
 
+// What nobody has to answer.
+std::string remark_lines(const json& seen) {
+  std::string text;
+  for (const json& remark : member(seen, "remarks"))
+    if (remark.is_string()) text += fmt::format("Remark: {}\n", remark.get<std::string>());
+  return text;
+}
+
 std::string changed_wood(const json& seen) {
   std::string text;
   if (member(seen, "lost_mm2").is_number()) text += line("Would take", square_cm(seen, "lost_mm2"));
@@ -102,7 +110,7 @@ std::string render_scan_result(const json& result) {
       text +=
           line("Suspect", fmt::format("{0} of job {1}: {2}. Look, then `veneerctl job settle {1} {0}`",
                                       text_or(piece, "mark", "?"), whole_or(piece, "job", 0), sighting_words(piece)));
-  text += warning_lines(result);
+  text += remark_lines(result) + warning_lines(result);
   return waiting.is_number() ? text + next_steps(result, waiting.get<std::int64_t>()) : text;
 }
 
@@ -133,7 +141,7 @@ std::string render_proposal(const json& proposal) {
   text += line("Size", size_words(proposal));
   text += line("Usable", square_cm(proposal, "usable_mm2"));
   if (!panel.empty()) text += changed_wood(proposal);
-  text += warning_lines(proposal);
+  text += remark_lines(proposal) + warning_lines(proposal);
   const json& decision = member(proposal, "decided");
   if (!decision.is_object()) return text + next_steps(proposal, number);
   text += line("Decided", fmt::format("{} by {}, {}", text_or(decision, "verdict", "?"), text_or(decision, "who", "?"),

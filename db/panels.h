@@ -168,6 +168,9 @@ class Panels {
   // The highest tag that any panel ever carried, retired ones too; nothing when there is none.
   Result<std::optional<int>> highest_tag();
   Result<std::vector<ScanRecord>> scans(const PanelId& panel);
+  // When the picture of this content was scanned last, as its stored file is: of this panel, proposals that were
+  // decided among them, or, without one, of any panel that ever was. Nothing where it never was.
+  Result<std::optional<std::string>> scanned_before(const std::string& sha256, const std::optional<PanelId>& panel);
 
  private:
   Database* database_;

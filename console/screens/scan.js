@@ -84,6 +84,7 @@ function proposalCard(seen) {
     picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true)),
+    (seen.remarks || []).map((remark) => h("p.fact", {}, inEnglish(remark))),
     doubtRows(seen),
     h("div.commands", {},
       button(t("scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet || !mayOverrule(seen) || openDoubts(seen).length > 0}),

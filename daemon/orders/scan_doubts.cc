@@ -39,7 +39,7 @@ std::optional<Stretch> stretch_of(const std::vector<calib::TileView>& views, con
       }
     }
   const double determinant = cc * ss - cs * cs;
-  if (determinant < 0.1 * cc * ss) return std::nullopt;
+  if (!(determinant > 0.1 * cc * ss)) return std::nullopt;  // no tag at all, too
   return Stretch{(ss * c_long - cs * s_long) / determinant, (cc * s_long - cs * c_long) / determinant};
 }
 
@@ -61,16 +61,44 @@ void judge_stretch(const Stretch& stretch, std::vector<ScanWarning>& out) {
                      all * 100)});
 }
 
-void judge_size(const Box<PanelFrame>& sheet, std::vector<ScanWarning>& out) {
+// As sheets are cut that a machine cuts.
+bool is_round(Millimetres side) {
   constexpr double kRound = 5, kNear = 0.6;
-  const auto is_round = [&](Millimetres side) {
-    return std::abs(side.count() - kRound * std::round(side.count() / kRound)) <= kNear;
-  };
+  return std::abs(side.count() - kRound * std::round(side.count() / kRound)) <= kNear;
+}
+
+// Where the wood reaches the sheet's edge along a side that is not round: panels have a rim for their tags, and a scan
+// that broke off has none.
+bool breaks_off(const Box<PanelFrame>& sheet, const calib::VeneerMask& mask) {
+  constexpr Millimetres kRim(3);
+  Box<PanelFrame> wood;
+  for (const calib::Zone& zone : mask.list)
+    if (!zone.box.empty()) wood.add(zone.box.min), wood.add(zone.box.max);
+  for (const calib::AskedStrip& asked : mask.asked)
+    for (const auto& corner : asked.outline) wood.add(corner);
+  if (wood.empty()) return false;
+  return (!is_round(sheet.width()) && (wood.min.x - sheet.min.x < kRim || sheet.max.x - wood.max.x < kRim)) ||
+         (!is_round(sheet.height()) && (wood.min.y - sheet.min.y < kRim || sheet.max.y - wood.max.y < kRim));
+}
+
+// A saw cuts where it has to: that a size is not round is a doubt only beside another one.
+void judge_size(const Box<PanelFrame>& sheet, const std::optional<Stretch>& stretch, const calib::VeneerMask& mask,
+                std::vector<ScanWarning>& out) {
+  constexpr double kAsPrintersAre = 0.002;
   if (is_round(sheet.width()) && is_round(sheet.height())) return;
+  std::string doubt;
+  if (!stretch)
+    doubt = "its tags all lie aslant and tell nothing of its scale";
+  else if (std::max(std::abs(stretch->x), std::abs(stretch->y)) > kAsPrintersAre)
+    doubt = fmt::format("its tags are {:+.1f} % and {:+.1f} % longer than printed along the scanner's x and y",
+                        stretch->x * 100, stretch->y * 100);
+  else if (breaks_off(sheet, mask))
+    doubt = "its wood reaches the edge, where panels have a rim";
+  if (doubt.empty()) return;
   out.push_back(
-      {"size", fmt::format("the sheet measures {:.1f} x {:.1f} mm, which is not round: hold a rule against it, "
+      {"size", fmt::format("the sheet measures {:.1f} x {:.1f} mm, which is not round, and {}: hold a rule against it, "
                            "since a scan that broke off or was scaled shows another size",
-                           sheet.width().count(), sheet.height().count())});
+                           sheet.width().count(), sheet.height().count(), doubt)});
 }
 
 using Span = std::pair<double, double>;
@@ -150,6 +178,12 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
       scan, said, number(wanted), number(wanted));
   if (off > kRefused) return Error{ErrorCode::kRefused, told};
   return std::vector<ScanWarning>{{"dpi", told}};
+}
+
+std::optional<std::string> remark_on_size(Millimetres width, Millimetres height) {
+  if (is_round(width) && is_round(height)) return std::nullopt;
+  return fmt::format("the sheet measures {:.1f} x {:.1f} mm, which is not round, as of a sheet that was sawn by hand",
+                     width.count(), height.count());
 }
 
 bool leaves_out_what_is_in_doubt(std::string_view name) {
@@ -280,8 +314,9 @@ bool is_unfit_light(const ScanWarning& warning) { return warning.name == kLight;
 std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
                                               const calib::Registration& registration, const calib::VeneerMask& mask) {
   std::vector<ScanWarning> out = doubts_of_mask(mask);
-  if (const auto stretch = stretch_of(views, registration)) judge_stretch(*stretch, out);
-  judge_size(registration.sheet, out);
+  const auto stretch = stretch_of(views, registration);
+  if (stretch) judge_stretch(*stretch, out);
+  judge_size(registration.sheet, stretch, mask, out);
   // What is asked about was seen.
   std::vector<Span> columns, rows;
   const auto add = [&](const Box<PanelFrame>& box) {

@@ -76,7 +76,7 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
   const std::string kind = "calibrate " + device, waiting = "waiting for the device";
   if (device == "laser") {
-    if (const Status both = require_both_sides(board); !both) return reply(ApiReply::error(both.error()));
+    if (const Status told = require_size(board); !told) return reply(ApiReply::error(told.error()));
     if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
     const TaskReporter task = s.tasks.start(kind, waiting);
     reply(ApiReply::task(task.id()));

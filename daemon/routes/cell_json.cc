@@ -223,6 +223,14 @@ json warnings_json(const std::vector<ScanWarning>& warnings) {
   return out;
 }
 
+// Of a new sheet; [] where nothing is to be said.
+json remarks_json(Millimetres width, Millimetres height, const std::vector<ScanWarning>& warnings) {
+  json out = json::array();
+  if (std::ranges::find(warnings, "size", &ScanWarning::name) != warnings.end()) return out;
+  if (const auto remark = remark_on_size(width, height)) out.push_back(*remark);
+  return out;
+}
+
 }  // namespace
 
 json to_json(const db::ProposalRecord& p) {
@@ -237,6 +245,7 @@ json to_json(const db::ProposalRecord& p) {
               {"gained_mm2", p.gained.count()},
               {"warnings", warnings_json(warnings_of(p))},
               {"decided", nullptr}};
+  if (!p.panel) out["remarks"] = remarks_json(p.width, p.height, warnings_of(p));
   if (p.decision)
     out["decided"] = {{"verdict", db::to_string(p.decision->verdict)},
                       {"overruled", p.decision->overruled},
@@ -264,6 +273,7 @@ json to_json(const ScanOutcome& o) {
     out["usable_mm2"] = o.usable.count();
     out["zones"] = o.zones;
     out["size_mm"] = {o.width.count(), o.height.count()};
+    if (o.is_new) out["remarks"] = remarks_json(o.width, o.height, o.warnings);
     if (!o.is_new) out["lost_mm2"] = o.lost.count(), out["gained_mm2"] = o.gained.count();
     out["suspects"] = json::array();
     for (const SeenSuspect& suspect : o.suspects)

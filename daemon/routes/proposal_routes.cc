@@ -38,6 +38,7 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   if (const auto parent = body.text("part_of")) wanted.part_of = PanelId{*parent};
   wanted.more = body.flag("more").value_or(false);
   if (const auto tile = body.whole("again", ranges::kTile)) wanted.again = static_cast<int>(*tile);
+  wanted.anew = body.flag("anew").value_or(false);
   wanted.retag = body.flag("retag").value_or(false);
   wanted.accept = body.flag("accept").value_or(false);
   wanted.overrule = body.texts("override").value_or(std::vector<std::string>());

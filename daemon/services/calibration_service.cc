@@ -237,8 +237,8 @@ Result<Box<MachineFrame>> CalibrationService::burnt_area(const Calibration& cali
 }
 
 Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
-  const PatternBoard made_for = filled_in(board, travel);
-  const Millimetres board_width = *made_for.width, board_height = *made_for.height;
+  if (const Status told = require_size(board); !told) return told.error();
+  const Millimetres board_width = *board.width, board_height = *board.height;
   constexpr Millimetres kOffCentre = kMostOffCentre + Millimetres(5);  // of wood beyond the outer rings
   constexpr double kAskew = 0.07;                                      // kMostAskewDeg
   const Millimetres half_width = board_width / 2 - kOffCentre - board_height * (kAskew / 2);
@@ -269,7 +269,7 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
 Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board,
                                              const TaskProgress& progress, const std::stop_token& stop) {
   progress(0.02, "looking at the bed");
-  if (const Status both = require_both_sides(board); !both) return both;
+  if (const Status told = require_size(board); !told) return told;
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (Status able = require_camera(*calibration); !able) return able;

@@ -8,8 +8,6 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr Millimetres kBesideBoard{30};  // of the travel, where nobody said how large the board is
-
 Error refused(const std::string& why) { return {ErrorCode::kRefused, why}; }
 
 std::string size_of(Millimetres width, Millimetres height) {
@@ -17,6 +15,7 @@ std::string size_of(Millimetres width, Millimetres height) {
 }
 
 std::string say_so() { return fmt::format("say so with --confirm \"{}\"", kBoardOnTheBed); }
+std::string say_both() { return fmt::format("{} --confirm \"{}\"", say_so(), kBoardNotSeen); }
 
 // The bed's own frame or honeycomb may have this size.
 bool could_be_the_bed(const PatternBoard& board, const Box<MachineFrame>& travel) {
@@ -74,11 +73,12 @@ PatternBoard with_confirmed(PatternBoard board, const std::vector<std::string>& 
   return board;
 }
 
-Status require_both_sides(const PatternBoard& board) {
-  if (board.width.has_value() == board.height.has_value()) return Ok();
-  return Error{ErrorCode::kInvalidArgument,
-               "only one side of the board is told: tell both, --board-width-mm and --board-height-mm, or neither for "
-               "a board that nearly fills the bed"};
+Status require_size(const PatternBoard& board) {
+  if (board.width && board.height) return Ok();
+  return Error{
+      ErrorCode::kInvalidArgument,
+      "how large the board is has to be told, for the camera looks for a board of that size before anything is "
+      "burnt: measure both its sides with a rule and tell them with --board-width-mm and --board-height-mm"};
 }
 
 std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board) {
@@ -86,48 +86,36 @@ std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board) {
   return calib::WantedBoard{*board.width, *board.height, board.thickness};
 }
 
-PatternBoard filled_in(PatternBoard board, const Box<MachineFrame>& travel) {
-  if (!board.width) board.width = travel.width() - kBesideBoard;
-  if (!board.height) board.height = travel.height() - kBesideBoard;
-  return board;
-}
-
 Status require_board(const PatternBoard& board, const std::vector<calib::FoundBoard>& found,
                      const Box<MachineFrame>& travel,
                      const std::optional<Affine2<MachineFrame, BedFrame>>& machine_from_bed) {
-  if (const Status both = require_both_sides(board); !both) return both;
-  const PatternBoard made_for = filled_in(board, travel);
-  const std::string size = size_of(*made_for.width, *made_for.height);
+  if (const Status told = require_size(board); !told) return told;
+  const std::string size = size_of(*board.width, *board.height);
   const std::string look = fmt::format(
       "look that it lies in the middle of the bed, within {:.0f} mm and {:.0f} degrees, its width along x, and ",
       kMostOffCentre.count(), kMostAskewDeg);
-  if (!board.width) {
-    if (board.is_there) return Ok();
-    return refused(
-        fmt::format("how large the board is nobody said, and the pattern would be made for one of {}: tell "
-                    "its size with --board-width-mm and --board-height-mm, or, where it is that large, {}{}",
-                    size, look, say_so()));
-  }
+  const bool overruled = board.is_there && board.is_unseen;
   if (found.empty()) {
-    if (board.is_there && board.is_unseen) return Ok();
+    if (overruled) return Ok();
     return refused(
         fmt::format("no board of {} is seen on the bed, and the pattern would be burnt into the bed or past "
                     "the board's edges: lay the bare board in the middle of the bed, all of it in the "
                     "camera's picture, and tell its size as it is; where it lies there and the camera does "
-                    "not tell it from the bed, {} --confirm \"{}\"",
-                    size, say_so(), kBoardNotSeen));
+                    "not tell it from the bed, {}",
+                    size, say_both()));
   }
   if (machine_from_bed)
     if (const Status measured = require_measured(board, found, travel, *machine_from_bed); !measured) return measured;
-  if (board.is_there) return Ok();
-  if (!machine_from_bed)
+  if (could_be_the_bed(board, travel) && !overruled)
+    return refused(
+        fmt::format("a board of {} cannot be told from the bed, which is about as large: {}{}, or take a "
+                    "smaller board",
+                    size, look, say_both()));
+  if (!machine_from_bed && !board.is_there)
     return refused(
         fmt::format("a board of {} is seen, but where the middle of the bed is nothing tells while the laser "
                     "has no valid calibration: {}{}",
                     size, look, say_so()));
-  if (could_be_the_bed(board, travel))
-    return refused(
-        fmt::format("a board of {} cannot be told from the bed, which is about as large: {}{}", size, look, say_so()));
   return Ok();
 }
 

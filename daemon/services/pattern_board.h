@@ -1,8 +1,9 @@
 // Whether the bare board lies where the laser's pattern will be burnt. Pure.
 //
 // The pattern is burnt along the machine's axes around the middle of its travel, for a board that lies there within 20
-// mm and 4 degrees. Where the machine's axes are known the board is measured; where they are not yet, or nobody said
-// how large it is, what is seen proves nothing, and a person who has looked says so by name.
+// mm and 4 degrees. Where the machine's axes are known the board is measured; where they are not yet, a person who has
+// looked says by name that the board that is seen lies there. A board that is not seen, or that may be the bed's own
+// frame, takes a second word: one alone would burn an empty bed.
 #pragma once
 
 #include <optional>
@@ -24,18 +25,16 @@ inline constexpr double kMostAskewDeg = 4;
 // As the operator measured it, and what the operator confirms of it.
 struct PatternBoard {
   Millimetres thickness{0};
-  std::optional<Millimetres> width, height;  // along x and y; neither: it nearly fills the bed
+  std::optional<Millimetres> width, height;  // along x and y, as told
   bool is_there = false;                     // kBoardOnTheBed
   bool is_unseen = false;                    // kBoardNotSeen
 };
 PatternBoard with_confirmed(PatternBoard board, const std::vector<std::string>& confirmed);
 
-// kInvalidArgument where one side is told without the other.
-Status require_both_sides(const PatternBoard& board);
-// What is to be looked for; nothing where nobody said how large it is.
+// kInvalidArgument unless both sides are told: what nobody described is not looked for.
+Status require_size(const PatternBoard& board);
+// What is to be looked for, once its size is told.
 std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board);
-// How large the pattern is made for.
-PatternBoard filled_in(PatternBoard board, const Box<MachineFrame>& travel);
 
 // kRefused, saying what to do, unless the board lies there. `machine_from_bed` of axes that are in force; `found` is in
 // the bed frame that it starts from, or in one that says nothing of the machine.

@@ -93,13 +93,12 @@ std::vector<ScanWarning> doubts_about_sheet(const calib::PanelFiducials& sheet,
   return out;
 }
 
-// What names a picture's content, as its stored file does (PanelLibrary::adopt).
-std::string content_of(const std::string& sha256) { return sha256.substr(0, 16); }
-
 Error picture_of_series(const std::string& device) {
-  return {ErrorCode::kRefused,
-          fmt::format("{} gives a picture again that is a tile of this series already: move the panel and scan it anew",
-                      device)};
+  return {
+      ErrorCode::kRefused,
+      fmt::format("{} gives a picture again that is a tile of this series already: move the panel and scan it anew, "
+                  "or begin the series anew with veneerctl panel scan --anew",
+                  device)};
 }
 
 }  // namespace
@@ -124,6 +123,7 @@ WorkOrder ScanService::order(const char* kind, const char* what, const WorkFolde
 
 Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const TaskProgress& progress,
                                           const std::stop_token& stop) {
+  if (request.anew) give_up();
   if (!request.again) {
     auto tile = scan_tile(progress, stop);
     if (!tile) return tile.error();
@@ -171,7 +171,8 @@ Result<ScanService::Tile> ScanService::scan_tile(const TaskProgress& progress, c
               scan->make,
               std::move(view->tile),
               std::move(view->warnings),
-              content ? *content : std::string()};
+              content ? *content : std::string(),
+              {}};
 }
 
 // A scanner that reads a folder gives its pictures in turn: the one that was put there anew comes after the others.
@@ -220,14 +221,12 @@ Result<ScanOutcome> ScanService::end_series(const ScanRequest& request, const Ta
   } forget{*this};
   refused_.reset();
   auto outcome = finish(request, progress, stop);
-  if (outcome || outcome.error().code == ErrorCode::kCancelled || outcome.error().code == ErrorCode::kStorage)
-    return outcome;
-  // What was refused late has been put into the data folder already.
-  const auto in_folder = [](const Tile& one) {
+  if (outcome || outcome.error().code == ErrorCode::kStorage) return outcome;
+  const auto is_kept = [this](const Tile& one) {
     std::error_code none;
-    return std::filesystem::exists(one.folder.path() / kMadeScan, none);
+    return std::filesystem::exists(picture_of(one), none);
   };
-  if (tiles_.size() < 2 || !std::ranges::all_of(tiles_, in_folder)) return outcome;
+  if (tiles_.size() < 2 || !std::ranges::all_of(tiles_, is_kept)) return outcome;
   forget.keep = true;
   refused_ = request;
   return Error{outcome.error().code,
@@ -248,7 +247,10 @@ std::optional<ScanService::Kept> ScanService::kept() const {
 }
 
 void ScanService::give_up_kept() {
-  if (!refused_) return;
+  if (refused_) give_up();
+}
+
+void ScanService::give_up() {
   tiles_.clear();
   refused_.reset();
   note_kept();
@@ -356,52 +358,24 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   return known;
 }
 
-// Pictures that were scanned before, by their content: when. Of a panel that is known its own, refused ones too; of a
-// new sheet those of all panels, one of which it may have been until it left the stock.
-Result<std::map<std::string, std::string>> ScanService::seen_before(const Known& known) {
-  return database_.call([&](Repositories& r) -> Result<std::map<std::string, std::string>> {
-    std::vector<PanelId> panels;
-    if (known.panel) {
-      panels = {known.panel->id};
-    } else {
-      const auto all = r.panels.list();
-      if (!all) return all.error();
-      for (const auto& panel : *all) panels.push_back(panel.id);
-    }
-    std::map<std::string, std::string> out;
-    for (const PanelId& panel : panels) {
-      const auto scans = r.panels.scans(panel);
-      if (!scans) return scans.error();
-      for (const auto& scan : *scans) out[content_of(scan.sha256)] = scan.taken_at;
-    }
-    if (!known.panel) return out;
-    const auto proposals = r.proposals.list(true);
-    if (!proposals) return proposals.error();
-    for (const auto& proposal : *proposals)
-      if (proposal.panel == known.panel->id && proposal.decision)
-        for (const std::string& file : proposal.scan_files)
-          if (const auto stem = std::filesystem::path(file).stem().string(); stem.size() >= 16)
-            out.try_emplace(stem.substr(stem.size() - 16), proposal.made_at);
-    return out;
-  });
-}
-
 // A scanner that reads files gives the same picture until somebody puts another one there, and that shows nothing of
 // what was cut since. A device that scans when it is asked gives no two pictures that are alike to the last bit.
 // Whether a picture that was never scanned is of today nobody can tell: clocks of scanning computers go as they please.
+// A panel that is known is asked for its own scans; a new sheet may have been any panel, until that left the stock.
 Status ScanService::require_news(const Known& known) {
-  const auto before = seen_before(known);
-  if (!before) return before.error();
+  const std::optional<PanelId> panel = known.panel ? std::optional(known.panel->id) : std::nullopt;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const auto same = before->find(content_of(tiles_[i].sha256));
-    if (same == before->end()) continue;
+    const auto before =
+        database_.call([&](Repositories& r) { return r.panels.scanned_before(tiles_[i].sha256, panel); });
+    if (!before) return before.error();
+    if (!*before) continue;
     const std::string which =
         tiles_.size() > 1 ? fmt::format("tile {} of {}", i + 1, tiles_[i].device) : tiles_[i].device;
     return Error{
         ErrorCode::kRefused,
         fmt::format("the picture of {} is the one that was scanned on {} already, and shows nothing of what was "
                     "cut since: scan the panel anew",
-                    which, same->second)};
+                    which, **before)};
   }
   return Ok();
 }
@@ -411,7 +385,7 @@ Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerMode
   RegisterScans wanted;
   for (const auto& tile : tiles_) {
     wanted.views.push_back(tile.view);
-    wanted.files.push_back((tile.folder.path() / kMadeScan).string());
+    wanted.files.push_back(picture_of(tile).string());
     work.readable.emplace_back(wanted.files.back());
   }
   wanted.scanner = scanner;
@@ -498,12 +472,20 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   return propose(request, *known, std::move(*read), *folder);
 }
 
+// Of a series that was refused late it is in the data folder already.
+std::filesystem::path ScanService::picture_of(const Tile& tile) const {
+  return tile.stored ? library_.path_of(tile.stored->file) : tile.folder.path() / kMadeScan;
+}
+
 Result<std::vector<TakenTile>> ScanService::store_tiles(Face face) {
   std::vector<TakenTile> out;
-  for (const Tile& tile : tiles_) {
-    auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face), kMostPixelsScanned);
-    if (!stored) return stored.error();
-    out.push_back({stored->file, stored->sha256, tile.device, tile.taken_at, tile.view.nominal.dpi()});
+  for (Tile& tile : tiles_) {
+    if (!tile.stored) {
+      auto stored = library_.adopt(picture_of(tile), "scans", to_string(face), kMostPixelsScanned);
+      if (!stored) return stored.error();
+      tile.stored = *std::move(stored);
+    }
+    out.push_back({tile.stored->file, tile.stored->sha256, tile.device, tile.taken_at, tile.view.nominal.dpi()});
   }
   return out;
 }
@@ -542,6 +524,8 @@ Result<ScanOutcome> ScanService::propose(const ScanRequest& request, const Known
   if (!std::ranges::all_of(outcome->warnings, overruled)) return outcome;
   std::vector<std::string> names;
   for (const ScanWarning& warning : outcome->warnings) names.push_back(warning.name);
+  // What is refused now waits as a proposal, and needs no tile anew.
+  tiles_.clear();
   return proposals_.accept(*outcome->proposal, names, request.who);
 }
 

@@ -8,6 +8,7 @@
 // add_tile() blocks; it and give_up_kept() are called on the scanner's worker only.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -42,6 +43,7 @@ struct ScanRequest {
   // This scan is one tile of the series that was refused, counted from 1, once more: face, panel, part_of and retag are
   // that series' own where they are not said.
   std::optional<int> again;
+  bool anew = false;                  // gives up the tiles of a series that was begun or refused
   bool accept = false;                // takes it into stock when each of its warnings is overruled
   std::vector<std::string> overrule;  // names of warnings
   std::string who = "veneerd";
@@ -72,6 +74,7 @@ class ScanService {
     calib::TileView view;
     std::vector<ScanWarning> warnings;
     std::string sha256;  // of the picture
+    std::optional<PanelLibrary::Stored> stored;
     std::string taken_at = utc_timestamp();
   };
   // What the database knows of the sheet on the glass.
@@ -99,12 +102,13 @@ class ScanService {
   Result<Tile> scan_new_tile(const TaskProgress& progress, const std::stop_token& stop);
   bool is_there(const Tile& tile) const;
   void note_kept();
+  void give_up();  // all tiles, of whatever series
+  std::filesystem::path picture_of(const Tile& tile) const;
   Result<ScanOutcome> end_series(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   Result<Stock> read_stock();
   Result<Known> identify(const ScanRequest& request);
   Status require_news(const Known& known);
-  Result<std::map<std::string, std::string>> seen_before(const Known& known);
   Result<std::optional<PanelId>> parent_of(const ScanRequest& request, const Stock& stock) const;
   std::map<std::pair<PanelId, Face>, int> count_tags(const Stock& stock, const std::vector<PanelId>& panels) const;
   Result<RegisterScans> ask_of(Known& known, const calib::ScannerModelData& scanner, WorkOrder& work);

@@ -70,6 +70,21 @@ TEST_F(PanelsTest, RemembersAPanelItsScansAndItsFiducials) {
   EXPECT_EQ(must(panels.list()).size(), 1U);
 }
 
+TEST_F(PanelsTest, APictureIsKnownByItsContentAndThroughTheIndex) {
+  const PanelId other{"P-0002"};
+  ScanRecord mine = scan(id, Face::kShow), old = scan(other, Face::kShow);
+  mine.sha256 = std::string(64, 'a'), mine.taken_at = "2026-01-02T00:00:00.000Z";
+  old.sha256 = std::string(64, 'b');
+  VENEER_ASSERT_OK(panels.add(sheet(id), {mine}, {}));
+  VENEER_ASSERT_OK(panels.add(sheet(other), {old}, {}));
+  EXPECT_EQ(must(panels.scanned_before(mine.sha256, id)), mine.taken_at);
+  EXPECT_EQ(must(panels.scanned_before(mine.sha256, std::nullopt)), mine.taken_at);
+  EXPECT_EQ(must(panels.scanned_before(old.sha256, id)), std::nullopt) << "of another panel";
+  EXPECT_NE(must(panels.scanned_before(old.sha256, std::nullopt)), std::nullopt);
+  EXPECT_EQ(must(panels.scanned_before(std::string(64, 'c'), std::nullopt)), std::nullopt);
+  EXPECT_TRUE(execute(cell.database(), "SELECT id FROM scans INDEXED BY scans_by_content WHERE sha256 = ''").ok());
+}
+
 TEST_F(PanelsTest, NothingEntersWhenOnePartIsRefused) {
   const auto refused = panels.add(sheet(id), {scan({"P-0002"}, Face::kShow)}, {});
   ASSERT_FALSE(refused.ok());

@@ -23,9 +23,11 @@ class Stock(Pieces):
         """A sheet of no round size: an operator who has looked may refuse it, or leave it to somebody else."""
         self.hands("new-panel", "odd", "--width-mm", "182.5", "--height-mm", "132.5", "--strips", "2")
         self.hands("place", "odd", "scanner", "--face", "show")
+        self.doubt_it()
         self.go("scan")
         self.press("#do-scan")
         self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
+        self.until_says("main", "which is not round, as of a sheet that was sawn by hand")
         self.until("its picture", self.is_seen)
         for name in self.doubts():
             self.press(f"[data-doubt={name}]")
@@ -39,23 +41,27 @@ class Stock(Pieces):
         return self.browser.execute_script(
             "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0")
 
-    def answer_each_doubt(self):
-        """A second one is put beside that of the size, so that each has to be answered."""
+    def doubt_it(self):
+        """The sheet is sound: two doubts are put beside what the cell says of it, one of which an operator cannot answer."""
         self.browser.execute_script("""
-            const fetch = window.fetch;
+            const fetch = window.fetch, put = [{name: 'size', text: 'its size is in doubt', overruled_by: 'maintainer'},
+                                               {name: 'another', text: 'something else is in doubt'}];
             window.overruled = [];
             window.letGo = () => { window.fetch = fetch; };
             window.fetch = async (path, how = {}) => {
               if (/proposals\\/\\d+\\/accept$/.test(path)) {
                 window.overruled.push(JSON.parse(how.body).override);
-                return fetch(path, {...how, body: JSON.stringify({override: JSON.parse(how.body).override.filter((name) => name !== 'another')})});
+                return fetch(path, {...how, body: JSON.stringify({override: JSON.parse(how.body).override.filter((name) => put.every((one) => one.name !== name))})});
               }
               const reply = await fetch(path, how);
               if (!/\\/proposals$/.test(path) || !reply.ok) return reply;
               const told = await reply.json();
-              for (const one of told.proposals) one.warnings.push({name: 'another', text: 'something else is in doubt'});
+              for (const one of told.proposals) one.warnings.push(...put);
               return new Response(JSON.stringify(told), {headers: {'Content-Type': 'application/json'}});
             };""")
+
+    def answer_each_doubt(self):
+        self.doubt_it()
         self.go("scan")
         self.until("its picture", self.is_seen)
         self.names = list(self.doubts())

@@ -22,8 +22,8 @@ class WorkHere final : public daemon::WorkRunner {
     auto done = before != answers_.end() ? Result<nlohmann::json>(before->second)
                                          : daemon::do_work(order.kind, order.request, order.folder, progress, stop);
     if (done) answers_[order.kind] = *done;
-    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
     if (done && spoil) spoil(order.kind, *done);
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
     if (died && died(order.kind)) return Error{ErrorCode::kUnavailable, order.what + " was broken off"};
     return done;
   }

@@ -97,10 +97,25 @@ TEST(ScanDoubts, AnAxisThatIsOffIsToldFromPrintsThatAre) {
   EXPECT_THAT(Sheet(-0.007, -0.007).names(), ElementsAre("tag-size"));
 }
 
-TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAt) {
+TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAtWhereItsScaleOrItsEdgeIsInDoubt) {
   EXPECT_THAT(Sheet(0, 0, between(0, 0, 240.4, 159.6)).names(), IsEmpty());
-  EXPECT_THAT(Sheet(0, 0, between(0, 0, 239.2, 159.5)).names(), ElementsAre("size")) << "301 dpi for 300";
+  EXPECT_THAT(Sheet(0.0033, 0.0033).names(), IsEmpty()) << "the printer made them longer";
+  EXPECT_THAT(Sheet(0.0033, 0.0033, between(0, 0, 240.8, 160.7)).names(), ElementsAre("size")) << "301 dpi for 300";
+  EXPECT_THAT(Sheet(0, 0.003, between(0, 0, 240, 161.2)).names(), ElementsAre("size")) << "one axis of the scanner";
   EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 96.8)).names(), ElementsAre("size")) << "broke off";
+  EXPECT_THAT(Sheet(0, 0, between(18.8, 0, 240, 160)).names(), ElementsAre("size")) << "or its left side";
+  Sheet odd(0, 0, between(0, 0, 238.1, 157.4));
+  EXPECT_THAT(odd.names(), IsEmpty());
+  odd.views.clear();
+  EXPECT_THAT(odd.names(), ElementsAre("size")) << "nothing tells the scale";
+}
+
+// Each second panel wanted a maintainer.
+TEST(ScanDoubts, ASheetThatWasSawnByHandIsRemarkedUpon) {
+  EXPECT_THAT(Sheet(0.001, -0.001, between(0, 0, 237.3, 158.1)).names(), IsEmpty());
+  EXPECT_EQ(remark_on_size(Millimetres(237.3), Millimetres(158.1)),
+            "the sheet measures 237.3 x 158.1 mm, which is not round, as of a sheet that was sawn by hand");
+  EXPECT_EQ(remark_on_size(Millimetres(239.5), Millimetres(160.4)), std::nullopt);
 }
 
 TEST(ScanDoubts, BareBoardAsWideAsAStripIsTold) {

@@ -274,6 +274,7 @@ TEST_F(CollectedViews, OfThePatternShowTheBoardBeforeItIsBurnt) {
   PatternBoard one_side = kLaid;
   one_side.height.reset();
   EXPECT_EQ(ready(one_side).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(service_->pattern_job(kTravel, one_side).error().code, ErrorCode::kInvalidArgument);
   workers_.boards_on_bed.clear();
   const Status none = ready();
   ASSERT_FALSE(none.ok());

@@ -66,18 +66,29 @@ TEST(PatternBoard, ThatIsNotSeenIsBurntOnlyForWhoSaysThatTheCameraDoesNotTellIt)
   }
 }
 
-// A bright tray is the likeliest rectangle in every picture of a bed.
-TEST(PatternBoard, OfNoSizeOrTheBedsOwnIsProvenByNoPicture) {
+// One word alone burnt an empty bed.
+TEST(PatternBoard, OfNoToldSizeIsNotLookedForAndNotBurnt) {
   const PatternBoard unsaid{Millimetres(2), {}, {}};
-  EXPECT_THAT(refusal(unsaid, {seen(490, 350)}, kKnown), HasSubstr("how large the board is nobody said"));
-  EXPECT_THAT(refusal(unsaid, {}, kUnknown), HasSubstr("made for one of 490 x 350 mm"));
-  EXPECT_EQ(refusal(with_confirmed(unsaid, {kBoardOnTheBed}), {}, kKnown), "");
-  EXPECT_THAT(refusal(told(520, 380), {seen(518, 379)}, kKnown), HasSubstr("cannot be told from the bed"));
-  EXPECT_EQ(refusal(with_confirmed(told(520, 380), {kBoardOnTheBed}), {seen(518, 379)}, kKnown), "");
   PatternBoard one_side = unsaid;
   one_side.width = Millimetres(300);
-  EXPECT_THAT(refusal(one_side, {}, kKnown), HasSubstr("only one side of the board is told"));
-  EXPECT_EQ(require_both_sides(one_side).error().code, ErrorCode::kInvalidArgument);
+  for (const PatternBoard& board : {unsaid, one_side}) {
+    const PatternBoard sure = with_confirmed(board, {kBoardOnTheBed, kBoardNotSeen});
+    EXPECT_THAT(refusal(sure, {}, kKnown), HasSubstr("how large the board is has to be told"));
+    EXPECT_THAT(refusal(sure, {seen(490, 350)}, kUnknown), HasSubstr("--board-height-mm"));
+    EXPECT_EQ(require_size(sure).error().code, ErrorCode::kInvalidArgument);
+  }
+}
+
+// A bright tray is the likeliest rectangle in every picture of a bed.
+TEST(PatternBoard, OfTheBedsOwnSizeIsProvenByNoPicture) {
+  const PatternBoard large = told(520, 380);
+  for (const auto& frame : {std::optional<Affine2<MachineFrame, BedFrame>>(), std::make_optional(kKnown)}) {
+    EXPECT_THAT(refusal(large, {seen(518, 379)}, frame), HasSubstr("cannot be told from the bed"));
+    EXPECT_THAT(refusal(with_confirmed(large, {kBoardOnTheBed}), {seen(518, 379)}, frame),
+                HasSubstr("--confirm \"board on the bed\" --confirm \"board not seen\""))
+        << "the tray of an empty bed is seen as one";
+    EXPECT_EQ(refusal(with_confirmed(large, {kBoardOnTheBed, kBoardNotSeen}), {seen(518, 379)}, frame), "");
+  }
 }
 
 }  // namespace

@@ -217,6 +217,14 @@ TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
   const auto next = tile();
   ASSERT_TRUE(next.ok()) << next.error().message;
   EXPECT_EQ(next->tiles, 2U);
+  // The last one was there already: without a word for it the series would stand open for good.
+  scanner_.repeats = true;
+  more.more = false;
+  EXPECT_THAT(tile().error().message, ::testing::HasSubstr("veneerctl panel scan --anew"));
+  more.more = more.anew = true;
+  const auto anew = tile();
+  ASSERT_TRUE(anew.ok()) << anew.error().message;
+  EXPECT_EQ(anew->tiles, 1U);
 }
 
 // Nine tiles of a large panel are half an hour's work.
@@ -272,6 +280,47 @@ TEST_F(ScanServiceTest, OfASeriesThatIsRefusedOneTileIsScannedAgain) {
   service.give_up_kept();
   EXPECT_FALSE(service.kept());
   EXPECT_EQ(tile(false, 1).error().code, ErrorCode::kNotFound);
+}
+
+// Whoever cancels wants to go on otherwise, not to scan nine tiles once more; and what is refused at the very end, when
+// the tiles lie in the data folder, is as dear.
+TEST_F(ScanServiceTest, ASeriesThatIsCancelledOrRefusedAtItsEndIsKept) {
+  ASSERT_TRUE(scan().ok());
+  const Config config;
+  ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+  std::stop_source cancel;
+  const auto tile = [&](bool more, std::optional<int> again = {}) {
+    ScanRequest request;
+    request.more = more, request.again = again;
+    return service.add_tile(
+        request, [](double, const std::string&) {}, cancel.get_token());
+  };
+  ASSERT_TRUE(tile(true).ok());
+  workers_.spoil = [&](const std::string& kind, nlohmann::json&) {
+    if (kind == RegisterScans::kKind) cancel.request_stop();
+  };
+  const auto cancelled = tile(false);
+  ASSERT_FALSE(cancelled.ok());
+  EXPECT_EQ(cancelled.error().code, ErrorCode::kCancelled);
+  ASSERT_TRUE(service.kept());
+  EXPECT_EQ(service.kept()->tiles, 2U);
+  cancel = {};
+  // Retired while it is looked at, and put back.
+  workers_.spoil = [&](const std::string& kind, nlohmann::json&) {
+    if (kind != RegisterScans::kKind) return;
+    ASSERT_TRUE(
+        database_->call([](Repositories& r) { return r.panels.retire(PanelId{"P-0001"}, "warped", utc_timestamp()); }));
+  };
+  const auto late = tile(false, 2);
+  ASSERT_FALSE(late.ok());
+  ASSERT_TRUE(service.kept()) << late.error().message;
+  workers_.spoil = {};
+  ASSERT_TRUE(
+      database_->call([](Repositories& r) { return r.panels.restore(PanelId{"P-0001"}, "flat", utc_timestamp()); }));
+  const auto whole = tile(false, 1);
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole->tiles, 2U);
+  EXPECT_FALSE(service.kept());
 }
 
 // What it was asked for with, nobody says again.
