@@ -246,7 +246,8 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
                    "laser (has to be told): how wide the board on the bed is, along x")
       ->check(positive_number());
   calibrate
-      ->add_option("--board-height-mm", options->board_height_mm, "laser (has to be told): how high the board on the bed is, along y")
+      ->add_option("--board-height-mm", options->board_height_mm,
+                   "laser (has to be told): how high the board on the bed is, along y")
       ->check(positive_number());
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {

@@ -8,7 +8,8 @@ import {button, inEnglish} from "./parts.js";
 import {drawPart, isSketching, smallPicture} from "./sketch.js";
 
 const kSettleMs = 120;       // a hand says many things a second
-const kCoarsePatienceMs = 10000, kFinePatienceMs = 40000;
+const kPatienceMs = 60000;    // a sketch and another one's fine grid may go first
+const kFullMs = 1500;         // until a cell that has no room for it is asked again
 const kShownPx = 720;
 const kNear = .5;            // of a cell: how far beside a vertex a finger may come down
 const kFarthest = .399, kMostLean = .499;  // of a cell, as the planner admits it (planner/morph/spring_grid.h), and a little less
@@ -16,7 +17,7 @@ const kStep = .05;           // of a cell, by an arrow
 const kMostPins = 200, kMostGrids = 20;
 
 let wanted = null;           // {file, crop, query, key, size: {width, height in mm, rows, columns}, name}
-let shown = null;            // {file, key, fine, grid}; another key: of a moment ago
+let shown = null;            // {file, name, key, fine, grid}; another key: of a moment ago
 let refused = null;          // {file, key, sentence}
 let asking = null;           // {key, fine, giveUp}
 let timer = 0;
@@ -42,7 +43,7 @@ const keyOf = (row, column) => `${row},${column}`;
 // picture, or with another layout (`query` null), no grid is wanted.
 export function wantGrid(file, whole, crop, query) {
   const shorter = query && Number(query.get("size_mm")), patch = query && Number(query.get("patch_mm"));
-  if (!file || !whole || !(shorter > 0) || !(patch > 0)) { wanted = null; giveUp(); return; }
+  if (!file || !whole || !(shorter > 0) || !(patch > 0)) { wanted = hand = null; giveUp(); return; }
   const size = sizeOf(crop || whole, shorter, patch), name = nameOf(file, crop, size);
   const next = {file, whole, crop, query, size, name, shorter, patch};
   next.key = `${query} ${name} ${[...(pinned.get(name) || [])].join(" ")}`;
@@ -50,10 +51,13 @@ export function wantGrid(file, whole, crop, query) {
   if (wanted && wanted.name !== name) { cursor = [Math.min(1, size.rows), Math.min(1, size.columns)]; said = ""; hand = null; }
   const same = wanted && wanted.key === next.key;
   wanted = next;
-  if (same && timer) return;
   if (!same) ++version;
-  clearTimeout(timer);
-  timer = setTimeout(() => { timer = 0; askNext(); }, kSettleMs);
+  askSoon(kSettleMs);
+}
+
+// Not later because something changes again: lines follow a finger that moves steadily.
+function askSoon(ms) {
+  if (!timer) timer = setTimeout(() => { timer = 0; askNext(); }, ms);
 }
 
 function giveUp() {
@@ -65,18 +69,20 @@ const isOf = (one) => Boolean(one && wanted && one.file === wanted.file && one.k
 
 async function askNext() {
   if (asking || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || hand))) return;
-  const mine = asking = {key: wanted.key, fine: isOf(shown), giveUp: new AbortController()}, {file, crop, query, size, shorter, patch} = wanted;
+  const mine = asking = {key: wanted.key, fine: isOf(shown), giveUp: new AbortController()}, {file, crop, query, size, shorter, patch, name} = wanted;
   const holds = new Map(pins());
   changed();
   try {
     // A picture made smaller has another shape by a hair: it must have as many rows and columns.
     const body = await smallPicture({file, crop}, (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; });
+    if (asking !== mine) return;
     const of = sizeOf(body.pixels, shorter, patch), asked = new URLSearchParams(query);
     if (holds.size) asked.set("pinned_vertices", pinText(holds, of));
     if (mine.fine) asked.set("fine", "1");
-    const grid = await ask("POST", `/api/v1/plans/grid?${asked}`, {body: body.blob, timeoutMs: mine.fine ? kFinePatienceMs : kCoarsePatienceMs, until: mine.giveUp.signal});
-    if (asking === mine) { shown = {file, key: mine.key, fine: mine.fine, grid}; refused = null; ++version; }
+    const grid = await ask("POST", `/api/v1/plans/grid?${asked}`, {body: body.blob, timeoutMs: kPatienceMs, until: mine.giveUp.signal});
+    if (asking === mine) { shown = {file, name, key: mine.key, fine: mine.fine, grid}; refused = null; ++version; }
   } catch (fault) {
+    if (asking === mine && fault.status === 503) { asking = null; return askSoon(kFullMs); }
     if (asking === mine) refused = {file, key: mine.key, sentence: fault.message};
   }
   if (asking !== mine) return;
@@ -96,12 +102,15 @@ export function pinsInto(query) {
 
 const straight = (row, column) => [column / wanted.size.columns, row / wanted.size.rows];
 
+// That is known of this part of the picture, be it of a moment ago; null: none.
+const gridOf = () => (shown && shown.file === wanted.file && shown.name === wanted.name ? shown.grid : null);
+
 // Where it is shown: pinned, as the cell has told, or as the straight grid has it.
 function placeOf(row, column) {
   const held = pins().get(keyOf(row, column)), {size} = wanted;
   if (held) return held;
-  const grid = shown && shown.file === wanted.file && shown.grid;
-  if (!grid || grid.rows !== size.rows || grid.columns !== size.columns) return straight(row, column);
+  const grid = gridOf();
+  if (!grid) return straight(row, column);
   const [x, y] = grid.vertices[row * (size.columns + 1) + column];
   return [x / grid.width_mm, 1 - y / grid.height_mm];
 }
@@ -195,7 +204,8 @@ function move(event) {
   changed();
 }
 
-function up() {
+function up(event) {
+  if (!event.isPrimary) return;
   hand = null;
   ++version;
   changed();
@@ -254,7 +264,7 @@ function draw(canvas) {
   const key = `${version} ${byKeys}`;
   if (canvas.drawn_ === key) return;
   const {file, whole, crop, size} = wanted, part = crop || whole, scale = kShownPx / Math.max(part.width, part.height);
-  const grid = shown && shown.file === file && shown.grid.rows === size.rows && shown.grid.columns === size.columns && shown.grid;
+  const grid = gridOf();
   canvas.width = Math.round(part.width * scale);
   canvas.height = Math.round(part.height * scale);
   const pen = canvas.getContext("2d");
@@ -303,7 +313,8 @@ export function lineControls(file) {
       onkeydown: keyed, onfocus: (event) => { if (event.currentTarget.matches(":focus-visible")) { byKeys = true; draw(event.currentTarget); } },
       onblur: (event) => { byKeys = false; if (wanted) draw(event.currentTarget); },
       onpointerdown: down, onpointermove: move, onpointerup: up, onpointercancel: up, ondblclick: double}),
-    h("p.dim", {role: "status", id: "lines-said"}, said || t(coming ? "lines.coming" : finer ? "lines.finer" : "lines.done")),
+    !fault && h("p.dim", {role: "status", id: "lines-state"}, t(coming ? "lines.coming" : finer ? "lines.finer" : "lines.done")),
+    h("p.dim", {role: "status", id: "lines-said"}, said),
     fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("lines.again"), () => { refused = null; ++version; askNext(); changed(); })),
     elsewhere(file) > 0 && !pins().size && h("p.warn", {}, `▲ ${t("lines.elsewhere")}`),
     pins().size > 0 && h("div.commands", {}, button(t("lines.free_all", {n: pins().size}), freeAll, {id: "lines-free"})));

@@ -58,7 +58,8 @@ export async function ask(method, path, {body = null, timeoutMs = 5000, forStop 
   const stopped = untilStop();
   const end = () => giveUp.abort();
   if (!forStop) stopped.addEventListener("abort", end);
-  if (until) until.addEventListener("abort", end);
+  if (until && until.aborted) end();
+  else if (until) until.addEventListener("abort", end);
   try {
     const headers = {};
     const file = body instanceof Blob;

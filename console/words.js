@@ -8,11 +8,12 @@ export const kLanguages = {
   de: {name: "Deutsch", dates: "de-DE"},
 };
 const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
-export const language = chosen in kLanguages ? chosen : "en";
+// Another one is asked for only by whoever reads it; one that does not come leaves English.
+const other = chosen in kLanguages && chosen !== "en" && await import(`./words/${chosen}.js`).then((one) => one.words, () => null);
+const words = other || english;
+export const language = other ? chosen : "en";
 document.documentElement.lang = language;
 const {dates} = kLanguages[language];
-// Another one is asked for only by whoever reads it; one that does not come leaves English.
-const words = language === "en" ? english : await import(`./words/${language}.js`).then((one) => one.words, () => english);
 
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {

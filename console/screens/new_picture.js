@@ -23,9 +23,21 @@ const begun = [];   // tasks of this tab, the newest first
 let grid = null, frame = null;  // grid_lines.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
 
-export async function enter() {
-  if (!grid) Promise.all([import("../grid_lines.js"), import("../crop_frame.js")]).then((both) => { [grid, frame] = both; changed(); }, () => setTimeout(enter, kAgainMs));
-  try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
+export function enter() {
+  loadTools();
+  loadWoods();
+}
+
+// Each is tried again on its own, by one timer.
+const again = new Map();
+const later = (load) => { clearTimeout(again.get(load)); again.set(load, setTimeout(load, kAgainMs)); };
+async function loadTools() {
+  if (grid) return;
+  try { [grid, frame] = await Promise.all([import("../grid_lines.js"), import("../crop_frame.js")]); } catch (fault) { later(loadTools); }
+  changed();
+}
+async function loadWoods() {
+  try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { later(loadWoods); }
   changed();
 }
 
@@ -78,24 +90,26 @@ function takeFile(event) {
 
 // ---- which part of it -----------------------------------------------------------------------------------------------
 
-const kClosest = .7;  // of the picture's sides, left away at most by the slider
+const kClosest = .7;     // of the picture's sides, left away at most by the slider
+const kLeastPart = .1;   // of them
 
 function takeWhole() { Object.assign(wanted, {wide: 1, high: 1, across: .5, down: .5, crop: ""}); changed(); }
 
+const snapped = (side) => (side > .9999 ? 1 : side);
 const isPart = () => wanted.wide < 1 || wanted.high < 1;
 const closer = () => 1 - Math.max(wanted.wide, wanted.high);
 // It keeps its shape.
 function takeCloser(share) {
-  const scale = (1 - share) / Math.max(wanted.wide, wanted.high);
-  Object.assign(wanted, {wide: Math.min(1, wanted.wide * scale), high: Math.min(1, wanted.high * scale)});
+  const scale = Math.max((1 - share) / Math.max(wanted.wide, wanted.high), kLeastPart / Math.min(wanted.wide, wanted.high));
+  Object.assign(wanted, {wide: snapped(wanted.wide * scale), high: snapped(wanted.high * scale)});
   changed();
 }
 
-const share = (at, of) => (of > 0 ? Math.min(1, at / of) : .5);
+const share = (at, of) => (of > 0 ? Math.min(1, Math.max(0, at / of)) : .5);
 const partOf = ({wide, high, across, down}) => ({left: (1 - wide) * across, top: (1 - high) * down, right: (1 - wide) * across + wide, bottom: (1 - high) * down + high});
 function takePart({left, top, right, bottom}) {
   const wide = right - left, high = bottom - top;
-  Object.assign(wanted, {wide: wide > .9999 ? 1 : wide, high: high > .9999 ? 1 : high, across: share(left, 1 - wide), down: share(top, 1 - high)});
+  Object.assign(wanted, {wide: snapped(wide), high: snapped(high), across: share(left, 1 - wide), down: share(top, 1 - high)});
   changed();
 }
 
@@ -128,21 +142,25 @@ function partControls() {
 
 function target() {
   const framed = frame && pictureSize(wanted.file) && !wanted.crop;
-  return h("div", {id: "target", class: framed ? "target-frame" : ""}, h("img.target", {src: wanted.url, alt: wanted.name, draggable: "false"}), framed && frame.cropFrame(partOf(wanted), takePart));
+  return h("div", {id: "target", class: framed ? "target-frame" : ""}, h("img.target", {src: wanted.url, alt: wanted.name, draggable: "false"}), framed && frame.cropFrame(partOf(wanted), kLeastPart, takePart));
 }
 
 const chips = (all, among) => h("div.chips", {}, ...all.map((one) => h("label", {"data-key": one}, h("input", {type: "checkbox", checked: among.has(one),
   onchange: (event) => { if (event.target.checked) among.add(one); else among.delete(one); changed(); }}), one)));
 const tick = (name, label, id) => h("label.tick", {}, h("input", {type: "checkbox", id, checked: wanted[name], onchange: (event) => take(name, event.target.checked)}), label);
-const panelsInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => panel.id);
+// One that has left the stock stays ticked: without it, a plan would take wood from all panels.
+const panelsToTick = () => {
+  const inStock = model.panels.filter((panel) => !panel.retired).map((panel) => panel.id);
+  return [...inStock, ...[...wanted.panels].filter((one) => !inStock.includes(one))];
+};
 
 // What is asked for less often.
 function moreControls() {
   return h("details", {id: "more"}, h("summary", {}, t("picture.more")),
-    h("p.dim", {}, t("more.panels")), chips(panelsInStock(), wanted.panels),
+    h("p.dim", {}, t("more.panels")), chips(panelsToTick(), wanted.panels),
     select("remnants", t("more.remnants"), [["", t("more.remnants.usual")], ["1", t("more.remnants.first")], ["0", t("more.remnants.last")]]),
     wanted.layout === "morph" && tick("triangles", t("more.triangles"), "picture-triangles"),
-    wanted.refine && number("rematch", t("more.rematch"), 0, {id: "picture-rematch", max: 100, step: 1}));
+    wanted.refine && number("rematch", t("more.rematch"), 0, {id: "picture-rematch", inputmode: "numeric"}));
 }
 
 function formCard() {
@@ -182,8 +200,7 @@ function asked() {
   for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
   if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
   if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
-  const panels = panelsInStock().filter((one) => wanted.panels.has(one));  // none of those that have left it
-  if (panels.length) query.set("panels", panels.join(","));
+  if (wanted.panels.size) query.set("panels", [...wanted.panels].join(","));
   if (wanted.remnants) query.set("remnants_first", wanted.remnants);
   return query;
 }
@@ -202,6 +219,7 @@ function sketchQuery() {
 function gridQuery() {
   if (wanted.layout !== "morph") return null;
   const query = new URLSearchParams({layout: "morph", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm});
+  if (wanted.triangles) query.set("triangles", "1");
   paintInto(query, true);
   query.delete("importance");  // of wood
   return query;
@@ -218,7 +236,7 @@ async function plan(event) {
   paintInto(query, wanted.layout === "morph");
   if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (wanted.refine) query.set("refine", "dp");
-  if (wanted.refine && Number(wanted.rematch)) query.set("rematch", wanted.rematch);
+  if (wanted.refine && wanted.rematch && wanted.rematch !== "0") query.set("rematch", wanted.rematch);
   if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;

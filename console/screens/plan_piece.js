@@ -9,7 +9,7 @@ import {cannotTake, findPlaces, looksForPlaces, takeBack, wish, wishOf} from "./
 
 const kKept = 64;          // of the pieces that were looked at last
 const kAlike = .005;       // of the cost: nobody sees the difference
-const places = new Map();  // by plan and mark: {told: by the cell, null before it is; old: is to be asked for (again)}
+const places = new Map();  // by plan and mark: {told: by the cell, null before it is; old: is to be asked for (again); asked: how often it was}
 
 function placesOf(plan, mark) {
   const key = `${plan} ${mark}`;
@@ -20,8 +20,9 @@ function placesOf(plan, mark) {
   const one = places.get(key);
   if (one.old) {
     one.old = false;
-    get(`/plans/${plan}/pieces/${encodeURIComponent(mark)}/alternatives?limit=24`).then((told) => { one.told = told; changed(); },
-      () => setTimeout(() => { one.old = true; changed(); }, kAgainMs));
+    const asked = one.asked = (one.asked || 0) + 1;  // an answer that comes late tells of the wood of before
+    get(`/plans/${plan}/pieces/${encodeURIComponent(mark)}/alternatives?limit=24`).then((told) => { if (one.asked === asked) { one.told = told; changed(); } },
+      () => setTimeout(() => { if (one.asked === asked) { one.old = true; changed(); } }, kAgainMs));
   }
   return one.told;
 }

@@ -127,6 +127,16 @@ FabricationLimits drawn_limits(const PlanOptions& options) {
 
 Millimetres handy_size(const PlanOptions& options) { return std::min(options.min_size, options.patch / 2); }
 
+MorphOptions morph_options(const Artwork& artwork, const PlanOptions& options) {
+  return {options.patch,
+          face_limits(options),
+          handy_size(options),
+          options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+          threads_meant(options.threads),
+          artwork.guides,
+          options.triangles};
+}
+
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
                                const std::stop_token& stop) {
   FreeLayout out;

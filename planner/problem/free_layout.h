@@ -8,6 +8,7 @@
 #include "planner/layout/fabrication.h"
 #include "planner/layout/mosaic.h"
 #include "planner/layout/partition.h"
+#include "planner/morph/morphed_grid.h"
 #include "planner/plan.h"
 #include "planner/problem/priority.h"
 
@@ -30,6 +31,8 @@ FabricationLimits face_limits(const PlanOptions& options);
 FabricationLimits drawn_limits(const PlanOptions& options);
 // The disc that a cell of a morphed grid holds, and a piece whose borders are refined: its diameter.
 Millimetres handy_size(const PlanOptions& options);
+// How a grid of this artwork is morphed.
+MorphOptions morph_options(const Artwork& artwork, const PlanOptions& options);
 
 // `options.layout` is kMosaic or kSegmentation; the artwork's pictures are as check_input() wants them. A pure function
 // of these, whatever the number of threads. kCancelled: a stop was requested.

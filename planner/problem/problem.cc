@@ -205,13 +205,7 @@ void note_figures(const MorphFigures& figures, double seconds, std::optional<Mor
 Result<MorphedGrid> morphed(const Artwork& artwork, const PlanOptions& options, const WorkingArtwork& work,
                             Problem& problem, const std::stop_token& stop) {
   const Stopwatch watch;
-  const MorphOptions wanted{options.patch,
-                            face_limits(options),
-                            handy_size(options),
-                            options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
-                            threads_meant(options.threads),
-                            artwork.guides,
-                            options.triangles};
+  const MorphOptions wanted = morph_options(artwork, options);
   Result<MorphedGrid> made = morphed_grid(artwork.picture, work.tones, artwork.width, work.grid, wanted, stop);
   if (made.ok())
     note_figures(made->figures, watch.seconds(), problem.morph);

@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "planner/morph/morphed_grid.h"
-#include "planner/parallel.h"
 #include "planner/problem/free_layout.h"
 
 namespace veneer::planner {
@@ -26,13 +25,7 @@ Result<GridPreview> sketch_grid(const Artwork& artwork, const PlanOptions& optio
         fmt::format("the grid would have {:.0f} pieces, and its lines are shown of at most {}: choose larger patches, "
                     "or plan it as it is",
                     cells, kMostSketchedCells));
-  const MorphOptions wanted{options.patch,
-                            face_limits(options),
-                            handy_size(options),
-                            options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
-                            threads_meant(options.threads),
-                            artwork.guides,
-                            false};
+  const MorphOptions wanted = morph_options(artwork, options);
   if (effort == GridEffort::kCoarse) return coarse_grid(artwork.picture, artwork.width, artwork.height, wanted, stop);
   const double longer = std::max(artwork.width, artwork.height).count();
   const double planned = ScanResolution::from_dpi(options.dpi).px_per_mm;

@@ -347,6 +347,8 @@ class Day:
         self.until("the veil on the closer part", lambda: self.painted("edges") not in (None, "0", veil))
         self.press("#take-whole")
         self.until("the same veil again", lambda: self.painted("edges") == veil)
+        self.find("#slide-closer").send_keys(*5 * [Keys.ARROW_RIGHT], *5 * [Keys.ARROW_LEFT])
+        self.until("all of the picture again", lambda: not self.browser.find_elements(By.CSS_SELECTOR, "#take-whole"))
         self.press("#part summary")
         layout("grid")
         self.until_says("#edges-idle", "They are kept")
