@@ -14,9 +14,9 @@ enum class GridEffort { kCoarse, kFine };
 inline constexpr int kMostSketchedCells = 3000;
 
 // `options` are those of the plan to come, `artwork.guides` what somebody says of its edges and vertices. What differs
-// from the plan's: tones are the picture's own and not mapped to the wood's. Cells that are cut into triangles are told as they were before the cut.
-// kInvalidArgument: as make_plan, or there would be more cells than kMostSketchedCells. kCancelled: a stop was
-// requested. Deterministic.
+// from the plan's: tones are the picture's own and not mapped to the wood's. Cells that are cut into triangles are told
+// as they were before the cut. kInvalidArgument: as make_plan, or there would be more cells than kMostSketchedCells.
+// kCancelled: a stop was requested. Deterministic.
 Result<GridPreview> sketch_grid(const Artwork& artwork, const PlanOptions& options, GridEffort effort,
                                 const std::stop_token& stop = {});
 
