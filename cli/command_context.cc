@@ -130,8 +130,14 @@ Status write_file(const std::string& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file) return Error{ErrorCode::kStorage, "cannot write " + path};
-  return Ok();
+  if (file) return Ok();
+  // Asked first: without the half of it there may be room again.
+  auto refused = disk_refuses(path);
+  std::error_code fault;
+  if (std::filesystem::is_regular_file(path, fault)) std::filesystem::remove(path, fault);
+  if (refused) return *std::move(refused);
+  return Error{ErrorCode::kStorage,
+               "cannot write " + path + ": see that its folder is there, and that you may write into it"};
 }
 
 void save_parts(const CommandContext& context, const std::string& target, const std::vector<SavedPart>& parts) {

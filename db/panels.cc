@@ -478,15 +478,16 @@ Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
 
 Result<std::optional<std::string>> Panels::scanned_before(const std::string& sha256,
                                                           const std::optional<PanelId>& panel) {
+  // The scans of a proposal have their content in their names (daemon/services/panel_library.h).
+  constexpr std::size_t kInName = 16;
+  if (sha256.size() < kInName) return std::optional<std::string>();
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<std::string>> {
-    // The scans of a proposal have their content in their names (daemon/services/panel_library.h).
-    constexpr std::size_t kInName = 16;
     SQLite::Statement row(
         connection,
         "SELECT coalesce((SELECT taken_at FROM scans WHERE sha256 = ?1 AND (?2 IS NULL OR panel = ?2) ORDER BY id DESC "
         "LIMIT 1), (SELECT p.made_at FROM proposals AS p JOIN proposal_verdicts AS v ON v.proposal = p.id WHERE "
         "p.panel = ?2 AND EXISTS (SELECT 1 FROM json_each(p.scan_files) AS e WHERE e.value LIKE '%' || ?3 || '.%') "
-        "ORDER BY p.id LIMIT 1))");
+        "ORDER BY p.id DESC LIMIT 1))");
     row.bind(1, sha256);
     panel ? row.bind(2, panel->value) : row.bind(2);
     row.bind(3, sha256.substr(0, kInName));

@@ -155,7 +155,8 @@ async function takeBack(job, piece) {
 function missingCard() {
   const note = redoneNote();
   const wanting = model.jobs.filter(canBeWhole);
-  if (!wanting.length && !note) return null;
+  // Nothing is missing any more: what came of it is no warning.
+  if (!wanting.length) return note && card(t("missing.found"), note);
   const rows = wanting.flatMap((job) => [
     h("li", {"data-key": `job-${job.id}`}, h("b", {}, job.name), h("span", {}, t("attention.missing", {n: job.missing})),
       job.missing > 1 && button(t("missing.all"), () => redo(job.id, null), {disabled: cannotRedo(job.id)})),

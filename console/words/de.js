@@ -75,7 +75,7 @@ export const words = {
   "as_seen.cut": "Die {n}, die der Scan nicht mehr sah, sind gut", "as_seen.cut.sure": "Sind diese Stücke gut: {marks}?",
   "as_seen.still_there": "Die {n}, die der Scan noch sah, wurden nie berührt", "as_seen.still_there.sure": "Einen nur begonnenen Schnitt sieht ein Scan nicht. Haben Sie jedes davon angesehen, und ist keines verbrannt: {marks}? Ihr Holz ist dann frei.",
   "missing": "Fehlende Stücke", "missing.about": "Das Bild ist nicht ganz. Unter denselben Kennungen wird anderes Holz gesucht, der Rest bleibt, wie er ist.",
-  "missing.all": "Für alle anderes Holz suchen", "missing.one": "Anderes Holz suchen", "missing.take_back": "Nicht verloren",
+  "missing.all": "Für alle anderes Holz suchen", "missing.found": "Anderes Holz", "missing.one": "Anderes Holz suchen", "missing.take_back": "Nicht verloren",
   "lost": "Ein geschnittenes Stück ist verloren oder zerbrochen?", "lost.about": "Es bekommt anderes Holz unter seiner Kennung; alle anderen bleiben, wie sie sind.",
   "lost.choose": "Stück wählen", "lost.job": "Auftrag", "lost.piece": "Stück", "lost.do": "Es ist verloren: anderes Holz suchen",
   "lost.sure": "Stück {mark} ist verloren, und anderes Holz soll gesucht werden? Das lässt sich nicht zurücknehmen.",
@@ -191,7 +191,7 @@ export const words = {
   "plan.preview": "Wie Plan {n} aussehen wird",
   // Schneiden
   "load": "Platte auf dem Bett", "load.lay": "Platte {panel} auflegen", "load.on": "Platte {panel} liegt auf dem Bett", "load.cut": "Platte {panel} wird geschnitten", "load.held": "Platte {panel} liegt auf dem Bett; der Schnitt ist angehalten", "load.looked": "Platte {panel} liegt auf dem Bett und wird angesehen", "load.take": "Stücke aus dem Bett nehmen",
-  "load.none": "Noch hat kein Auftrag nach einer Platte gefragt.", "load.some": "Eine Platte wird geschnitten",
+  "load.none": "Kein Auftrag fragt gerade nach einer Platte.", "load.some": "Eine Platte wird geschnitten",
   "load.back": "Sichtseite nach unten: das Furnier zum Bett, die Rückseite mit den Marken zu Ihnen.", "load.show": "Sichtseite nach oben: das Furnier zu Ihnen.",
   "load.how": "Auflegen", "load.setup": "Aufspannung", "load.setups": "{n} von {of}: die Platte ist größer als das Bett", "load.focus": "Fokus", "load.focus_mm": "{mm} mm über dem Bett", "load.takes": "Dauert", "load.about": "etwa {span}",
   "load.found": "gefunden", "load.not_found": "noch nicht gefunden", "load.fit": "Passung", "load.wood": "Das Furnier von {panel}",

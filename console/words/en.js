@@ -67,7 +67,7 @@ export const words = {
   "as_seen.cut": "The {n} that the scan saw gone are good", "as_seen.cut.sure": "Say that these pieces are good: {marks}?",
   "as_seen.still_there": "The {n} that the scan saw there were never touched", "as_seen.still_there.sure": "A scan does not see a cut that was only begun. Have you looked at each of these, and is none burnt: {marks}? Their wood is free then.",
   "missing": "Missing pieces", "missing.about": "The picture is not whole. Other wood is looked for under the same marks, and the rest stays as it is.",
-  "missing.all": "Find other wood for all", "missing.one": "Find other wood", "missing.take_back": "It is not lost",
+  "missing.all": "Find other wood for all", "missing.one": "Find other wood", "missing.found": "Other wood", "missing.take_back": "It is not lost",
   "lost": "A cut piece is lost or broken?", "lost.about": "It gets other wood under its mark; all others stay as they are.",
   "lost.choose": "choose a piece", "lost.job": "Job", "lost.piece": "Piece", "lost.do": "It is lost: find other wood",
   "lost.sure": "Piece {mark} is lost, and other wood is looked for? This cannot be taken back.",
@@ -183,7 +183,7 @@ export const words = {
   "plan.preview": "What plan {n} will look like",
   // Run
   "load": "Panel on the bed", "load.lay": "Load panel {panel}", "load.on": "Panel {panel} is on the bed", "load.cut": "Panel {panel} is being cut", "load.held": "Panel {panel} lies on the bed; the cut is held", "load.looked": "Panel {panel} lies on the bed and is being looked at", "load.take": "Take the pieces out of the bed",
-  "load.none": "No job has asked for a panel yet.", "load.some": "A panel is being cut",
+  "load.none": "No job asks for a panel now.", "load.some": "A panel is being cut",
   "load.back": "Face down: the veneer looks at the bed, the plain back with its tags looks up at you.", "load.show": "Face up: the veneer looks up at you.",
   "load.how": "Lay it", "load.setup": "Set-up", "load.setups": "{n} of {of}: the panel is larger than the bed", "load.focus": "Focus", "load.focus_mm": "{mm} mm above the bed", "load.takes": "Takes", "load.about": "about {span}",
   "load.found": "found", "load.not_found": "not found yet", "load.fit": "Fit", "load.wood": "The veneer of {panel}",

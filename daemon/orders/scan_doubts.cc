@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -81,17 +82,56 @@ bool breaks_off(const Box<PanelFrame>& sheet, const calib::VeneerMask& mask) {
          (!is_round(sheet.height()) && (wood.min.y - sheet.min.y < kRim || sheet.max.y - wood.max.y < kRim));
 }
 
+// Points of the sheet's outline in that scan that lie on one rim of the picture: beyond it, nobody knows.
+std::vector<std::vector<Point<ScanFrame>>> rims_of(const calib::TileView& view) {
+  constexpr double kAtRim = 2;  // pixels
+  const double right = view.width_px - 1 - kAtRim, bottom = view.height_px - 1 - kAtRim;
+  std::vector<std::vector<Point<ScanFrame>>> out(4);
+  for (const auto& at : view.outline) {
+    const double x = at.x.count(), y = at.y.count();
+    if (x <= kAtRim) out[0].push_back(at);
+    if (x >= right) out[1].push_back(at);
+    if (y <= kAtRim) out[2].push_back(at);
+    if (y >= bottom) out[3].push_back(at);
+  }
+  return out;
+}
+
+// Whether a side of the sheet that is not round is no edge, but where a picture ended.
+bool runs_off(const std::vector<calib::TileView>& views, const calib::Registration& registration) {
+  constexpr Millimetres kOnSide(1), kLong(10);
+  const Box<PanelFrame>& sheet = registration.sheet;
+  const auto is_side = [&](Millimetres Point<PanelFrame>::*across, Millimetres side, const auto& rim, const auto& map) {
+    std::vector<Point<PanelFrame>> on;
+    for (const auto& at : rim)
+      if (const Point<PanelFrame> there = map * at; std::abs((there.*across - side).count()) < kOnSide.count())
+        on.push_back(there);
+    return std::ranges::any_of(on, [&](const auto& one) { return distance(one, on.front()) > kLong; });
+  };
+  for (std::size_t i = 0; i < views.size() && i < registration.tiles.size(); ++i)
+    for (const auto& rim : rims_of(views[i]))
+      for (const auto& [across, least, most] : {std::tuple(&Point<PanelFrame>::x, sheet.min.x, sheet.max.x),
+                                                std::tuple(&Point<PanelFrame>::y, sheet.min.y, sheet.max.y)})
+        if (!is_round(most - least) &&
+            (is_side(across, least, rim, registration.tiles[i]) || is_side(across, most, rim, registration.tiles[i])))
+          return true;
+  return false;
+}
+
 // A saw cuts where it has to: that a size is not round is a doubt only beside another one.
-void judge_size(const Box<PanelFrame>& sheet, const std::optional<Stretch>& stretch, const calib::VeneerMask& mask,
-                std::vector<ScanWarning>& out) {
+void judge_size(const std::vector<calib::TileView>& views, const calib::Registration& registration,
+                const std::optional<Stretch>& stretch, const calib::VeneerMask& mask, std::vector<ScanWarning>& out) {
   constexpr double kAsPrintersAre = 0.002;
+  const Box<PanelFrame>& sheet = registration.sheet;
   if (is_round(sheet.width()) && is_round(sheet.height())) return;
   std::string doubt;
   if (!stretch)
-    doubt = "its tags all lie aslant and tell nothing of its scale";
+    doubt = "its tags do not tell its scale";
   else if (std::max(std::abs(stretch->x), std::abs(stretch->y)) > kAsPrintersAre)
     doubt = fmt::format("its tags are {:+.1f} % and {:+.1f} % longer than printed along the scanner's x and y",
                         stretch->x * 100, stretch->y * 100);
+  else if (runs_off(views, registration))
+    doubt = "it runs off the picture";
   else if (breaks_off(sheet, mask))
     doubt = "its wood reaches the edge, where panels have a rim";
   if (doubt.empty()) return;
@@ -316,7 +356,7 @@ std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>
   std::vector<ScanWarning> out = doubts_of_mask(mask);
   const auto stretch = stretch_of(views, registration);
   if (stretch) judge_stretch(*stretch, out);
-  judge_size(registration.sheet, stretch, mask, out);
+  judge_size(views, registration, stretch, mask, out);
   // What is asked about was seen.
   std::vector<Span> columns, rows;
   const auto add = [&](const Box<PanelFrame>& box) {

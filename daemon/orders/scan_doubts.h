@@ -70,8 +70,8 @@ bool is_unfit_light(const ScanWarning& warning);
 //   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)
 //   tag-size      or all of them longer or shorter than they were printed (0.5 %)
 //   size          the sheet is not as wide and as high as sheets are cut (whole 5 mm, by 0.6 mm), and its scale or its
-//                 edge is in doubt: the tags are longer or shorter than printed (0.2 %) or do not tell, or the wood
-//                 reaches the edge
+//                 edge is in doubt: the tags are longer or shorter than printed (0.2 %) or do not tell, the sheet
+//                 runs off the picture, or the wood reaches the edge
 //   strip-missing bare board as wide as a strip lies between two strips
 std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
                                               const calib::Registration& registration, const calib::VeneerMask& mask);

@@ -39,6 +39,9 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   wanted.more = body.flag("more").value_or(false);
   if (const auto tile = body.whole("again", ranges::kTile)) wanted.again = static_cast<int>(*tile);
   wanted.anew = body.flag("anew").value_or(false);
+  if (wanted.again && wanted.anew)
+    body.refuse({ErrorCode::kInvalidArgument,
+                 "again goes on with the series that was refused, and anew gives it up: leave one of them out"});
   wanted.retag = body.flag("retag").value_or(false);
   wanted.accept = body.flag("accept").value_or(false);
   wanted.overrule = body.texts("override").value_or(std::vector<std::string>());

@@ -39,9 +39,12 @@ Interlock machine_lock(const LaserStatus& laser, const InterlockFacts& facts) {
     return {"machine", kBlocks, facts.tell_why ? laser.why_not_connected : kLaserIsSilent,
             "See that the laser is switched on and its cable is in, then Reset."};
   if (laser.state.starts_with("Alarm"))
-    return {"machine", kBlocks,
-            fmt::format("the controller says {}: it ran into a limit, or lost its place", laser.state),
-            "See that the head is free, then Clear and Reset."};
+    return {
+        "machine", kBlocks,
+        fmt::format("the controller says {}, as after a STOP in the midst of a move, at a limit, or when it has lost "
+                    "its place",
+                    laser.state),
+        "See that the head is free, then Clear and Reset."};
   if (laser.state.starts_with("Door"))
     return {"machine", kBlocks, fmt::format("the controller says {}: its door is open", laser.state),
             "Close the door."};
@@ -147,7 +150,7 @@ Interlock disk_lock(const std::optional<std::uintmax_t>& free_bytes) {
 Interlock backup_lock(const InterlockFacts& facts) {
   if (!facts.backups_silent.empty()) return {"backup", kWarns, facts.backups_silent, ""};
   if (!facts.backups) return {"backup", kUnknown, "nobody has looked for backups yet", ""};
-  constexpr const char* kMake = "Make one: veneerctl db backup.";
+  constexpr const char* kMake = "Make one: with the button in Settings, or with veneerctl db backup.";
   if (!facts.backups->newest_at) return {"backup", kWarns, "no backup was made yet", kMake};
   Interlock out{"backup", kGood, "there is a backup", ""};
   out.age_s = seconds_since(*facts.backups->newest_at, facts.now);

@@ -107,7 +107,7 @@ constexpr std::array kCertificates = {
         "veneerctl calibrate camera --height-mm 0 --more"},
     CertificateWords{db::CertificateKind::kAxes, Step::kCalibrateLaser, "The laser",
                      "lay a bare board in the middle of the bed, and have the pattern burnt into it",
-                     "veneerctl calibrate laser"},
+                     "veneerctl calibrate laser --board-width-mm WIDTH --board-height-mm HEIGHT"},
     CertificateWords{db::CertificateKind::kKerf, Step::kCalibrateKerf, "The width of a cut",
                      "lay the board with the burnt lines on the glass, and have them measured",
                      "veneerctl calibrate kerf"},

@@ -17,10 +17,20 @@ std::string size_of(Millimetres width, Millimetres height) {
 std::string say_so() { return fmt::format("say so with --confirm \"{}\"", kBoardOnTheBed); }
 std::string say_both() { return fmt::format("{} --confirm \"{}\"", say_so(), kBoardNotSeen); }
 
-// The bed's own frame or honeycomb may have this size.
-bool could_be_the_bed(const PatternBoard& board, const Box<MachineFrame>& travel) {
+// The bed's own frame or honeycomb may have this size, whichever way its sides are told.
+bool is_as_large_as_the_bed(Millimetres width, Millimetres height, const Box<MachineFrame>& travel) {
   constexpr Millimetres kFrame{15};
-  return *board.width >= travel.width() - kFrame && *board.height >= travel.height() - kFrame;
+  return std::max(width, height) >= std::max(travel.width(), travel.height()) - kFrame &&
+         std::min(width, height) >= std::min(travel.width(), travel.height()) - kFrame;
+}
+
+// As told, or as seen: what is a little smaller than the bed may have been told a little smaller yet.
+bool could_be_the_bed(const PatternBoard& board, const std::vector<calib::FoundBoard>& found,
+                      const Box<MachineFrame>& travel) {
+  return is_as_large_as_the_bed(*board.width, *board.height, travel) ||
+         std::ranges::any_of(found, [&](const calib::FoundBoard& one) {
+           return is_as_large_as_the_bed(one.width, one.height, travel);
+         });
 }
 
 // Of its middle to that of the travel.
@@ -106,7 +116,7 @@ Status require_board(const PatternBoard& board, const std::vector<calib::FoundBo
   }
   if (machine_from_bed)
     if (const Status measured = require_measured(board, found, travel, *machine_from_bed); !measured) return measured;
-  if (could_be_the_bed(board, travel) && !overruled)
+  if (could_be_the_bed(board, found, travel) && !overruled)
     return refused(
         fmt::format("a board of {} cannot be told from the bed, which is about as large: {}{}, or take a "
                     "smaller board",

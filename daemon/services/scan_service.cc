@@ -123,10 +123,11 @@ WorkOrder ScanService::order(const char* kind, const char* what, const WorkFolde
 
 Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const TaskProgress& progress,
                                           const std::stop_token& stop) {
-  if (request.anew) give_up();
   if (!request.again) {
     auto tile = scan_tile(progress, stop);
     if (!tile) return tile.error();
+    // Not before there is a tile to begin with.
+    if (request.anew) give_up();
     // Tiles of the other face that were never finished belong to nothing, nor do those of a series that was refused,
     // once another one is begun.
     give_up_kept();
@@ -229,10 +230,13 @@ Result<ScanOutcome> ScanService::end_series(const ScanRequest& request, const Ta
   if (tiles_.size() < 2 || !std::ranges::all_of(tiles_, is_kept)) return outcome;
   forget.keep = true;
   refused_ = request;
+  const bool cancelled = outcome.error().code == ErrorCode::kCancelled;
   return Error{outcome.error().code,
-               fmt::format("{}; the {} tiles are kept for a day: once that is seen to, scan the one that was bad anew, "
-                           "the last one by veneerctl panel scan --again {}",
-                           outcome.error().message, tiles_.size(), tiles_.size())};
+               fmt::format("{}; the {} tiles are kept for a day: {}, the last one by veneerctl panel scan --again {}",
+                           outcome.error().message, tiles_.size(),
+                           cancelled ? "to have them looked at again, scan one of them anew"
+                                     : "once that is seen to, scan the one that was bad anew",
+                           tiles_.size())};
 }
 
 void ScanService::note_kept() {

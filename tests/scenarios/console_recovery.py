@@ -181,6 +181,7 @@ class Recovery(Day):
             find.click();
             return true;"""))
         self.until_says("main", f"{self.lost} has other wood now.")
+        self.until("no warning of what is not missing any more", lambda: "missing pieces" not in self.text("main").lower())
         self.until_says("#next", "has 1 piece to cut")
         self.start()
         self.hands("place", "control", "bed", "--face", "back")

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -108,6 +109,38 @@ TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAtWhereItsScaleOrItsEdgeI
   EXPECT_THAT(odd.names(), IsEmpty());
   odd.views.clear();
   EXPECT_THAT(odd.names(), ElementsAre("size")) << "nothing tells the scale";
+}
+
+TEST(ScanDoubts, ASheetThatRunsOffThePictureIsLookedAt) {
+  // All of the sheet that is seen, to the right rim of the picture, and bare board there. 10 pixels a mm.
+  Sheet sheet(0, 0, between(10, 10, 160.8, 170));
+  sheet.mask.list.clear();
+  sheet.strip(30, 70);
+  calib::TileView& view = sheet.views.front();
+  view.width_px = 1609, view.height_px = 2000;
+  // The picture's y runs down.
+  sheet.registration.tiles[0] = calib::ScanMap(Isometry2<PanelFrame, GlassFrame>(Radians(0), point<PanelFrame>(0, 200)),
+                                               calib::ScannerModel(calib::ScannerModelData{}), view.nominal);
+  const auto sees = [&](std::initializer_list<double> sides) {
+    view.outline.clear();
+    for (const double x : sides)
+      for (const double y : {10.0, 170.0})
+        view.outline.push_back(sheet.registration.tiles[0].inverse(point<PanelFrame>(x, y)));
+  };
+  sees({10, 160.8});
+  ASSERT_NEAR(view.outline.back().x.count(), 1608, 1);
+  ASSERT_NEAR(view.outline.back().y.count(), 300, 1);
+  EXPECT_THAT(sheet.names(), ElementsAre("size"));
+  view.width_px = 1700;
+  EXPECT_THAT(sheet.names(), IsEmpty()) << "the lid is seen beside it";
+  // Of several tiles, one ends in the middle of the sheet, which runs on in the next.
+  view.width_px = 1001;
+  sees({10, 100});
+  EXPECT_THAT(sheet.names(), IsEmpty());
+  sheet.registration.sheet = between(10, 10, 160, 170);
+  view.width_px = 1601;
+  sees({10, 160});
+  EXPECT_THAT(sheet.names(), IsEmpty()) << "150 mm wide, as sheets are cut";
 }
 
 // Each second panel wanted a maintainer.

@@ -35,5 +35,16 @@ TEST_F(CalibrationRoutes, TheCameraBelongsToWhatTheUnitIsAbout) {
   EXPECT_EQ(ask("POST", "/api/v1/calibration/camera").status, 202);
 }
 
+// The camera looks for a board of that size before anything is burnt, and before anything moves.
+TEST_F(CalibrationRoutes, TheLaserIsToldHowLargeTheBoardIs) {
+  for (const nlohmann::json& body : {nlohmann::json{{"confirmed", {"board on the bed", "board not seen"}}},
+                                     nlohmann::json{{"board_width_mm", 300}}}) {
+    const ApiReply refused = ask("POST", "/api/v1/calibration/laser", body);
+    EXPECT_EQ(refused.status, 400) << refused.body;
+    EXPECT_THAT(refused.body, HasSubstr("--board-height-mm"));
+  }
+  EXPECT_TRUE(cell->tasks.list().empty());
+}
+
 }  // namespace
 }  // namespace veneer::daemon

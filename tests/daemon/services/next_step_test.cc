@@ -53,7 +53,8 @@ TEST(NextStep, AnUnpackedMachineIsCalibratedDeviceByDevice) {
   }
   EXPECT_THAT(commands,
               ::testing::ElementsAre("veneerctl calibrate scanner", "veneerctl calibrate camera --height-mm 0 --more",
-                                     "veneerctl calibrate laser", "veneerctl calibrate kerf"));
+                                     "veneerctl calibrate laser --board-width-mm WIDTH --board-height-mm HEIGHT",
+                                     "veneerctl calibrate kerf"));
   EXPECT_EQ(next_step(stopped, needs).step, Step::kScan);
   EXPECT_EQ(next_step(stopped, needs).sentence,
             "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.");

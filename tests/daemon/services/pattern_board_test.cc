@@ -89,6 +89,13 @@ TEST(PatternBoard, OfTheBedsOwnSizeIsProvenByNoPicture) {
         << "the tray of an empty bed is seen as one";
     EXPECT_EQ(refusal(with_confirmed(large, {kBoardOnTheBed, kBoardNotSeen}), {seen(518, 379)}, frame), "");
   }
+  EXPECT_THAT(refusal(with_confirmed(told(380, 520), {kBoardOnTheBed}), {seen(518, 379)}, kUnknown),
+              HasSubstr("cannot be told from the bed"))
+      << "told the other way round";
+  for (const auto& frame : {std::optional<Affine2<MachineFrame, BedFrame>>(), std::make_optional(kKnown)})
+    EXPECT_THAT(refusal(with_confirmed(told(504, 364), {kBoardOnTheBed}), {seen(509, 369)}, frame),
+                HasSubstr("cannot be told from the bed"))
+        << "told a little smaller than what is seen";
 }
 
 }  // namespace
