@@ -201,7 +201,8 @@ TEST_F(BackupAfterAnAbort, IsToBeClearedOfWhatNoStartHasFoundYet) {
 TEST_F(BackupAfterAnAbort, IsToBeClearedOfWhatCannotBeRead) {
   const fs::path backup = must(make()).folder;
   database.reset();
-  flip(data / kDatabaseName);
+  // A flipped bit may lie where nothing is written.
+  fs::resize_file(data / kDatabaseName, fs::file_size(data / kDatabaseName) / 2);
   EXPECT_THAT(owed_after(backup, true), Optional(HasSubstr("could not be read")));
   fs::remove(data / kDatabaseName);
   EXPECT_THAT(owed_after(backup), Optional(HasSubstr("could not be read")));
