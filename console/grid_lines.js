@@ -8,8 +8,8 @@ import {button, inEnglish} from "./parts.js";
 import {drawPart, isSketching, smallPicture} from "./sketch.js";
 
 const kSettleMs = 120;       // a hand says many things a second
-const kPatienceMs = 60000;    // a sketch and another one's fine grid may go first
-const kFullMs = 1500;         // until a cell that has no room for it is asked again
+const kPatienceMs = 60000;   // a sketch and another one's fine grid may go first
+const kFullMs = 1500;        // until a cell that has no room for it is asked again
 const kShownPx = 720;
 const kNear = .5;            // of a cell: how far beside a vertex a finger may come down
 const kFarthest = .399, kMostLean = .499;  // of a cell, as the planner admits it (planner/morph/spring_grid.h), and a little less
@@ -76,6 +76,7 @@ async function askNext() {
     // A picture made smaller has another shape by a hair: it must have as many rows and columns.
     const body = await smallPicture({file, crop}, (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; });
     if (asking !== mine) return;
+    if (!body.pixels) throw new Error(t("lines.unreadable"));
     const of = sizeOf(body.pixels, shorter, patch), asked = new URLSearchParams(query);
     if (holds.size) asked.set("pinned_vertices", pinText(holds, of));
     if (mine.fine) asked.set("fine", "1");
@@ -117,7 +118,7 @@ function placeOf(row, column) {
 
 const isCorner = (row, column) => [0, wanted.size.rows].includes(row) && [0, wanted.size.columns].includes(column);
 
-// Where it may be: corners stay, the border's slide along it, and no border between two that are pinned leans too far.
+// Where it may be: corners stay, places on the border slide along it, and no border between two that are pinned leans too far.
 function admitted(row, column, [across, down]) {
   const {rows, columns, width, height} = wanted.size, [homeX, homeY] = straight(row, column);
   const near = (value, home, most) => Math.min(home + most, Math.max(home - most, value));

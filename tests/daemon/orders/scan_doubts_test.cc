@@ -105,6 +105,8 @@ TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAtWhereItsScaleOrItsEdgeI
   EXPECT_THAT(Sheet(0, 0.003, between(0, 0, 240, 161.2)).names(), ElementsAre("size")) << "one axis of the scanner";
   EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 96.8)).names(), ElementsAre("size")) << "broke off";
   EXPECT_THAT(Sheet(0, 0, between(18.8, 0, 240, 160)).names(), ElementsAre("size")) << "or its left side";
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 142.9)).names(), ElementsAre("size")) << "wood to 2.9 mm of the edge";
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 143.1)).names(), IsEmpty());
   Sheet odd(0, 0, between(0, 0, 238.1, 157.4));
   EXPECT_THAT(odd.names(), IsEmpty());
   odd.views.clear();
