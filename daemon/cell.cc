@@ -445,6 +445,7 @@ CellNeeds Cell::needs() const {
   needs.database_busy = integrity->sentence();
   needs.choice_lost = choice_lost_;
   needs.certificates = certificates();
+  if (calibrations) needs.camera_views = calibrations->collected().view_heights;
   needs.panels = counts.panels;
   needs.proposal = counts.proposal;
   needs.to_scan = counts.panels_to_scan;
