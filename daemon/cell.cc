@@ -408,6 +408,11 @@ json Cell::status(Role told) const {
   if (const auto& owed = view.owed_look)
     out["owed_look"] = {
         {"job", owed->job.value}, {"panel", owed->panel.value}, {"pieces", owed->pieces}, {"sentence", owed->sentence}};
+  out["open_scan"] = nullptr;
+  if (const auto open = scans->open())
+    out["open_scan"] = {{"panel", open->panel ? json(open->panel->value) : json()},
+                        {"face", to_string(open->face)},
+                        {"tiles", open->tiles}};
   out["kept_scan"] = nullptr;
   if (const auto kept = scans->kept()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
   out["confirm"] = asked_by_name();
