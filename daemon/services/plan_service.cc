@@ -188,6 +188,7 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.wood = wood_of(request, stock, config, library);
   out.recipe = config.recipe;
   out.recipes = std::move(stock.recipes);
+  out.limit_s = config.workers.planning_limit_s;
   return out;
 }
 
