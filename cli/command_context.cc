@@ -92,6 +92,19 @@ Result<nlohmann::json> CommandContext::run_task(const Result<nlohmann::json>& st
   });
 }
 
+namespace {
+
+// What is missing may be what was mistyped; a value that is refused is not.
+std::string what_is_unknown(const CLI::App& app, const CLI::ParseError& wrong) {
+  if (wrong.get_exit_code() == 0) return "";
+  const bool may_be_an_option = dynamic_cast<const CLI::ExtrasError*>(&wrong) != nullptr ||
+                                dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr;
+  const std::string option = may_be_an_option ? unknown_option(app) : "";
+  return option.empty() ? unknown_command(app) : option;
+}
+
+}  // namespace
+
 int run(CLI::App& app, int argc, char** argv) {
   app.failure_message([](const CLI::App* which, const CLI::Error& wrong) {
     return with_short_numbers(CLI::FailureMessage::simple(which, wrong));
@@ -101,7 +114,7 @@ int run(CLI::App& app, int argc, char** argv) {
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
     return ended.get_exit_code();
   } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
-    if (const std::string unknown = wrong.get_exit_code() == 0 ? "" : unknown_command(app); !unknown.empty()) {
+    if (const std::string unknown = what_is_unknown(app, wrong); !unknown.empty()) {
       std::cerr << "veneerctl: " << unknown << std::endl;
       return kUnusableArguments;
     }

@@ -46,10 +46,12 @@ void add_redo(CLI::App& job, CommandContext& context) {
   const auto pieces = std::make_shared<std::vector<std::string>>();
   CLI::App* redo = add_with_number(
       job, "redo", "Find other wood for lost pieces and reserve it; they keep their marks, all others stay", "JOB", id);
-  redo->add_option("PIECE", *pieces,
-                   "Their marks; one that was cut counts as lost from then on [all that are missing]");
-  redo->callback([id, pieces, &context] {
+  redo->add_option("PIECE", *pieces, "Their marks [all that are missing]");
+  const auto lost = std::make_shared<bool>(false);
+  redo->add_flag("--lost", *lost, "Those named that are cut are lost: without this they are good, and refused");
+  redo->callback([id, pieces, lost, &context] {
     json body = json::object();
+    if (*lost) body["lost"] = true;
     if (!pieces->empty()) body["pieces"] = *pieces;
     context.finish_step(context.run_task(context.client().post("/jobs/" + std::to_string(*id) + "/redo", body)),
                         render_redone);

@@ -139,6 +139,19 @@ std::string next_step_words(const json& step) {
   return text_or(step, "sentence", "") + (command.empty() ? "" : " (" + command + ")");
 }
 
+// {"panel", "face", "tiles"}: a scan in several parts, which anybody may go on with.
+std::string open_scan_words(const json& open) {
+  const auto tiles = whole_or(open, "tiles", 0);
+  const std::string panel = text_or(open, "panel", ""), face = text_or(open, "face", "show");
+  const std::string named =
+      (panel.empty() ? "" : " --panel " + panel) + (face == "show" ? std::string() : " --face " + face);
+  return fmt::format(
+      "{} of the {} face of {} {} scanned, and more is to come: veneerctl panel scan{} ends it with the "
+      "last part, --more goes on, --anew gives up what is there",
+      tiles == 1 ? "1 part" : fmt::format("{} parts", tiles), face, panel.empty() ? "a new panel" : panel,
+      tiles == 1 ? "is" : "are", named);
+}
+
 // What a person has to know and do before Unsuspend.
 std::string before_motion_words(const json& load, const json& confirm) {
   std::string text;
@@ -194,6 +207,7 @@ std::string render_status(const json& status) {
   if (const json& recut = member(status, "recut"); recut.is_object())
     text += line("Recut", fmt::format("{} pieces of {} can be cut again while it lies unmoved",
                                       whole_or(recut, "pieces", 0), text_or(recut, "panel", "?")));
+  if (const json& open = member(status, "open_scan"); open.is_object()) text += line("Scan", open_scan_words(open));
   if (const json& kept = member(status, "kept_scan"); kept.is_object())
     text += line("Scan", fmt::format("a series of {0} tiles was refused at {1} and is kept for a day: scan the bad one "
                                      "anew, the last one by veneerctl panel scan --again {0}",

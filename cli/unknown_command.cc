@@ -1,8 +1,10 @@
 #include "cli/unknown_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 #include <string_view>
 #include <vector>
@@ -27,27 +29,53 @@ std::size_t typing_errors(std::string_view a, std::string_view b) {
 }
 
 // "" when none is near: half of a word may be mistyped, or it is the beginning of one.
-std::string nearest(const std::string& word, const std::vector<const CLI::App*>& commands) {
+std::string nearest(const std::string& word, const std::vector<std::string>& names) {
   std::string best;
   std::size_t least = std::max<std::size_t>(1, word.size() / 2) + 1;
-  for (const CLI::App* command : commands) {
-    const std::string& name = command->get_name();
+  for (const std::string& name : names) {
     const std::size_t errors = name.starts_with(word) ? 0 : typing_errors(word, name);
     if (errors < least) best = name, least = errors;
   }
   return best;
 }
 
+// From veneerctl itself to the last command that was understood.
+std::vector<const CLI::App*> path_of(const CLI::App& app) {
+  std::vector<const CLI::App*> out{&app};
+  while (!out.back()->get_subcommands().empty()) out.push_back(out.back()->get_subcommands().front());
+  return out;
+}
+
+std::string words_of(const std::vector<const CLI::App*>& path) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : path) names.push_back(command->get_name());
+  return fmt::format("{}", fmt::join(names, " "));
+}
+
 }  // namespace
 
+std::string unknown_option(const CLI::App& app) {
+  const auto path = path_of(app);
+  const std::vector<std::string> left = app.remaining(true);
+  if (left.empty() || left.front().size() < 2 || left.front()[0] != '-' || std::isdigit(left.front()[1]) != 0)
+    return "";
+  const std::string option = left.front().substr(0, left.front().find('='));
+  std::vector<std::string> names;
+  for (const CLI::App* command : path)
+    for (const CLI::Option* known : command->get_options())
+      for (const std::string& name : known->get_lnames()) names.push_back(name);
+  const std::string best = option.starts_with("--") ? nearest(option.substr(2), names) : "";
+  if (!best.empty()) return fmt::format("unknown option {}: did you mean --{}?", option, best);
+  return fmt::format("unknown option {}: `{} --help` lists those there are", option, words_of(path));
+}
+
 std::string unknown_command(const CLI::App& app) {
-  const CLI::App* at = &app;
-  std::string path = app.get_name();
-  while (!at->get_subcommands().empty()) {
-    at = at->get_subcommands().front();
-    path += " " + at->get_name();
-  }
-  const auto commands = at->get_subcommands([](const CLI::App*) { return true; });
+  const auto commands_to = path_of(app);
+  const CLI::App* at = commands_to.back();
+  const std::string path = words_of(commands_to);
+  std::vector<std::string> commands;
+  for (const CLI::App* command : at->get_subcommands([](const CLI::App*) { return true; }))
+    commands.push_back(command->get_name());
   if (commands.empty()) return "";
   // What nobody took: words after it are the unknown command's own.
   const std::vector<std::string> left = app.remaining(true);

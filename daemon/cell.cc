@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/journal.h"
+#include "daemon/services/cell_alarms.h"
 #include "daemon/services/device_places.h"
 #include "daemon/store/backup.h"
 #include "daemon/unit/disk_room.h"
@@ -144,7 +145,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
               if (task_audit_) task_audit_->changed(task);
               keep_task(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
-              if (task.state == TaskState::kFailed) note_failure(task);
+              take_end(task);
               if (runner && task.state != TaskState::kRunning) refresh_counts();
             }),
       devices(std::move(parts)),
@@ -257,6 +258,11 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
 
 Cell::~Cell() {
   if (integrity) integrity->cancel();
+  if (!untold_.is_empty()) {  // nobody will look any more
+    for (const TaskView& task : untold_.take_before(TimePoint::max()))
+      alarms.happened(failure_of(task), utc_timestamp());
+    keep_alarms();
+  }
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   notifier_.reset();
@@ -301,6 +307,7 @@ void Cell::look_regularly() {
   look_timer_.expires_after(std::chrono::milliseconds(500));
   look_timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (cancelled) return;
+    note_untold(SteadyClock().now() - time_to_look);
     runner->look_again();
     if (counter_->has_failed()) refresh_counts();
     look_for_alarms();
@@ -408,6 +415,11 @@ json Cell::status(Role told) const {
   if (const auto& owed = view.owed_look)
     out["owed_look"] = {
         {"job", owed->job.value}, {"panel", owed->panel.value}, {"pieces", owed->pieces}, {"sentence", owed->sentence}};
+  out["open_scan"] = nullptr;
+  if (const auto open = scans->open())
+    out["open_scan"] = {{"panel", open->panel ? json(open->panel->value) : json()},
+                        {"face", to_string(open->face)},
+                        {"tiles", open->tiles}};
   out["kept_scan"] = nullptr;
   if (const auto kept = scans->kept()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
   out["confirm"] = asked_by_name();
@@ -445,6 +457,7 @@ CellNeeds Cell::needs() const {
   needs.database_busy = integrity->sentence();
   needs.choice_lost = choice_lost_;
   needs.certificates = certificates();
+  if (calibrations) needs.camera_views = calibrations->collected().view_heights;
   needs.panels = counts.panels;
   needs.proposal = counts.proposal;
   needs.to_scan = counts.panels_to_scan;
@@ -487,7 +500,12 @@ void Cell::audit(const Router::Change& change) {
                                        refused = change.refused, task = change.task] {
       if (!alive.expired()) audit({caller, operation, detail, refused, task});
     });
-  if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
+  if (change.task) {
+    const TaskView* task = tasks.find(*change.task);
+    const bool is_over = !task || task->state != TaskState::kRunning;
+    untold_.began(*change.task, is_over, change.caller, [this](const std::string& who) { return listens(who); });
+    return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
+  }
   const LogAbout about({.who = change.caller.who});
   if (change.caller.role >= Role::kOperator)
     log->info("{}: {}{}{}{}", change.caller.who, change.operation, change.refused ? " was refused" : "",

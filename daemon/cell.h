@@ -44,6 +44,7 @@
 #include "daemon/services/scan_service.h"
 #include "daemon/services/sim_hands.h"
 #include "daemon/services/task_audit.h"
+#include "daemon/services/untold_failures.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/disk_room.h"
@@ -129,6 +130,10 @@ class Cell {
   Result<std::int64_t> try_notices();
   // Somebody acknowledged some.
   void alarms_changed();
+  // Somebody was sent this task, as it stands.
+  void task_told(const TaskView& task, const Caller& by) { untold_.told(task, by.who); }
+  // How long whoever asked for a task may take to look what it was refused for, before that is an alarm.
+  std::chrono::milliseconds time_to_look{10'000};
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
   void leases_changed(const std::vector<PanelId>& touched);
 
@@ -156,6 +161,9 @@ class Cell {
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
+  void note_untold(TimePoint before);  // failures that nobody was told of
+  void take_end(const TaskView& task);
+  bool listens(const std::string& who) const { return hub.is_followed_by(who); }
   void notify(const Notice& notice);
   void look_for_notices();
   void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
@@ -164,6 +172,7 @@ class Cell {
 
   void take_counts(CellCounts counted);
 
+  UntoldFailures untold_;
   KeptFile kept_alarms_, kept_tasks_;
   std::unique_ptr<Worker> keeper_;  // writes them
   std::int64_t last_kept_ = 0;      // the newest task that is

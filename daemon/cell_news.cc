@@ -128,11 +128,19 @@ void Cell::look_at_store() {
 
 // Whoever asked for it may have gone.
 void Cell::note_failure(const TaskView& task) {
-  const std::string why = task.error ? task.error->message : "nobody knows why";
-  const Alarm alarm =
-      alarms.happened({fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)}, utc_timestamp());
+  const Alarm alarm = alarms.happened(failure_of(task), utc_timestamp());
   notify({Notice::What::kAlarm, false, alarm.what.sentence, alarm.since});
   alarms_changed();
+}
+
+void Cell::take_end(const TaskView& task) {
+  if (task.state == TaskState::kRunning) return;
+  untold_.ended(task, SteadyClock().now(), [this](const std::string& who) { return listens(who); });
+  if (task.state == TaskState::kFailed && !is_refusal(task)) note_failure(task);
+}
+
+void Cell::note_untold(TimePoint before) {
+  for (const TaskView& task : untold_.take_before(before)) note_failure(task);
 }
 
 void Cell::tell_of(const TaskView& task) {

@@ -264,7 +264,7 @@ Result<std::vector<PieceId>> Differences::decide(const PanelId& panel, Differenc
       if (!known.front().gone)
         return Error{ErrorCode::kInvalidArgument,
                      "this wood is booked as cut already: accept the difference, and have the piece made again with "
-                     "`veneerctl job redo` if it is lost"};
+                     "`veneerctl job redo JOB PIECE --lost` if it is lost"};
       if (connection.execAndGet("SELECT count(*) FROM runs WHERE ended_at IS NULL").getInt() != 0)
         return Error{ErrorCode::kConflict, "a panel is being cut: write wood off when that is done"};
       const auto gone = within(connection, panel, known.front().shape);

@@ -94,8 +94,11 @@ EventHub::Room EventHub::room_for(const Caller& caller) const {
 EventHub::Room EventHub::make_room_for(const Caller& caller) {
   const Room room = room_for(caller);
   if (room != Room::kFull || closed_ || caller.role < Role::kOperator) return room;
-  const bool listens = std::ranges::any_of(clients_, [&](const auto& c) { return c->caller().who == caller.who; });
-  return !listens && send_one_away() ? Room::kFree : room;
+  return !is_followed_by(caller.who) && send_one_away() ? Room::kFree : room;
+}
+
+bool EventHub::is_followed_by(const std::string& who) const {
+  return std::ranges::any_of(clients_, [&](const auto& client) { return client->caller().who == who; });
 }
 
 bool EventHub::send_one_away() {

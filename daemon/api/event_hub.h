@@ -62,6 +62,8 @@ class EventHub {
   void broadcast_passing(const nlohmann::json& event, const nlohmann::json& to_viewers);
   void broadcast_passing_text(std::string event);
   std::size_t clients() const { return clients_.size(); }
+  // Does anybody of this name listen now?
+  bool is_followed_by(const std::string& who) const;
   // Closes those whose sign-in has ended.
   void drop_unless(const std::function<bool(const Caller&)>& holds);
   // Closes every client ("going away"); nobody can join any more.

@@ -22,7 +22,8 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known,
 
 }  // namespace
 
-void bind_task_routes(Router& router, TaskRegistry& tasks) {
+void bind_task_routes(Router& router, TaskRegistry& tasks,
+                      const std::function<void(const TaskView&, const Caller&)>& on_told) {
   router.bind("listTasks", [&tasks](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -34,9 +35,10 @@ void bind_task_routes(Router& router, TaskRegistry& tasks) {
     for (const TaskView* task : shown) list.push_back(to_list_json(*task));
     reply(ApiReply::json({{"tasks", std::move(list)}, {"next", next}}));
   });
-  router.bind("getTask", [&tasks](const ApiRequest& request, const Reply& reply) {
+  router.bind("getTask", [&tasks, on_told](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
+    if (const TaskView* task = tasks.find(*id); task && on_told) on_told(*task, request.caller);
     answer_task(tasks, *id, request.if_none_match, reply);
   });
   router.bind("cancelTask", [&tasks](const ApiRequest& request, const Reply& reply) {

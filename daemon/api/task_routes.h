@@ -1,12 +1,15 @@
 // GET /tasks, GET /tasks/{id}, DELETE /tasks/{id}.
 #pragma once
 
+#include <functional>
+
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
 
 namespace veneer::daemon {
 
-// `tasks` outlives the router.
-void bind_task_routes(Router& router, TaskRegistry& tasks);
+// `tasks` outlives the router. `on_told` hears of each task that is sent to somebody who asked for it by its number.
+void bind_task_routes(Router& router, TaskRegistry& tasks,
+                      const std::function<void(const TaskView&, const Caller&)>& on_told = {});
 
 }  // namespace veneer::daemon

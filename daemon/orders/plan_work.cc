@@ -1,11 +1,15 @@
 #include "daemon/orders/plan_work.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
+#include "base/clock.h"
 #include "daemon/orders/artwork_file.h"
 #include "daemon/orders/picture_paint.h"
 #include "daemon/orders/records_json.h"
@@ -21,6 +25,7 @@
 #include "planner/layout/pinned_vertices.h"
 #include "planner/parallel.h"
 #include "planner/problem/shortage.h"
+#include "planner/suggest/fitting_size.h"
 
 namespace veneer::daemon {
 namespace {
@@ -166,6 +171,53 @@ double cutting_seconds(const planner::Plan& plan) {
 
 }  // namespace
 
+namespace {
+
+// Of a square in any turn; a grid's patches are about square.
+bool is_larger_than_every_panel(const planner::Artwork& artwork, const std::vector<planner::StockPanel>& stock,
+                                const planner::PlanOptions& options) {
+  const auto grid = planner::grid_size(artwork.width, artwork.height, options.patch);
+  const Millimetres side = std::min(artwork.width / grid.columns, artwork.height / grid.rows);
+  return std::ranges::none_of(stock, [&](const planner::StockPanel& panel) {
+    return side <= std::min(panel.picture.width(), panel.picture.height());
+  });
+}
+
+// A plan that keeps some of an earlier one has its size and patches from there.
+Result<std::vector<planner::FittingSize>> sizes_that_fit(const MakePlan& order, const planner::Artwork& artwork,
+                                                         const std::vector<planner::StockPanel>& stock,
+                                                         const planner::PlanOptions& options, Duration planned,
+                                                         const TaskProgress& progress) {
+  const SteadyClock clock;
+  planner::FittingLimits limits;
+  limits.time = std::max(limits.time, planned);
+  if (order.limit_s > 0) {  // the answer, and reading the wood, take their time as well
+    const auto left = std::chrono::duration<double>(order.limit_s) / 2 - planned;
+    limits.time = std::min(limits.time, std::chrono::duration_cast<Duration>(left));
+  }
+  return planner::fitting_sizes(artwork, stock, options, limits, clock,
+                                [&](double f, std::string_view text) { progress(0.88 + 0.1 * f, std::string(text)); });
+}
+
+// What is missing is told whatever comes of the search for something that fits.
+Error refusal_of(const planner::Shortage& shortage, std::size_t pieces,
+                 const Result<std::vector<planner::FittingSize>>& fitting) {
+  if (!fitting) {
+    if (fitting.error().code == ErrorCode::kCancelled) return fitting.error();
+    return {ErrorCode::kRefused, "nothing is reserved: " + planner::sentence_of(shortage, pieces)};
+  }
+  const std::string missing = "nothing is reserved: " + planner::what_is_missing(shortage, pieces);
+  if (fitting->empty())
+    return {ErrorCode::kRefused,
+            missing +
+                "; no smaller size or patches were found in which it fits, so add a panel, or see what "
+                "veneerctl job advise says"};
+  return {ErrorCode::kRefused,
+          fmt::format("{}: plan it {}, as was tried and fits, or add a panel", missing, planner::words_of(*fitting))};
+}
+
+}  // namespace
+
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
   auto read = read_artwork({order.picture, order.segmentation}, order.name, order.crop, order.size);
   if (!read) return read.error();
@@ -179,13 +231,28 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   const auto options = options_of(order, *earlier, *stock);
   if (!options) return options.error();
 
+  const SteadyClock clock;
+  const TimePoint begun = clock.now();
   auto plan = planner::make_plan({&artwork, 1}, *stock, *options, [&](double f, std::string_view text) {
     progress(0.05 + 0.83 * f, std::string(text));
   });
-  if (!plan) return plan.error();
-  if (plan->shortage)
-    return Error{ErrorCode::kRefused,
-                 "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
+  const Duration planned = clock.now() - begun;
+  if (!plan) {
+    if (*earlier || plan.error().code != ErrorCode::kInvalidArgument ||
+        !is_larger_than_every_panel(artwork, *stock, *options))
+      return plan.error();
+    const auto fitting = sizes_that_fit(order, artwork, *stock, *options, planned, progress);
+    if (!fitting || fitting->empty()) return plan.error();
+    return Error{plan.error().code,
+                 fmt::format("{}; {} it fits, as was tried", plan.error().message, planner::words_of(*fitting))};
+  }
+  if (plan->shortage) {
+    if (*earlier)
+      return Error{ErrorCode::kRefused,
+                   "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
+    return refusal_of(*plan->shortage, plan->pieces.size(),
+                      sizes_that_fit(order, artwork, *stock, *options, planned, progress));
+  }
 
   tell_marks_without_room(order, *plan);
   progress(0.9, "drawing the preview");

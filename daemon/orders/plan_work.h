@@ -39,6 +39,7 @@ struct MakePlan {
   // made (PlanEdits::held), an answer's pieces are those that are made again.
   std::string earlier;
   planner::PlanEdits edits;
+  double limit_s = 0;  // after which the work is given up, so that nothing is looked for beyond; 0: never
 };
 // What an answer leaves in the work's folder: the plan as planner::plan_to_json() writes it, its pieces as records
 // (JSON), and the assembled picture.
@@ -62,8 +63,9 @@ struct PlanMade {
   double cost_before = 0;  // per pixel of the earlier plan, of a plan that makes pieces again
   double cutting_s = 0;    // of the whole plan, estimated; 0 where it cannot be
 };
-// kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
-// planner::make_plan and load_job_wood say.
+// kRefused when the wood does not fill the picture; the sentence says which tones are missing, and at which size or
+// with which patches it does, where one was found in as long as the plan took, or 30 s
+// (planner/suggest/fitting_size.h). Otherwise as planner::make_plan and load_job_wood say.
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
 }  // namespace veneer::daemon

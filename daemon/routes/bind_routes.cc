@@ -79,7 +79,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_alarm_routes(router, {c.alarms, c.config, [&c] { c.alarms_changed(); }, [&c] { return c.try_notices(); }});
   bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
   bind_history_routes(router, *c.queries);
-  bind_task_routes(router, c.tasks);
+  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.task_told(task, by); });
 }
 
 }  // namespace veneer::daemon

@@ -40,22 +40,69 @@ void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, co
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
 }
 
-// Looks on the camera's worker before anything is burnt. That takes its time, and what was confirmed was said of the
-// bed as it lay before.
-void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const PatternBoard& board,
-                     const std::string& who, const std::vector<std::string>& confirmed) {
+// What a laser's calibration was asked for, and by whom.
+struct PatternOrder {
+  PatternBoard board;
+  std::string who;
+  std::vector<std::string> confirmed;
+};
+
+// Looks on the camera's worker before anything moves or is burnt. That takes its time, and what was confirmed was said
+// of the bed as it lay before: `given`.
+void look_first(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order, const Consent& given,
+                std::function<void()> then) {
   post_task(s.camera, task,
-            [s, task, board, who, confirmed, given = s.unit.consent(), travel = s.unit.limits().travel] {
+            [s, task, board = order.board, given, travel = s.unit.limits().travel, then = std::move(then)]() mutable {
               const Status ready = s.calibrations.ready_for_pattern(
                   travel, board, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
               if (!ready) return task.fail(ready.error());
-              s.on_reactor([s, task, board, who, confirmed, given] {
+              s.on_reactor([s, task, given, then = std::move(then)] {
                 if (task.stop_token().stop_requested())
                   return task.fail({ErrorCode::kCancelled, "the calibration was cancelled before anything was burnt"});
                 if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
-                burn_and_measure(s, task, board, who, confirmed);
+                then();
               });
             });
+}
+
+void burn_where_it_lies(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order,
+                        const Consent& given) {
+  look_first(s, task, order, given,
+             [s, task, order] { burn_and_measure(s, task, order.board, order.who, order.confirmed); });
+}
+
+// The laser is not homed for a bed on which nothing could be burnt. Homing takes its time, the head may have stood in
+// the picture, and only then is it known where the middle of the bed is: so the camera looks once more after it.
+void home_and_burn(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order,
+                   const Consent& given) {
+  const bool told_of_the_lid = s.unit.is_connected();
+  look_first(s, task, order, given, [s, task, order, given, told_of_the_lid] {
+    s.unit.look_for_stock(order.confirmed, [s, task, order, given, told_of_the_lid](const Status& clear) {
+      if (!clear) return task.fail(clear.error());
+      if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
+      when_homed(s.unit, task, order.who, [s, task, order, given, told_of_the_lid] {
+        Consent homed = s.unit.consent();
+        // A laser that was not connected has told of its lid for the first time.
+        if (told_of_the_lid) homed.lid_openings = given.lid_openings;
+        burn_where_it_lies(s, task, order, homed);
+      });
+    });
+  });
+}
+
+// The request is an operator's word for all it takes: homing, then the pattern.
+void calibrate_laser(const CalibrationServices& s, PatternOrder order, const std::string& kind,
+                     const std::string& waiting, const Reply& reply) {
+  const auto strokes = s.calibrations.pattern_for(s.unit.limits().travel, order.board);
+  if (!strokes) return reply(ApiReply::error(strokes.error()));
+  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  if (const Status may = s.unit.may_burn_pattern(*strokes, order.confirmed); !may)
+    return reply(ApiReply::error(may.error()));
+  const TaskReporter task = s.tasks.start(kind, waiting);
+  reply(ApiReply::task(task.id()));
+  const Consent given = s.unit.consent();
+  if (s.unit.view().state == CellState::kIdle) return burn_where_it_lies(s, task, order, given);
+  home_and_burn(s, task, order, given);
 }
 
 void calibrate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
@@ -75,16 +122,8 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
         {ErrorCode::kNotFound,
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
   const std::string kind = "calibrate " + device, waiting = "waiting for the device";
-  if (device == "laser") {
-    if (const Status told = require_size(board); !told) return reply(ApiReply::error(told.error()));
-    if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
-    const TaskReporter task = s.tasks.start(kind, waiting);
-    reply(ApiReply::task(task.id()));
-    return when_homed(s.unit, task, request.caller.who,
-                      [s, task, board, who = request.caller.who, confirmed = std::move(confirmed)] {
-                        calibrate_laser(s, task, board, who, confirmed);
-                      });
-  }
+  if (device == "laser")
+    return calibrate_laser(s, {board, request.caller.who, std::move(confirmed)}, kind, waiting, reply);
   if (const Status may = device == "camera" ? camera_is_free(s.unit) : Ok(); !may)
     return reply(ApiReply::error(may.error()));
   Worker& worker = device == "camera" ? s.camera : s.scanner;

@@ -216,6 +216,7 @@ void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   if (!id) return reply(ApiReply::error(id.error()));
   auto body = RequestReader::body_of(request);
   PlanService::Redo wanted{JobId{*id}, body.texts("pieces").value_or(std::vector<std::string>()), s.planner_threads};
+  wanted.lost = body.flag("lost").value_or(false);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply,
              [s, wanted = std::move(wanted), who = request.caller.who](const TaskReporter& task) {

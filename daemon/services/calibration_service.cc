@@ -14,6 +14,7 @@
 #include "daemon/orders/calibration_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/store/calibration.h"
+#include "daemon/workers/error_json.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
@@ -236,24 +237,32 @@ Result<Box<MachineFrame>> CalibrationService::burnt_area(const Calibration& cali
   return burnt;
 }
 
-Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
-  if (const Status told = require_size(board); !told) return told.error();
+namespace {
+
+// Empty on a board that has no room for it.
+Box<MachineFrame> area_on(const PatternBoard& board, const Box<MachineFrame>& travel) {
   const Millimetres board_width = *board.width, board_height = *board.height;
   constexpr Millimetres kOffCentre = kMostOffCentre + Millimetres(5);  // of wood beyond the outer rings
   constexpr double kAskew = 0.07;                                      // kMostAskewDeg
   const Millimetres half_width = board_width / 2 - kOffCentre - board_height * (kAskew / 2);
   const Millimetres half_height = board_height / 2 - kOffCentre - board_width * (kAskew / 2);
   const Point<MachineFrame> middle{(travel.min.x + travel.max.x) / 2, (travel.min.y + travel.max.y) / 2};
-  {
-    const std::lock_guard lock(area_mutex_);
-    area_ = {};
-    if (half_width > Millimetres(0) && half_height > Millimetres(0)) {
-      area_.add({std::max(travel.min.x, middle.x - half_width), std::max(travel.min.y, middle.y - half_height)});
-      area_.add({std::min(travel.max.x, middle.x + half_width), std::min(travel.max.y, middle.y + half_height)});
-    }
+  Box<MachineFrame> area;
+  if (half_width > Millimetres(0) && half_height > Millimetres(0)) {
+    area.add({std::max(travel.min.x, middle.x - half_width), std::max(travel.min.y, middle.y - half_height)});
+    area.add({std::min(travel.max.x, middle.x + half_width), std::min(travel.max.y, middle.y + half_height)});
   }
+  return area;
+}
+
+}  // namespace
+
+Result<LaserJob> CalibrationService::pattern_for(Box<MachineFrame> travel, const PatternBoard& board) const {
+  if (const Status told = require_size(board); !told) return told.error();
+  const Millimetres board_width = *board.width, board_height = *board.height;
+  if (travel.empty()) travel.add({}), travel.add({board_width, board_height});
   planner::PatternOptions options;
-  options.area = area();
+  options.area = area_on(board, travel);
   auto made = planner::make_pattern(options);
   if (!made)
     return Error{
@@ -264,6 +273,14 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   recipe.cut_speed = config_.recipe.cut_speed, recipe.cut_power = config_.recipe.cut_power;
   recipe.engrave_speed = config_.recipe.engrave_speed, recipe.engrave_power = config_.recipe.engrave_power;
   return LaserJob{planner::pattern_strokes(*made, recipe)};
+}
+
+Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
+  auto job = pattern_for(travel, board);
+  if (!job) return job;
+  const std::lock_guard lock(area_mutex_);
+  area_ = area_on(board, travel);
+  return job;
 }
 
 Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board,

@@ -3,7 +3,7 @@
 // (daemon/orders/calibration_work.h).
 //
 // Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
-// on the reactor.
+// and pattern_for() on the reactor.
 #pragma once
 
 #include <chrono>
@@ -58,8 +58,9 @@ class CalibrationService {
   // The AprilGrid sheet on the bed, its printed face `height` above it; at least four views at two heights.
   Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress,
                                     const std::stop_token& stop);
-  // Before the pattern is burnt: whether it could be measured afterwards, whether the AprilGrid sheet still lies on the
-  // bed, through which it would be cut, and whether the board lies where it will be burnt. kRefused, saying what to do.
+  // Before the pattern is burnt, and before the laser is homed for it (`travel` may be empty then): whether it could be
+  // measured afterwards, whether the AprilGrid sheet still lies on the bed, through which it would be cut, and whether
+  // the board lies where it will be burnt. kRefused, saying what to do.
   Status ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board, const TaskProgress& progress,
                            const std::stop_token& stop);
   // The burnt pattern on the bed, the board's upper face `height` above it.
@@ -75,8 +76,11 @@ class CalibrationService {
   Collected collected() const;
 
   // What the laser burns for axes() and kerf() into a board that lies in the middle of the bed, within 20 mm and 4
-  // degrees.
+  // degrees. It is what they measure from then on: to be called for what is burnt at once.
   Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board);
+  // The same strokes of a burn to come, if it comes to that. A travel that is not known yet is empty: they are the
+  // board's then, and lie anywhere.
+  Result<LaserJob> pattern_for(Box<MachineFrame> travel, const PatternBoard& board) const;
 
  private:
   Box<MachineFrame> area() const;

@@ -40,6 +40,11 @@ std::string certificate_words(const CellNeeds::Certificate& certificate) {
   return {};
 }
 
+AlarmCondition failure_of(const TaskView& task) {
+  const std::string why = task.error ? task.error->message : "nobody knows why";
+  return {fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)};
+}
+
 std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus& laser, const CellNeeds& needs) {
   std::vector<AlarmCondition> out;
   const auto add = [&](std::string key, bool urgent, std::string sentence) {

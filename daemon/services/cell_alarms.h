@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/api/tasks.h"
 #include "daemon/services/alarm_book.h"
 #include "daemon/services/next_step.h"
 #include "drivers/laser_driver.h"
@@ -14,6 +15,9 @@ namespace veneer::daemon {
 
 // Of one that is not in force, and why; "" of one that is.
 std::string certificate_words(const CellNeeds::Certificate& certificate);
+
+// Of a task that failed.
+AlarmCondition failure_of(const TaskView& task);
 
 std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus& laser, const CellNeeds& needs);
 

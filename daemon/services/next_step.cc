@@ -130,13 +130,44 @@ const char* what_is_wrong(CertificateState state) {
   return "is not calibrated yet";
 }
 
+// Of the printed sheet on the bed, as the fit wants it: four views, at two heights that differ by 5 mm at least.
+constexpr std::size_t kViews = 4, kFlatViews = 2;
+constexpr Millimetres kTwoHeights{5};
+
+bool is_flat(Millimetres height) { return height < kTwoHeights; }
+
+// What was laid and taken already counts: `taken` is not empty.
+NextStep next_view(CertificateState state, const std::vector<Millimetres>& taken) {
+  const auto flat_views = static_cast<std::size_t>(std::ranges::count_if(taken, is_flat));
+  const bool flat_is_next = flat_views < kFlatViews, was_flat = is_flat(taken.back());
+  const bool is_last = taken.size() + 1 >= kViews && (flat_is_next ? flat_views < taken.size() : true);
+  const char* lay = flat_is_next ? was_flat ? "lay the printed grid elsewhere on the bed, turned a little"
+                                            : "lay the printed grid flat on the bed"
+                    : was_flat   ? "lay the printed grid on blocks of one height"
+                                 : "lay the printed grid elsewhere on its blocks, turned a little";
+  std::string height = flat_is_next ? "0" : "HEIGHT";
+  for (const Millimetres one : taken)
+    if (is_flat(one) == flat_is_next) height = fmt::format("{:g}", one.count());
+  const std::string taken_are = taken.size() >= kViews ? fmt::format("{} views are", taken.size())
+                                : taken.size() == 1    ? fmt::format("1 of the {} views is", kViews)
+                                                       : fmt::format("{} of the {} views are", taken.size(), kViews);
+  const char* missing = flat_views == taken.size() ? ", none of them at another height"
+                        : flat_views == 0          ? ", none of them flat on the bed"
+                                                   : "";
+  return {Step::kCalibrateCamera,
+          fmt::format("The camera {}, and {} taken{}: {}, and take {}.", what_is_wrong(state), taken_are, missing, lay,
+                      is_last ? "the last one" : "the next one"),
+          fmt::format("veneerctl calibrate camera --height-mm {}{}", height, is_last ? "" : " --more")};
+}
+
 std::optional<NextStep> certificate_wanted(const CellNeeds& needs) {
   for (const CertificateWords& words : kCertificates) {
     const auto known = std::ranges::find(needs.certificates, words.kind, &CellNeeds::Certificate::kind);
     const CertificateState state = known == needs.certificates.end() ? CertificateState::kMissing : known->state;
-    if (state != CertificateState::kValid)
-      return NextStep{words.step, fmt::format("{} {}: {}.", words.what, what_is_wrong(state), words.how),
-                      words.command};
+    if (state == CertificateState::kValid) continue;
+    if (words.kind == db::CertificateKind::kCamera && !needs.camera_views.empty())
+      return next_view(state, needs.camera_views);
+    return NextStep{words.step, fmt::format("{} {}: {}.", words.what, what_is_wrong(state), words.how), words.command};
   }
   return std::nullopt;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/ids.h"
+#include "base/units.h"
 #include "daemon/store/calibration.h"
 #include "daemon/unit/cell_view.h"
 #include "db/job_store.h"
@@ -61,6 +62,7 @@ struct CellNeeds {
   std::string backups_silent;  // a sentence while the disk of the backups does not answer; else ""
   bool choice_lost = false;    // devices were chosen once, and the file that says which is gone
   std::vector<Certificate> certificates;
+  std::vector<Millimetres> camera_views;   // of the calibration that was begun: heights, in the order they were taken
   int panels = 0;                          // in stock
   std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused
   std::vector<PanelId> to_scan;            // of those, nothing is planned from until they are scanned

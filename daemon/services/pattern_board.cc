@@ -19,6 +19,7 @@ std::string say_both() { return fmt::format("{} --confirm \"{}\"", say_so(), kBo
 
 // The bed's own frame or honeycomb may have this size, whichever way its sides are told.
 bool is_as_large_as_the_bed(Millimetres width, Millimetres height, const Box<MachineFrame>& travel) {
+  if (travel.empty()) return false;  // it is asked again once the laser has told its travel
   constexpr Millimetres kFrame{15};
   return std::max(width, height) >= std::max(travel.width(), travel.height()) - kFrame &&
          std::min(width, height) >= std::min(travel.width(), travel.height()) - kFrame;
@@ -110,11 +111,12 @@ Status require_board(const PatternBoard& board, const std::vector<calib::FoundBo
     return refused(
         fmt::format("no board of {} is seen on the bed, and the pattern would be burnt into the bed or past "
                     "the board's edges: lay the bare board in the middle of the bed, all of it in the "
-                    "camera's picture, and tell its size as it is; where it lies there and the camera does "
+                    "camera's picture and none of it under the head, which veneerctl reset sends home, and tell its "
+                    "size as it is; where it lies there and the camera does "
                     "not tell it from the bed, {}",
                     size, say_both()));
   }
-  if (machine_from_bed)
+  if (machine_from_bed && !travel.empty())
     if (const Status measured = require_measured(board, found, travel, *machine_from_bed); !measured) return measured;
   if (could_be_the_bed(board, found, travel) && !overruled)
     return refused(

@@ -36,8 +36,9 @@ Status require_size(const PatternBoard& board);
 // What is to be looked for, once its size is told.
 std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board);
 
-// kRefused, saying what to do, unless the board lies there. `machine_from_bed` of axes that are in force; `found` is in
-// the bed frame that it starts from, or in one that says nothing of the machine.
+// kRefused, saying what to do, unless the board lies there. `travel` is empty while the laser has not told it: where
+// the middle of the bed is, and how large, is not asked then. `machine_from_bed` of axes that are in force; `found` is
+// in the bed frame that it starts from, or in one that says nothing of the machine.
 Status require_board(const PatternBoard& board, const std::vector<calib::FoundBoard>& found,
                      const Box<MachineFrame>& travel,
                      const std::optional<Affine2<MachineFrame, BedFrame>>& machine_from_bed);

@@ -79,10 +79,26 @@ Result<StockToday> stock_today(DatabaseThread& database, Repositories& r, const 
   });
 }
 
+Error is_good(const std::string& mark, JobId job) {
+  return {ErrorCode::kConflict,
+          fmt::format("piece {0} of job {1} is cut, and would be given up for another one: if it is lost, say so with "
+                      "veneerctl job redo {1} {0} --lost",
+                      mark, job.value)};
+}
+
+// Whoever called a piece lost may have found it while other wood was looked for.
+Status none_is_good(const std::vector<db::PieceRecord>& pieces, JobId job, const std::vector<std::string>& marks) {
+  for (const db::PieceRecord& piece : pieces)
+    if (piece.state == db::PieceState::kCut && std::ranges::find(marks, piece.mark) != marks.end())
+      return is_good(piece.mark, job);
+  return Ok();
+}
+
 // Which pieces of a job are made again. kInvalidArgument: none is missing.
-Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord>& pieces, JobId job,
-                                               const std::vector<std::string>& named) {
-  const std::set<std::string> wanted(named.begin(), named.end());
+Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord>& pieces,
+                                               const PlanService::Redo& asked) {
+  const JobId job = asked.job;
+  const std::set<std::string> wanted(asked.pieces.begin(), asked.pieces.end());
   std::set<std::string> unknown = wanted;
   std::vector<std::string> out;
   for (const db::PieceRecord& piece : pieces) {
@@ -98,6 +114,7 @@ Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord
       return Error{ErrorCode::kConflict,
                    fmt::format("piece {} of job {} has its wood and is still to be cut: veneerctl job start {}",
                                piece.mark, job.value, job.value)};
+    if (!missing && !asked.lost) return is_good(piece.mark, job);
     out.push_back(piece.mark);
   }
   if (!unknown.empty())
@@ -106,7 +123,9 @@ Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord
   if (out.empty())
     return Error{
         ErrorCode::kInvalidArgument,
-        fmt::format("no piece of job {} is missing: name those that were lost after they were cut", job.value)};
+        fmt::format("no piece of job {0} is missing: name those that were lost after they were cut, with veneerctl job "
+                    "redo {0} PIECE --lost",
+                    job.value)};
   return out;
 }
 
@@ -188,6 +207,7 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.wood = wood_of(request, stock, config, library);
   out.recipe = config.recipe;
   out.recipes = std::move(stock.recipes);
+  out.limit_s = config.workers.planning_limit_s;
   return out;
 }
 
@@ -470,7 +490,7 @@ Result<PlanService::ToRedo> PlanService::what_to_redo(const Redo& wanted) {
       return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", wanted.job.value)};
     const auto pieces = r.jobs.pieces(wanted.job);
     if (!pieces) return pieces.error();
-    auto marks = marks_to_redo(*pieces, wanted.job, wanted.pieces);
+    auto marks = marks_to_redo(*pieces, wanted);
     if (!marks) return marks.error();
     auto plan_json = r.jobs.plan_json(wanted.job);
     if (!plan_json) return plan_json.error();
@@ -499,6 +519,9 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   const auto plan = database_.call([&](Repositories& r) -> Result<db::PlanId> {
     if (const Status apart = keeps_web(r, made->plan.options_json, made->plan.pieces); !apart) return apart.error();
+    const auto pieces = r.jobs.pieces(wanted.job);
+    if (!pieces) return pieces.error();
+    if (const Status none = none_is_good(*pieces, wanted.job, what->marks); !wanted.lost && !none) return none.error();
     return r.jobs.redo(wanted.job, made->plan, utc_timestamp());
   });
   if (!plan) return plan.error();

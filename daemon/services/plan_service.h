@@ -84,11 +84,13 @@ class PlanService {
 
   // Pieces of a job that are lost are looked for again in today's free wood, as the picture was when it was planned;
   // all others stay as they are. The wood is reserved for them, under their marks and ids (JobStore::redo).
-  // kInvalidArgument: none is missing. kNotFound, kConflict: a piece cannot be made again. Otherwise as make_job().
+  // kInvalidArgument: none is missing. kNotFound, kConflict: a piece cannot be made again, or is cut and not said to be
+  // lost. Otherwise as make_job().
   struct Redo {
     JobId job;
-    std::vector<std::string> pieces;  // marks; one that is cut is lost from then on. Empty: all that are missing
+    std::vector<std::string> pieces;  // marks. Empty: all that are missing
     int threads = 0;
+    bool lost = false;  // those named that are cut are lost from then on; else they are good, and not made again
   };
   Result<JobOutcome> redo(const Redo& wanted, const std::string& who, const TaskProgress& progress,
                           const std::stop_token& stop);

@@ -131,10 +131,11 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
     // Tiles of the other face that were never finished belong to nothing, nor do those of a series that was refused,
     // once another one is begun.
     give_up_kept();
-    if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
+    if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear(), note_kept();
     if (is_there(*tile)) return picture_of_series(tile->device);
     tiles_.push_back(*std::move(tile));
     if (!request.more) return end_series(request, progress, stop);
+    note_open(request);
     ScanOutcome outcome;
     outcome.tiles = tiles_.size();
     outcome.face = request.face;
@@ -221,6 +222,7 @@ Result<ScanOutcome> ScanService::end_series(const ScanRequest& request, const Ta
     }
   } forget{*this};
   refused_.reset();
+  note_kept();
   auto outcome = finish(request, progress, stop);
   if (outcome || outcome.error().code == ErrorCode::kStorage) return outcome;
   const auto is_kept = [this](const Tile& one) {
@@ -241,8 +243,18 @@ Result<ScanOutcome> ScanService::end_series(const ScanRequest& request, const Ta
 
 void ScanService::note_kept() {
   const std::lock_guard lock(kept_mutex_);
-  kept_.reset();
+  kept_.reset(), open_.reset();
   if (refused_) kept_ = Kept{tiles_.size(), utc_timestamp()};
+}
+
+void ScanService::note_open(const ScanRequest& request) {
+  const std::lock_guard lock(kept_mutex_);
+  open_ = Open{request.panel, request.face, tiles_.size()};
+}
+
+std::optional<ScanService::Open> ScanService::open() const {
+  const std::lock_guard lock(kept_mutex_);
+  return open_;
 }
 
 std::optional<ScanService::Kept> ScanService::kept() const {

@@ -65,6 +65,13 @@ class ScanService {
     bool is_over(const std::string& a_day_ago, bool has_room) const { return since < a_day_ago || !has_room; }
   };
   std::optional<Kept> kept() const;
+  // A series that was begun with `more` and not ended: whoever comes by may go on with it, or give it up. Thread-safe.
+  struct Open {
+    std::optional<PanelId> panel;  // as its last tile was asked for
+    Face face = Face::kShow;
+    std::size_t tiles = 0;
+  };
+  std::optional<Open> open() const;
   void give_up_kept();
 
  private:
@@ -102,6 +109,7 @@ class ScanService {
   Result<Tile> scan_new_tile(const TaskProgress& progress, const std::stop_token& stop);
   bool is_there(const Tile& tile) const;
   void note_kept();
+  void note_open(const ScanRequest& request);
   void give_up();  // all tiles, of whatever series
   std::filesystem::path picture_of(const Tile& tile) const;
   Result<ScanOutcome> end_series(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
@@ -128,6 +136,7 @@ class ScanService {
   std::optional<ScanRequest> refused_;  // how the series was asked for that `tiles_` are kept of
   mutable std::mutex kept_mutex_;
   std::optional<Kept> kept_;  // guarded by kept_mutex_
+  std::optional<Open> open_;  // guarded by kept_mutex_
 };
 
 }  // namespace veneer::daemon

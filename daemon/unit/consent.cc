@@ -7,8 +7,9 @@
 namespace veneer::daemon {
 
 Status check_consent(const Consent& given, const Consent& now, const LaserStatus& laser) {
-  const char* meanwhile = now.lid_openings != given.lid_openings || lid_is_open(laser)
+  const char* meanwhile = now.lid_openings != given.lid_openings
                               ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
+                          : lid_is_open(laser) ? "the lid is open: close it"
                           : now.states != given.states
                               ? "the cell went on to something else since this was asked for: see that the bed is as "
                                 "it must be"

@@ -424,6 +424,26 @@ void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply rep
             burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
 }
 
+Status JobRunner::may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const {
+  if (check_reply_) return refusal(view_.state, CellCommand::kStart);
+  if (const Status given = has_beam(strokes) ? require_confirmed(confirmed) : Ok(); !given) return given;
+  const LaserStatus laser = parts().laser.status();
+  const Status able = view_.state == CellState::kIdle ? check_machine(laser) : check_before_homing(laser);
+  if (!able) return able;
+  if (strokes.strokes.empty() || limits_.travel.empty()) return Ok();
+  // From where homing leaves the head nobody knows yet.
+  const Point<MachineFrame> from = laser.homed ? laser.position : strokes.strokes.front().path.front();
+  const PieceBurn all{{}, {}, strokes, 0};
+  return check_strokes({&all, 1}, limits_, options_.keep_out, from);
+}
+
+void JobRunner::look_for_stock(std::vector<std::string> confirmed, Reply reply) {
+  parts().bed.stock_in_sight([confirmed = std::move(confirmed), reply = std::move(reply),
+                              alive = std::weak_ptr<int>(alive_)](const Result<StockSight>& seen) {
+    if (!alive.expired()) reply(judge_stock(seen, confirmed));
+  });
+}
+
 void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) {
   if (view_.state != CellState::kIdle || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
   audit(who, "laser.check");

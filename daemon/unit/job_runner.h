@@ -68,6 +68,12 @@ class JobRunner : private ActivityHost {
   // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
   // sight. The reply comes when it is burnt. Strokes that are all dark need no confirmation and no look.
   void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  // Whether burn_pattern() would be refused once the laser is homed, as far as that is known now: nothing is to move
+  // for a pattern that is refused afterwards. Strokes of a laser that was not connected yet are not held against its
+  // travel.
+  Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const;
+  // The same of what the camera sees of the stock; it looks now, and nothing moves.
+  void look_for_stock(std::vector<std::string> confirmed, Reply reply);
   // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0; else
   // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
   // again.
@@ -103,6 +109,7 @@ class JobRunner : private ActivityHost {
   Status still_holds(const Consent& given) const;
 
   const CellView& view() const { return view_; }
+  bool is_connected() const { return laser_connected_; }
   // May the machine move, at once or without another word: homing, or an activity that is not held.
   bool may_move() const {
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);

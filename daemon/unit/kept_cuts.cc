@@ -63,8 +63,8 @@ Result<KeptCuts> KeptCuts::read(Repositories& r) {
     } catch (const json::exception& failed) {
       return Error{
           ErrorCode::kStorage,
-          fmt::format("how piece {} was cut cannot be read ({}), so it cannot be cut again: make it again with "
-                      "veneerctl job redo {}",
+          fmt::format("how piece {0} was cut cannot be read ({1}), so it cannot be cut again: make it again with "
+                      "veneerctl job redo {2} {0} --lost",
                       cut.mark, failed.what(), (*run)->job.value)};
     }
     if (burn.strokes.strokes.empty()) out.cuts_.pop_back();

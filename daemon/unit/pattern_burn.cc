@@ -12,9 +12,7 @@ bool has_beam(const LaserJob& strokes) {
                      [](const Stroke& stroke) { return stroke.power > PowerFraction(0); });
 }
 
-namespace {
-
-Status judge(const Result<StockSight>& seen, bool is_scrap) {
+Status judge_stock(const Result<StockSight>& seen, const std::vector<std::string>& confirmed) {
   if (!seen)
     return Error{seen.error().code,
                  fmt::format("nothing tells whether a panel of the stock lies on the bed ({}): a pattern would burn "
@@ -25,21 +23,19 @@ Status judge(const Result<StockSight>& seen, bool is_scrap) {
                  fmt::format("panel {} of the stock lies on the bed, and a pattern would burn its wood: take it off "
                              "and lay scrap",
                              seen->panels.front().value)};
-  if (seen->doubts.empty() || is_scrap) return Ok();
+  if (seen->doubts.empty() || std::ranges::count(confirmed, kScrapOnTheBed) > 0) return Ok();
   return Error{ErrorCode::kRefused,
                fmt::format("wood of the stock may lie on the bed without the camera knowing it ({}), and a pattern "
                            "would burn it: look, and when it is scrap say so with --confirm \"{}\"",
                            fmt::join(seen->doubts, "; "), kScrapOnTheBed)};
 }
 
-}  // namespace
-
 PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed)
     : host_(host),
       strokes_(std::move(strokes)),
       reply_(std::move(reply)),
       burns_(has_beam(strokes_)),
-      is_scrap_(std::find(confirmed.begin(), confirmed.end(), kScrapOnTheBed) != confirmed.end()) {}
+      confirmed_(confirmed) {}
 
 std::string PatternBurn::recorded() const {
   return burns_ ? "while a pattern was burnt" : "while a pattern was run with the beam off";
@@ -47,7 +43,7 @@ std::string PatternBurn::recorded() const {
 
 void PatternBurn::look(Reply reply) {
   host_.parts().bed.stock_in_sight(host_.while_current(
-      [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge(seen, is_scrap_)); }));
+      [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge_stock(seen, confirmed_)); }));
 }
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {

@@ -30,10 +30,14 @@ class PatternBurn final : public Activity {
   ActivityHost& host_;
   LaserJob strokes_;
   Reply reply_;
-  const bool burns_;     // not all of it is dark
-  const bool is_scrap_;  // that lies there, says the operator
+  const bool burns_;  // not all of it is dark
+  const std::vector<std::string> confirmed_;
   bool begun_ = false;
 };
+
+// kRefused, saying what to do, where what was seen on the bed speaks for wood of the stock; as the look itself where it
+// failed. `confirmed` as above.
+Status judge_stock(const Result<StockSight>& seen, const std::vector<std::string>& confirmed);
 
 // Is the beam on in any of them?
 bool has_beam(const LaserJob& strokes);

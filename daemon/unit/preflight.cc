@@ -96,6 +96,13 @@ Status check_machine(const LaserStatus& laser) {
   return Ok();
 }
 
+Status check_before_homing(const LaserStatus& laser) {
+  if (!laser.connected) return Ok();
+  if (lid_is_open(laser)) return Error{ErrorCode::kRefused, "the lid is open: close it"};
+  if (!laser.refusal.empty()) return Error{ErrorCode::kRefused, laser.refusal};
+  return Ok();
+}
+
 bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
   if (box.empty()) return false;
   // Liang and Barsky: the part of the way that lies between the box's four lines.

@@ -31,6 +31,9 @@ bool stands_still(const LaserStatus& laser);
 // kRefused when the laser cannot move as it is: not there, not homed, lid open, alarm; or must not burn.
 Status check_machine(const LaserStatus& laser);
 
+// The same as far as it can be known of a machine that will be connected and homed first.
+Status check_before_homing(const LaserStatus& laser);
+
 // kRefused (kInvalidArgument for strokes nobody could burn) with the first thing that is wrong. The head starts from
 // `from`.
 Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits, std::span<const KeepOut> keep_out,

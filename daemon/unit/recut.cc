@@ -29,7 +29,7 @@ Status still_stands(Repositories& r, const KeptCuts::Basis& basis, const ProvenP
     if (!in_force || std::find(known.begin(), known.end(), standing->second.certificate) == known.end())
       return Error{ErrorCode::kRefused,
                    fmt::format("the {} certificate is another than when panel {} was cut, so its cuts cannot be met "
-                               "again: make its pieces again with veneerctl job redo {}",
+                               "again: make those that are lost again with veneerctl job redo {} PIECE --lost",
                                db::to_string(kind), pose.panel.value, basis.job.value)};
   }
   for (const PieceId id : pieces) {

@@ -212,10 +212,11 @@ Result<FoundScanner> choose_scanner(const std::vector<FoundScanner>& there, cons
   // One that does not make itself known, as behind a network, is opened by its name.
   if (wanted.find(':') != std::string::npos) return FoundScanner{wanted, "", "", ""};
   if (there.empty())
-    return Error{ErrorCode::kNotFound,
+    return Error{ErrorCode::kUnavailable,
                  "no scanner is found: switch it on, look at its cable, and see docs/CALIBRATION.md for what it needs"};
-  return Error{ErrorCode::kNotFound, fmt::format("no scanner is called \"{}\": set device under [scanner] to one of {}",
-                                                 wanted, names_of(there))};
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("no scanner is called \"{}\": set device under [scanner] to one of {}", wanted, names_of(there))};
 }
 
 Result<ScannedPicture> scan_picture(SaneLibrary& library, const ScanSettings& settings,

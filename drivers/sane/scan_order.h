@@ -45,7 +45,7 @@ struct DescribedScanner {
   std::string problem;  // why it has none
 };
 
-// kNotFound, or kConflict when several are meant; each names what is there.
+// kUnavailable when it is not there, or kConflict when several are meant; each names what is there.
 Result<FoundScanner> choose_scanner(const std::vector<FoundScanner>& there, const std::string& wanted);
 // Picture into `file`; see read_scan() for the rest. `options` give its times only.
 Result<ScannedPicture> scan_picture(SaneLibrary& library, const ScanSettings& settings,

@@ -17,7 +17,7 @@ Error error_of(ScanStatus status, const std::string& scanner, std::string_view d
     case ScanStatus::kBusy:
       return say(ErrorCode::kUnavailable, "is busy", "close other programs that use it, then scan again");
     case ScanStatus::kInvalid:
-      return say(ErrorCode::kInvalidArgument, "does not take its settings, or is not there",
+      return say(ErrorCode::kUnavailable, "does not take its settings, or is not there",
                  "switch it on, and see veneerctl scanner list for its name and its settings");
     case ScanStatus::kEnd:
       return say(ErrorCode::kDeviceFault, "ended without a picture", "scan again");

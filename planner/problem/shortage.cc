@@ -127,15 +127,19 @@ std::string smaller_picture_for(const Shortage& shortage, std::size_t pieces) {
 
 }  // namespace
 
-std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
+std::string what_is_missing(const Shortage& shortage, std::size_t pieces) {
   constexpr std::array<const char*, 4> kNames{"dark", "rather dark", "rather pale", "pale"};
   std::vector<std::string> tones;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     const double area = (shortage.missing[2 * i] + shortage.missing[2 * i + 1]).count();
     if (area >= 0.01 * shortage.area.count()) tones.push_back(fmt::format("{:.0f} mm2 {}", area, kNames[i]));
   }
-  std::string out =
-      fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces, fmt::join(tones, ", "));
+  return fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces,
+                     fmt::join(tones, ", "));
+}
+
+std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
+  std::string out = what_is_missing(shortage, pieces);
   const std::string smaller_picture = smaller_picture_for(shortage, pieces);
   if (!shortage.left) return out + fmt::format(": {}add a panel or choose smaller patches", smaller_picture);
   if (!shortage.smaller)

@@ -16,7 +16,9 @@ namespace veneer::planner {
 std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
                                     Millimetres patch, const std::stop_token& stop = {});
 
-// "no free wood was left for 12 of 600 patches (2352 mm2: ...); ...".
+// "no free wood was left for 12 of 600 patches (2352 mm2: ...)".
+std::string what_is_missing(const Shortage& shortage, std::size_t pieces);
+// The same, what is left, and a remedy reckoned from areas: "...; ...: make the picture about 23 % smaller, ...".
 std::string sentence_of(const Shortage& shortage, std::size_t pieces);
 
 }  // namespace veneer::planner

@@ -88,6 +88,26 @@ TEST(Veneerctl, AnUnknownCommandIsNamedWithTheNearestOne) {
   EXPECT_THAT(said({"job", "start"}), ::testing::Not(HasSubstr("there is no command")));
 }
 
+TEST(Veneerctl, AnUnknownOptionIsNamedWithTheNearestOneOfItsCommand) {
+  const auto said = [](std::vector<std::string> arguments) {
+    const Outcome outcome = veneerctl(std::move(arguments));
+    EXPECT_EQ(outcome.status, 2);
+    return outcome.err;
+  };
+  EXPECT_EQ(said({"panel", "scan", "--pannel", "P-0001"}),
+            "veneerctl: unknown option --pannel: did you mean --panel?\n");
+  EXPECT_EQ(said({"job", "redo", "1", "--lsot"}), "veneerctl: unknown option --lsot: did you mean --lost?\n");
+  EXPECT_EQ(said({"--jsno", "status"}), "veneerctl: unknown option --jsno: did you mean --json?\n");
+  EXPECT_EQ(said({"status", "--lost"}),
+            "veneerctl: unknown option --lost: `veneerctl status --help` lists those there are\n")
+      << "which another command has";
+  EXPECT_EQ(said({"job", "list", "-q"}),
+            "veneerctl: unknown option -q: `veneerctl job list --help` lists those there are\n");
+  EXPECT_THAT(said({"plan", "--target", "a", "--pannel=b", "--out", "c"}), HasSubstr("did you mean --panel?"))
+      << "which is required";
+  EXPECT_THAT(said({"job", "strat", "--al"}), HasSubstr("perhaps `veneerctl job start` is meant"));
+}
+
 TEST(Veneerctl, NumbersAreRefusedInWords) {
   const std::string huge(309, '9');
   const auto said = [](std::vector<std::string> arguments) {

@@ -220,7 +220,7 @@ TEST_F(SaneBackendsTest, EveryStatusIsItsSentence) {
   for (const Case& one : {Case{"SANE_STATUS_UNSUPPORTED", ErrorCode::kInvalidArgument, "cannot do that"},
                           {"SANE_STATUS_CANCELLED", ErrorCode::kCancelled, "told to stop"},
                           {"SANE_STATUS_DEVICE_BUSY", ErrorCode::kUnavailable, "busy"},
-                          {"SANE_STATUS_INVAL", ErrorCode::kInvalidArgument, "settings"},
+                          {"SANE_STATUS_INVAL", ErrorCode::kUnavailable, "settings"},
                           {"SANE_STATUS_EOF", ErrorCode::kDeviceFault, "without a picture"},
                           {"SANE_STATUS_JAMMED", ErrorCode::kDeviceFault, "jammed"},
                           {"SANE_STATUS_NO_DOCS", ErrorCode::kDeviceFault, "nothing to scan"},
@@ -293,11 +293,12 @@ TEST_F(SaneBackendsTest, ADeviceIsChosenByNameOrByMake) {
   EXPECT_THAT(several.error().message, AllOf(HasSubstr("\"test:0\""), HasSubstr("\"test:1\"")));
   const auto unknown = choose_scanner(*there, "EPSON");
   ASSERT_FALSE(unknown.ok());
-  EXPECT_EQ(unknown.error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(unknown.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(unknown.error().message, HasSubstr("\"test:0\" (Noname frontend-tester)"));
   EXPECT_EQ(choose_scanner({there->front()}, "")->name, there->front().name);
   EXPECT_EQ(choose_scanner({there->front()}, there->front().make())->name, there->front().name);
   EXPECT_THAT(choose_scanner({}, "").error().message, HasSubstr("no scanner is found"));
+  EXPECT_EQ(choose_scanner({}, "").error().code, ErrorCode::kUnavailable);
   settings.device = "test:77";
   EXPECT_THAT(why(), AllOf(HasSubstr("test:77"), HasSubstr("opening it")));
 }

@@ -69,7 +69,8 @@ class Kills : public OperatedCell, public ::testing::WithParamInterface<std::uin
     return marks;
   }
   void redo(const std::vector<std::string>& marks) {
-    static_cast<void>(cell_->api().post_and_wait(fmt::format("/jobs/{}/redo", kJob), {{"pieces", marks}}));
+    static_cast<void>(
+        cell_->api().post_and_wait(fmt::format("/jobs/{}/redo", kJob), {{"pieces", marks}, {"lost", true}}));
   }
 
   What choose() {

@@ -142,7 +142,10 @@ TEST_F(Operator, ALostPieceIsMadeAgainFromWhatIsLeft) {
     return json();
   };
   const json before = piece("A2-3"), neighbour = piece("A2-2");
-  const auto redone = cell_->api().post_and_wait(job + "/redo", {{"pieces", {"A2-3"}}});
+  const auto good = cell_->api().post_and_wait(job + "/redo", {{"pieces", {"A2-3"}}});
+  ASSERT_FALSE(good.ok()) << "nobody said that it is lost";
+  EXPECT_THAT(good.error().message, HasSubstr("--lost"));
+  const auto redone = cell_->api().post_and_wait(job + "/redo", {{"pieces", {"A2-3"}}, {"lost", true}});
   ASSERT_TRUE(redone.ok()) << redone.error().message;
   ASSERT_THAT((*redone)["redone"], SizeIs(1));
   EXPECT_GE((*redone)["redone"][0]["cost"].get<double>(), (*redone)["redone"][0]["cost_before"].get<double>());

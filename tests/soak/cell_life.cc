@@ -233,8 +233,8 @@ class CellLife {
   Status lose_and_redo(std::int64_t job) {
     const auto pieces = cell_.api().get(fmt::format("/jobs/{}/pieces", job));
     if (!pieces) return pieces.error();
-    const auto redone = cell_.api().post_and_wait(fmt::format("/jobs/{}/redo", job),
-                                                  {{"pieces", json::array({(*pieces)["pieces"][0]["mark"]})}});
+    const auto redone = cell_.api().post_and_wait(
+        fmt::format("/jobs/{}/redo", job), {{"pieces", json::array({(*pieces)["pieces"][0]["mark"]})}, {"lost", true}});
     if (!redone) {
       if (redone.error().code != ErrorCode::kRefused) return redone.error();
       ++refused_;

@@ -1,12 +1,19 @@
 // Calibrations as the API begins them, on a cell whose laser is a file.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/services/calibration_service.h"
+#include "daemon/store/calibration.h"
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class CalibrationRoutes : public testing::RoutedCell {
  protected:
@@ -44,6 +51,50 @@ TEST_F(CalibrationRoutes, TheLaserIsToldHowLargeTheBoardIs) {
     EXPECT_THAT(refused.body, HasSubstr("--board-height-mm"));
   }
   EXPECT_TRUE(cell->tasks.list().empty());
+}
+
+// What can be known before the first byte is asked before it: this cell is Stopped, and its laser's file still empty.
+class CalibrateLaserUnhomed : public CalibrationRoutes {
+ protected:
+  ApiReply calibrate(double width, double height, std::vector<std::string> confirmed = {"board on the bed"}) {
+    return ask("POST", "/api/v1/calibration/laser",
+               {{"board_width_mm", width}, {"board_height_mm", height}, {"confirmed", std::move(confirmed)}});
+  }
+  void expect_nothing_moved() {
+    EXPECT_EQ(cell->runner->view().state, CellState::kStopped);
+    EXPECT_FALSE(cell->runner->is_connected());
+    std::error_code none;
+    const auto bytes = std::filesystem::file_size(directory / "wire.bin", none);
+    EXPECT_TRUE(none || bytes == 0) << bytes;
+  }
+};
+
+TEST_F(CalibrateLaserUnhomed, RefusesABoardWithoutRoomForThePattern) {
+  const ApiReply refused = calibrate(100, 80);
+  EXPECT_EQ(refused.status, 400) << refused.body;
+  EXPECT_THAT(refused.body, HasSubstr("too small for the pattern"));
+  expect_nothing_moved();
+}
+
+TEST_F(CalibrateLaserUnhomed, RefusesWithoutACertificateOfTheCamera) {
+  const TaskView task = ended(calibrate(300, 300));
+  ASSERT_EQ(task.state, TaskState::kFailed);
+  EXPECT_THAT(task.error->message, HasSubstr("run veneerctl calibrate camera before calibrate laser"));
+  expect_nothing_moved();
+}
+
+TEST_F(CalibrateLaserUnhomed, RefusesWithoutAPictureOfTheBed) {
+  db::CertificateRecord camera;
+  camera.kind = db::CertificateKind::kCamera;
+  camera.issued_at = "2026-01-01T00:00:00.000Z", camera.expires_at = "2999-01-01T00:00:00.000Z";
+  nlohmann::json payload = to_payload(calib::CameraFit{});
+  payload["device"] = device_name(camera.kind, cell_devices(*cell->devices.scanner, *cell->devices.camera, config));
+  camera.payload = payload.dump();
+  ASSERT_TRUE(cell->database->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
+  const TaskView task = ended(calibrate(300, 300));
+  ASSERT_EQ(task.state, TaskState::kFailed);
+  EXPECT_THAT(task.error->message, Not(HasSubstr("calibrate camera"))) << "the certificate is there";
+  expect_nothing_moved();
 }
 
 }  // namespace

@@ -60,6 +60,38 @@ TEST(NextStep, AnUnpackedMachineIsCalibratedDeviceByDevice) {
             "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.");
 }
 
+TEST(NextStep, TheCamerasViewsThatAreTakenCount) {
+  CellNeeds needs = ready();
+  needs.certificates[1].state = CertificateState::kMissing;
+  const auto after = [&](std::vector<double> heights) {
+    needs.camera_views.clear();
+    for (const double height : heights) needs.camera_views.emplace_back(height);
+    return next_step(in(CellState::kStopped), needs);
+  };
+  EXPECT_THAT(after({}).sentence, HasSubstr("with four views at two heights"));
+  EXPECT_EQ(after({0}).sentence,
+            "The camera is not calibrated yet, and 1 of the 4 views is taken, none of them at another height: lay the "
+            "printed grid elsewhere on the bed, turned a little, and take the next one.");
+  EXPECT_EQ(after({0}).command, "veneerctl calibrate camera --height-mm 0 --more");
+  EXPECT_EQ(after({0, 0}).sentence,
+            "The camera is not calibrated yet, and 2 of the 4 views are taken, none of them at another height: lay the "
+            "printed grid on blocks of one height, and take the next one.");
+  EXPECT_EQ(after({0, 0}).command, "veneerctl calibrate camera --height-mm HEIGHT --more");
+  EXPECT_EQ(after({0, 0, 30}).sentence,
+            "The camera is not calibrated yet, and 3 of the 4 views are taken: lay the printed grid elsewhere on its "
+            "blocks, turned a little, and take the last one.");
+  EXPECT_EQ(after({0, 0, 30}).command, "veneerctl calibrate camera --height-mm 30");
+  EXPECT_THAT(after({0, 30}).sentence, HasSubstr("lay the printed grid flat on the bed, and take the next"));
+  EXPECT_EQ(after({0, 30}).command, "veneerctl calibrate camera --height-mm 0 --more");
+  EXPECT_THAT(after({30}).sentence, HasSubstr("none of them flat on the bed: lay the printed grid flat on the bed"));
+  EXPECT_THAT(after({30, 0}).sentence, HasSubstr("lay the printed grid elsewhere on the bed, turned a little"))
+      << "it lies flat already";
+  EXPECT_THAT(after({30, 30, 30}).command, ::testing::EndsWith("--height-mm 0")) << "the last that the fit wants";
+  EXPECT_THAT(after({0, 0, 0}).command, ::testing::EndsWith("--height-mm HEIGHT"));
+  EXPECT_THAT(after({0, 0, 30, 30, 30}).sentence, HasSubstr("5 views are taken: lay the printed grid"))
+      << "only the one that ends it is missing";
+}
+
 TEST(NextStep, ACertificateThatNoLongerHoldsSaysWhy) {
   CellNeeds needs = ready();
   needs.certificates[2].state = CertificateState::kReplaced;

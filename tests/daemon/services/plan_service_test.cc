@@ -91,8 +91,8 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   const auto report = *database_->call([&](Repositories& r) { return r.plans.find(r.jobs.find(made->job)->plan); });
   EXPECT_GT(nlohmann::json::parse(report.report_json)["cutting_s"], 1) << "what the console tells of a plan";
   const auto before = pieces();
-  const auto redo = [&](const std::vector<std::string>& marks) {
-    return service().redo({made->job, marks, 1}, "uid 1000", [](double, const std::string&) {}, {});
+  const auto redo = [&](const std::vector<std::string>& marks, bool lost = false) {
+    return service().redo({made->job, marks, 1, lost}, "uid 1000", [](double, const std::string&) {}, {});
   };
   EXPECT_THAT(redo({}).error().message, ::testing::HasSubstr("no piece of job 1 is missing"));
   EXPECT_THAT(redo({before[0].mark}).error().message, ::testing::HasSubstr("still to be cut"));
@@ -121,7 +121,12 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
     return version ? Ok() : Status(version.error());
   }));
 
-  const auto done = redo({before[1].mark});
+  const auto good = redo({before[1].mark});
+  ASSERT_FALSE(good.ok());
+  EXPECT_EQ(good.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(good.error().message, ::testing::HasSubstr("veneerctl job redo 1 " + before[1].mark + " --lost"));
+  EXPECT_EQ(pieces()[1].state, db::PieceState::kCut);
+  const auto done = redo({before[1].mark}, true);
   ASSERT_TRUE(done.ok()) << done.error().message;
   ASSERT_EQ(done->redone.size(), 1U);
   EXPECT_EQ(done->redone[0].mark, before[1].mark);
@@ -152,9 +157,9 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
     if (Status over = r.jobs.finish_run(*run, false, now); !over) return over;
     return r.panels.retire(PanelId{"P-0001"}, "split", now);
   }));
-  EXPECT_EQ(redo({before[2].mark}).error().code, ErrorCode::kRefused) << "no panel in stock";
+  EXPECT_EQ(redo({before[2].mark}, true).error().code, ErrorCode::kRefused) << "no panel in stock";
   add_panel("P-0002", 255);
-  const auto elsewhere = redo({before[2].mark, before[1].mark});
+  const auto elsewhere = redo({before[2].mark, before[1].mark}, true);
   ASSERT_TRUE(elsewhere.ok()) << elsewhere.error().message;
   EXPECT_EQ(elsewhere->redone.size(), 2U);
   for (const std::size_t i : {1U, 2U}) EXPECT_EQ(pieces()[i].panel, PanelId{"P-0002"});

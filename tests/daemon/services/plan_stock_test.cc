@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "tests/support/stocked_planner.h"
 
@@ -101,7 +102,7 @@ TEST_F(PlanStockTest, ARetiredPanelIsNotPlanned) {
   EXPECT_EQ(plan(spared).error().code, ErrorCode::kNotFound);
 }
 
-TEST_F(PlanStockTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {
+TEST_F(PlanStockTest, TooLittleWoodIsToldByItsTonesAndWithASizeThatFits) {
   add_panel("P-0001", 255);
   JobRequest request = small_job();
   request.size = Millimetres(20), request.options.patch = Millimetres(10);
@@ -111,10 +112,31 @@ TEST_F(PlanStockTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) 
   EXPECT_THAT(
       job.error().message,
       ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
-                              "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\); .* patches of [0-9.]+ mm would "
-                              "still fit, .*: make the picture about 50 % smaller, add a panel or choose smaller "
-                              "patches"));
+                              "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\): plan it at a size of [0-9]+ mm with "
+                              "patches of [0-9.]+ mm(, or of [0-9]+ mm with patches of [0-9.]+ mm)?, as was tried and "
+                              "fits, or add a panel"));
   EXPECT_EQ(jobs(), 0U);
+  // Somebody takes the cell at its word.
+  double size = 0, patch = 0;
+  const std::string& said = job.error().message;
+  ASSERT_EQ(
+      std::sscanf(said.c_str() + said.find("at a size"), "at a size of %lf mm with patches of %lf mm", &size, &patch),
+      2);
+  EXPECT_LT(size, 20);
+  request.size = Millimetres(size), request.options.patch = Millimetres(patch);
+  const auto smaller = plan(request);
+  EXPECT_TRUE(smaller.ok()) << smaller.error().message;
+}
+
+TEST_F(PlanStockTest, TooLittleWoodForWhateverIsTriedIsToldWithoutASize) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.size = Millimetres(300), request.options.patch = Millimetres(16), request.options.dpi = 60;
+  const auto job = plan(request);
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(job.error().message,
+              ::testing::HasSubstr("no smaller size or patches were found in which it fits, so add a panel"));
 }
 
 TEST_F(PlanStockTest, WoodThatAPlanLeasesIsForItsOwnChangesAlone) {

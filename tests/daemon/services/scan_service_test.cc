@@ -208,6 +208,7 @@ TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
   more.more = true;
   const auto tile = [&] { return service.add_tile(more, [](double, const std::string&) {}, {}); };
   scanner_.repeats = true;
+  EXPECT_FALSE(service.open());
   ASSERT_TRUE(tile().ok());
   const auto again = tile();
   ASSERT_FALSE(again.ok());
@@ -217,6 +218,10 @@ TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
   const auto next = tile();
   ASSERT_TRUE(next.ok()) << next.error().message;
   EXPECT_EQ(next->tiles, 2U);
+  ASSERT_TRUE(service.open()) << "which somebody else can go on with";
+  EXPECT_EQ(service.open()->tiles, 2U);
+  EXPECT_EQ(service.open()->face, Face::kShow);
+  EXPECT_FALSE(service.open()->panel);
   // The last one was there already: without a word for it the series would stand open for good.
   scanner_.repeats = true;
   more.more = false;
@@ -336,10 +341,14 @@ TEST_F(ScanServiceTest, ASeriesThatIsLookedAtAgainIsWhatItWasBefore) {
   ScanRequest back;
   back.face = Face::kBack, back.panel = PanelId{"P-0001"}, back.more = true;
   ASSERT_TRUE(ask(back).ok());
+  EXPECT_EQ(service.open().value_or(ScanService::Open{}).panel, PanelId{"P-0001"});
+  EXPECT_EQ(service.open().value_or(ScanService::Open{}).face, Face::kBack);
   bool dies = true;
   workers_.died = [&](const std::string& kind) { return dies && kind == RegisterScans::kKind; };
   back.more = false;
   ASSERT_FALSE(ask(back).ok());
+  EXPECT_FALSE(service.open()) << "it is over, and kept";
+  EXPECT_TRUE(service.kept());
   dies = false;
   ScanRequest again;
   again.again = 2;

@@ -24,7 +24,8 @@ TEST(Consent, HoldsWhileNothingWasOpenedAndTheUnitWentNowhere) {
 }
 
 TEST(Consent, EndsWithALidThatIsOpenOrWas) {
-  EXPECT_THAT(refusal_of({3, 7}, true), HasSubstr("the lid was opened"));
+  EXPECT_THAT(refusal_of({3, 7}, true), HasSubstr("the lid is open: close it")) << "as it was when this was asked for";
+  EXPECT_THAT(refusal_of({4, 7}, true), HasSubstr("the lid was opened"));
   EXPECT_THAT(refusal_of({4, 7}, false), HasSubstr("the lid was opened")) << "and was shut again";
   EXPECT_THAT(refusal_of({4, 9}, false), HasSubstr("the lid was opened")) << "which is the graver of the two";
 }

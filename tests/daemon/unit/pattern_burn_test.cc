@@ -87,6 +87,43 @@ TEST_F(PatternTest, WhereStockMayLieUnseenAPersonSaysThatItIsScrap) {
   EXPECT_THAT(burn(0.2, {"scrap on the bed"}).error().message, HasSubstr("panel P-0001 of the stock"));
 }
 
+// Whoever homes the laser for a pattern asks first.
+TEST_F(PatternTest, IsRefusedBeforeTheLaserIsHomedWhereThatCanBeKnown) {
+  const auto may = [&](std::vector<std::string> confirmed = {}) {
+    return runner_->may_burn_pattern(pattern(0.2), confirmed);
+  };
+  const auto sight = [&](std::vector<std::string> confirmed = {}) {
+    std::optional<Status> out;
+    runner_->look_for_stock(std::move(confirmed), [&](Status s) { out = std::move(s); });
+    settle();
+    return out.value_or(Status(Error{ErrorCode::kInternal, "no reply"}));
+  };
+  ASSERT_EQ(state(), CellState::kStopped);
+  EXPECT_TRUE(may().ok()) << "of a laser that was never there nothing more is known";
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
+  EXPECT_THAT(sight({"scrap on the bed"}).error().message, HasSubstr("panel P-0001 of the stock"));
+  bed_.stock = StockSight{{}, {"tag 300 of no known panel is in sight"}};
+  EXPECT_THAT(sight().error().message, HasSubstr("--confirm \"scrap on the bed\""));
+  EXPECT_TRUE(sight({"scrap on the bed"}).ok());
+  bed_.stock = StockSight{};
+  EXPECT_TRUE(sight().ok());
+
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(burn(0).ok());
+  ASSERT_EQ(state(), CellState::kComplete);
+  EXPECT_TRUE(may().ok());
+  laser_.open_lid();
+  EXPECT_THAT(may().error().message, HasSubstr("the lid is open: close it"));
+  laser_.close_lid();
+  LaserJob astray = pattern(0.2);
+  astray.strokes.front().path.back() = point<MachineFrame>(5000, 10);
+  EXPECT_THAT(runner_->may_burn_pattern(astray, {}).error().message, HasSubstr("would leave the machine's travel"));
+  options_.confirm = {"exhaust"};
+  make_runner();
+  EXPECT_THAT(may().error().message, HasSubstr("exhaust"));
+  EXPECT_TRUE(may({"exhaust"}).ok());
+}
+
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   bed_.stock = Error{ErrorCode::kUnavailable, "the camera does not answer"};

@@ -1,0 +1,75 @@
+// What was asked for and refused is an answer to whoever asked; what nobody heard of, and what failed, is an alarm.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/routed_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class AnsweredTasks : public testing::RoutedCell {
+ protected:
+  // Without a certificate of the camera this is refused, but in a task.
+  TaskView refused() {
+    const TaskView task =
+        ended(ask("POST", "/api/v1/calibration/laser", {{"board_width_mm", 300}, {"board_height_mm", 300}}));
+    EXPECT_EQ(task.state, TaskState::kFailed);
+    EXPECT_EQ(task.error.value_or(Error{}).code, ErrorCode::kRefused) << task.error.value_or(Error{}).message;
+    return task;
+  }
+  ApiReply look_at(const TaskView& task) { return ask("GET", "/api/v1/tasks/" + std::to_string(task.id)); }
+  std::vector<std::string> failures() const {
+    std::vector<std::string> out;
+    for (const Alarm& alarm : cell->alarms.alarms())
+      if (alarm.what.key.starts_with("task ")) out.push_back(alarm.what.key);
+    return out;
+  }
+  void until_a_failure_is_told() {
+    while (failures().empty()) {
+      reactor.restart();
+      ASSERT_GT(reactor.run_one_for(std::chrono::seconds(60)), 0U);
+    }
+  }
+  static std::string key_of(const TaskView& task) { return "task " + std::to_string(task.id); }
+};
+
+TEST_F(AnsweredTasks, AreNoAlarmsOnceWhoeverAskedHasLooked) {
+  cell->time_to_look = std::chrono::hours(1);
+  const TaskView seen = refused();
+  EXPECT_THAT(failures(), IsEmpty()) << "there is time to look";
+  EXPECT_EQ(look_at(seen).status, 200);
+  const TaskView unseen = refused();
+  cell->time_to_look = {};
+  until_a_failure_is_told();
+  EXPECT_THAT(failures(), ElementsAre(key_of(unseen))) << "nobody followed it";
+}
+
+TEST_F(AnsweredTasks, AreAlarmsOfTheNextStartWhenTheDaemonEndsBeforeSomebodyLooked) {
+  cell->time_to_look = std::chrono::hours(1);
+  const TaskView unseen = refused();
+  cell.reset();
+  std::ifstream kept(config.store.data_dir / "alarms.json");
+  const std::string text((std::istreambuf_iterator<char>(kept)), {});
+  EXPECT_THAT(text, HasSubstr(key_of(unseen)));
+}
+
+// The nightly unit asks for the backup and waits for its end, and nobody reads what it prints.
+TEST_F(AnsweredTasks, OfABackupThatFailsIsAnAlarmWhoeverLooks) {
+  cell->time_to_look = std::chrono::hours(1);
+  std::filesystem::remove_all(config.store.data_dir / "backups");
+  std::ofstream(config.store.data_dir / "backups") << "no folder";
+  const TaskView failed = ended(ask("POST", "/api/v1/backups"));
+  ASSERT_EQ(failed.state, TaskState::kFailed);
+  EXPECT_EQ(look_at(failed).status, 200);
+  EXPECT_THAT(failures(), ElementsAre(key_of(failed)));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
