@@ -95,8 +95,8 @@ double half_sample_mode(std::vector<double> values) {
   return values[from + count / 2];
 }
 
-// Marks what belongs to the commonest material, and evens out its light.
-double even_out(std::array<cv::Mat, 3>& planes, std::vector<RimSample>& rim) {
+// Marks what belongs to the commonest material, and evens out its light; `board` becomes what is then zero.
+double even_out(std::array<cv::Mat, 3>& planes, std::vector<RimSample>& rim, std::array<double, 3>& board) {
   const cv::Size size = planes[0].size();
   constexpr std::array<double, 3> kWide = {0.30, 0.10, 0.10}, kTight = {0.12, 0.06, 0.06};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -126,9 +126,10 @@ double even_out(std::array<cv::Mat, 3>& planes, std::vector<RimSample>& rim) {
     for (int r = 0; r < size.height; ++r)
       for (int c = 0; c < size.width; ++c)
         planes[k].at<float>(r, c) -= static_cast<float>(light[k].dot(terms(c, r, size)));
-  double board = 0;
-  for (auto& s : rim) board += s.board ? 1 : 0;
-  return rim.empty() ? 0 : board / static_cast<double>(rim.size());
+  for (std::size_t k = 0; k < 3; ++k) board[k] = light[k].dot(terms(0.5 * size.width, 0.5 * size.height, size));
+  double seen = 0;
+  for (auto& s : rim) seen += s.board ? 1 : 0;
+  return rim.empty() ? 0 : seen / static_cast<double>(rim.size());
 }
 
 // Colour and texture of square millimetres: means of the planes, and how lively lightness is along either axis.
@@ -155,7 +156,7 @@ BoardView view_board(const WorkMap& work, const cv::Mat& fiducials) {
   to_logarithms(work.bgr, view.planes);
   cv::inRange(work.bgr, cv::Scalar::all(0), cv::Scalar::all(kNothing), view.black);
   std::vector<RimSample> rim = sample_rim(view.planes, fiducials, work.px_per_mm);
-  view.rim_share = even_out(view.planes, rim);
+  view.rim_share = even_out(view.planes, rim, view.board);
   double levels = 0, count = 0;
   for (const auto& s : rim)
     if (s.board) levels += s.value[0], count += 1;

@@ -14,6 +14,9 @@ namespace veneer::calib {
 struct BoardView {
   std::array<cv::Mat, 3> planes;   // CV_32FC1, natural logarithms, light evened out
   std::array<double, 3> spread{};  // of the board at its rim, about 0.3 mm wide places
+  // What zero is: the board in the middle of the map, as the scanner saw it. A colour is grey when its opponent colours
+  // and the board's come to nothing together.
+  std::array<double, 3> board{};
   double px_per_mm = 0;
   double level = 255;    // of the board at its rim, mean of the channels, the scanner's own black included
   double rim_share = 0;  // of the rim, how much shows one material: below a half the board is not known

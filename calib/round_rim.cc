@@ -154,6 +154,36 @@ bool is_nothing_seen(const BoardView& view, const ScrewSpot& circle) {
   return 2 * black > all;
 }
 
+// Red less green and green less blue, as the scanner saw them: of what lies between two distances from `centre`.
+std::array<double, 2> hue_between(const BoardView& view, const cv::Point2d& centre, double from, double to) {
+  std::array<double, 2> sum{};
+  double count = 0;
+  const cv::Rect around = cv::Rect(static_cast<int>(centre.x - to), static_cast<int>(centre.y - to),
+                                   static_cast<int>(2 * to) + 1, static_cast<int>(2 * to) + 1) &
+                          cv::Rect({}, view.planes[0].size());
+  for (int r = around.y; r < around.br().y; ++r)
+    for (int c = around.x; c < around.br().x; ++c) {
+      const double at = std::hypot(c + 0.5 - centre.x, r + 0.5 - centre.y);
+      if (at < from || at > to) continue;
+      sum[0] += view.planes[1].at<float>(r, c), sum[1] += view.planes[2].at<float>(r, c), count += 1;
+    }
+  // The planes are told from the board, whose own hue nothing else has lost.
+  return {sum[0] / std::max(1.0, count) + view.board[1], sum[1] / std::max(1.0, count) + view.board[2]};
+}
+
+// Whether the wood around a circle has a hue of which little is left within: a hole's dark is grey. Dark wood has a
+// hue, and in wood that has none nothing can be told by it.
+bool has_lost_colour(const BoardView& view, const ScrewSpot& circle) {
+  constexpr double kLeft = 0.75;                          // share of the wood's hue
+  constexpr double kHasHue = 0.15;                        // logarithm
+  constexpr double kInner = 0.8, kFrom = 0.4, kTo = 1.4;  // of the radius; mm beyond it
+  const double radius = circle.diameter / 2, px = view.px_per_mm;
+  const auto within = hue_between(view, circle.centre, 0, kInner * radius),
+             beyond = hue_between(view, circle.centre, radius + kFrom * px, radius + kTo * px);
+  const double wood = std::hypot(beyond[0], beyond[1]);
+  return wood > kHasHue && std::hypot(within[0], within[1]) < kLeft * wood;
+}
+
 }  // namespace
 
 RimScale::RimScale(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
@@ -208,6 +238,7 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
   best.dark = profiles.dark(clearest) && profiles.darkest_within(clearest);
   best.soft = profiles.sharpness(clearest, px) < kSoft;
   best.nothing_seen = is_nothing_seen(view, best.circle);
+  best.grey = has_lost_colour(view, best.circle);
   for (int at = static_cast<int>(2 * largest); at > clearest; --at)
     if (const double step = profiles.step(at, kLitSides);
         step > kOutermost && step >= profiles.step(at - 1, kLitSides)) {

@@ -32,6 +32,7 @@ struct RoundRim {
   bool dark = false;  // darker within than the wood around it, and clearly darkest in its middle
   bool soft = false;  // it fades over much of a millimetre, as knots do; a rim is as sharp as the optics
   bool nothing_seen = false;  // most of its middle is the scanner's black
+  bool grey = false;          // within, much of the hue is gone that the wood around it has: dark wood has a hue
 };
 
 // What is darkest in its middle is so by this much: less is noise.

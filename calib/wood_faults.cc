@@ -225,15 +225,66 @@ bool has_rim(const BoardView& view, const ScrewSpot& circle) {
   return std::max(seams, steps) >= kSides - kHidden;
 }
 
+// Places that a hole may be: figure and grain end there, and so does the wood's hue. In near-black wood nothing else
+// tells a hole before its rim is looked for.
+std::vector<ScrewSpot> find_blank_spots(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  constexpr double kSide = 2.2;      // mm of the square that is looked at
+  constexpr double kBlank = 0.75;    // of the usual spread of lightness, and of hue, that a blank place has at most
+  constexpr double kDiameter = 4;    // mm of what is looked for then
+  constexpr double kMostWood = 0.9;  // of a square, below which it reaches beyond the strip
+  constexpr int kMost = 16;
+  const double px = view.px_per_mm;
+  const int side = 2 * static_cast<int>(std::lround((kSide * px - 1) / 2)) + 1;
+  cv::Mat wood;
+  strip(box).convertTo(wood, CV_32F, 1.0 / 255);
+  const auto mean_of = [&](const cv::Mat& values) {
+    cv::Mat out;
+    cv::boxFilter(values, out, CV_32F, {side, side}, {-1, -1}, true, cv::BORDER_CONSTANT);
+    return out;
+  };
+  const cv::Mat known = (strip(box) != 0) & (mean_of(wood) > kMostWood);
+  const cv::Mat& lightness = view.planes[0](box);
+  const cv::Mat mean = mean_of(lightness), square = mean_of(lightness.mul(lightness));
+  cv::Mat spread = square - mean.mul(mean), hue;
+  cv::sqrt(cv::max(spread, 0.0F), spread);
+  const cv::Mat red = mean_of(view.planes[1](box)) + view.board[1],
+                green = mean_of(view.planes[2](box)) + view.board[2];
+  cv::magnitude(red, green, hue);
+  const auto usual = [&](const cv::Mat& values) {
+    std::vector<float> all;
+    for (int r = 0; r < values.rows; r += 3)
+      for (int c = 0; c < values.cols; c += 3)
+        if (known.at<std::uint8_t>(r, c) != 0) all.push_back(values.at<float>(r, c));
+    if (all.empty()) return 0.0;
+    std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2));
+    return static_cast<double>(all[all.size() / 2]);
+  };
+  const double usual_spread = usual(spread), usual_hue = usual(hue);
+  // 1 = as usual.
+  spread /= std::max(1e-6, usual_spread), hue /= std::max(1e-6, usual_hue);
+  cv::Mat left = cv::max(spread, hue);
+  left.setTo(1, ~known);
+  std::vector<ScrewSpot> out;
+  for (int i = 0; i < kMost; ++i) {
+    double least = 1;
+    cv::Point at;
+    cv::minMaxLoc(left, &least, nullptr, &at);
+    if (least > kBlank) break;
+    out.push_back({cv::Point2d(box.tl() + at) + cv::Point2d(0.5, 0.5), kDiameter * px});
+    cv::circle(left, at, static_cast<int>(0.5 * kDiameter * px), cv::Scalar(1), cv::FILLED);
+  }
+  return out;
+}
+
 // A patch of the strip that shows none of the wood's own colours.
 enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or a pore
 
 // Steps of a rim: of a foreign patch, of what is a circle anyway, of what is odd, of what needs no other sign.
 constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
 
-// A knot is wood: it fades into what is around it. What is as black as if nothing were there may be an opening with a
-// worn or charred rim.
-bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen; }
+// A knot is wood: it fades into what is around it, and has its hue. What is as black as if nothing were there, or has
+// lost the hue, may be an opening with a worn or charred rim.
+bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen && !rim.grey; }
 
 // Whether a patch is clearly darker in its middle than towards its sides. A knot is; an opening is shaded along its
 // sides, and what lies beneath is lit in the middle: it is never a knot, however soft its rim.
@@ -404,6 +455,10 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     if (rim.step < kOddRim || is_knot(rim)) continue;
     rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
     leave_out(view, spot, rim, rims);
+  }
+  for (const ScrewSpot& spot : find_blank_spots(view, calm, box)) {
+    const RoundRim rim = find_rim(view, scale, spot);
+    if (rim.step >= kOddRim && rim.grey && !is_knot(rim)) rims.push_back(rim);
   }
   out.round = clearest_of(std::move(rims));
   for (const ScrewSpot& hole : find_lid_holes(view, strip, box)) {

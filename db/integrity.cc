@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string_view>
 #include <vector>
@@ -16,12 +17,14 @@
 namespace veneer::db {
 namespace {
 
-// One text for each table, index, trigger and view. The R*Tree's own tables are SQLite's, and statistics may be there.
+// One text for each table, index, trigger and view, the R*Tree's own tables among them, in order. Statistics may be
+// there.
 std::vector<std::string> schema_of(SQLite::Database& connection) {
-  return texts_of(connection,
-                  "SELECT type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, '') FROM sqlite_schema WHERE "
-                  "name NOT LIKE 'allocation\\_boxes\\_%' ESCAPE '\\' AND name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\' "
-                  "ORDER BY type, name");
+  auto out = texts_of(connection,
+                      "SELECT type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, '') FROM sqlite_schema "
+                      "WHERE name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\'");
+  std::ranges::sort(out);
+  return out;
 }
 
 // What may follow what.
@@ -43,7 +46,7 @@ Newest newest_schema() {
   return {schema_of(fresh), moves_of(fresh)};
 }
 
-// The name of the first of `found` that differs.
+// The name of the first of `found` that differs; both are in order.
 std::string first_difference(const std::vector<std::string>& found, const std::vector<std::string>& wanted) {
   const auto [f, w] = std::mismatch(found.begin(), found.end(), wanted.begin(), wanted.end());
   const std::string& entry = f != found.end() && (w == wanted.end() || *f < *w) ? *f : *w;

@@ -15,7 +15,9 @@ namespace {
 
 using drawn::kEbony;
 using drawn::kOak;
+using drawn::kPadauk;
 using drawn::kSilver;
+using drawn::kWenge;
 using drawn::put_disc;
 using drawn::put_knot;
 
@@ -90,6 +92,35 @@ TEST_F(RoundRim, IsSoftWhereAKnotFadesAndSharpWhereAHoleEnds) {
       EXPECT_TRUE(knot.dark && knot.soft) << wood << size;
       EXPECT_TRUE(!hole.dark && !hole.soft) << "evenly black, so not darkest in its middle: " << wood << size;
     }
+}
+
+// Boards of a workshop: primed, brown, blue, white. What the eyes see is told from them.
+const cv::Scalar kBoards[] = {{126, 163, 190}, {44, 58, 96}, {190, 150, 110}, {235, 235, 235}};
+const cv::Scalar kSunkHole(17, 21, 27);
+
+// Told by the wood's own hue, whatever hue the board has.
+TEST_F(RoundRim, IsGreyWhereAHoleEndsTheHueOfTheWood) {
+  for (const auto& board : kBoards)
+    for (const auto& wood : {kWenge, kPadauk}) {
+      board_.bgr = board;
+      lay(wood, 0.1);
+      put_disc(map_, {30, 30}, 4.5, kSunkHole);
+      put_knot(map_, {58, 30}, 4.5, 5, 0.45);
+      EXPECT_TRUE(look({30, 30}, 4.5).grey) << "a hole in " << wood << " on " << board;
+      EXPECT_FALSE(look({58, 30}, 4.5).grey) << "a knot in " << wood << " on " << board;
+    }
+}
+
+// It has more of a hue than the wood around it, and not less because a brown board has as much.
+TEST_F(RoundRim, IsNeverGreyAroundABrownKnotInGreyWood) {
+  for (const auto& board : kBoards) {
+    board_.bgr = board;
+    lay(kSilver, 0.05);
+    put_knot(map_, {45, 30}, 5, 6, {0.28, 0.38, 0.5});
+    const calib::RoundRim rim = look({45, 30}, 5);
+    EXPECT_GT(rim.step, 2) << board;
+    EXPECT_FALSE(rim.grey) << board;
+  }
 }
 
 // A foreign patch may be wider than any rim that is looked for.

@@ -166,6 +166,33 @@ TEST_F(WoodFaults, LeavesAKnotThatFadesIntoItsWood) {
   }
 }
 
+// Of whatever hue the board is that wood and knot are told from.
+TEST_F(WoodFaults, LeavesABrownKnotInGreyWoodOnAnyBoard) {
+  for (const cv::Scalar& board : {cv::Scalar(126, 163, 190), cv::Scalar(44, 58, 96), cv::Scalar(190, 150, 110)}) {
+    board_.bgr = board;
+    lay(drawn::kSilver, 0.05);
+    put_knot(map_, {45, 30}, 5, 6, {0.35, 0.42, 0.5});
+    EXPECT_LT(lost(look()), 0.004) << board;
+  }
+}
+
+// As dark as the wood's own bands, and without a knot's hue.
+TEST_F(WoodFaults, FindsASunkHoleInDarkFigureOnAnyBoard) {
+  for (const cv::Scalar& board : {cv::Scalar(126, 163, 190), cv::Scalar(44, 58, 96), cv::Scalar(235, 235, 235)})
+    for (const auto& wood : {drawn::kWenge, drawn::kPadauk}) {
+      board_.bgr = board;
+      lay(wood, 0.3);
+      for (int i = 0; i < 12; ++i)
+        put_line(map_, {18.0 + 4.7 * i, 11}, {18.5 + 4.7 * i, 49}, 1.6, {wood[0] * 0.6, wood[1] * 0.6, wood[2] * 0.6});
+      const std::vector<cv::Point2d> places = {{28, 20}, {45, 33}, {60, 41}};
+      for (const auto& place : places) put_disc(map_, place, 4.2, {17, 21, 27});
+      cv::GaussianBlur(map_.bgr, map_.bgr, {}, 0.6);
+      const Seen seen = look();
+      for (const auto& place : places) EXPECT_GT(taken_out(seen, place, 4), 0.98) << wood << " on " << board << place;
+      EXPECT_LT(lost(seen), 0.05) << wood << " on " << board;
+    }
+}
+
 // Nothing is seen in it, and its worn or charred rim fades as a knot's does: a knot is never that black.
 TEST_F(WoodFaults, FindsABlackHoleWhoseRimFades) {
   for (const auto& wood : {kOak, kSilver})

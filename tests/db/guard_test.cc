@@ -142,6 +142,32 @@ TEST_F(GuardTest, WhatTheShellDoesToTheSchemaIsFound) {
   EXPECT_THAT(opened.error().message, HasSubstr("trigger allocations_are_kept is not this program's"));
 }
 
+TEST_F(GuardTest, WhatIsMissingOfTheSchemaIsNamed) {
+  for (const char* what : {"VIEW allocation_parts", "VIEW piece_states", "INDEX allocations_of_job"}) {
+    CellDatabase other;
+    fill(other);
+    { const Database closed = std::move(other.database()); }
+    tamper(other.file(), std::string("DROP ") + what);
+    const auto opened = Database::open(other.file());
+    ASSERT_FALSE(opened.ok()) << what;
+    EXPECT_THAT(opened.error().message, HasSubstr("is not this program's"));
+    EXPECT_THAT(opened.error().message, HasSubstr(std::string(what).substr(std::string(what).find(' ')))) << what;
+  }
+}
+
+// One bit, and the column is no key any more but of another type: SQLite finds nothing wrong with a table that has no
+// row yet.
+TEST_F(GuardTest, AKeyOfTheIndexOfWoodThatFlippedIsFound) {
+  { const Database closed = std::move(cell.database()); }
+  damage_unseen(cell.file(), "\"allocation_boxes_parent\"(nodeno INTEGER PRIMARY KEY",
+                "\"allocation_boxes_parent\"(nodeno INTEGER RRIMARY KEY");
+  std::filesystem::remove(cell.file().string() + ".clean");
+  const auto opened = Database::open(cell.file());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(opened.error().message, HasSubstr("table allocation_boxes_parent is not this program's"));
+}
+
 TEST_F(GuardTest, OutsideAStoresTransactionNoStatementWrites) {
   for (const auto& table : tables()) {
     EXPECT_THROW(sql().exec("DELETE FROM " + table), SQLite::Exception) << table;

@@ -56,6 +56,7 @@ TEST_F(ProofFigures, AreGreenForAFaultlessCell) {
   EXPECT_EQ(proof.unclaimed_cuts, 0U);
   EXPECT_EQ(proof.unattributed_scans, 0U);
   EXPECT_EQ(proof.wood_used_twice, 0U);
+  EXPECT_EQ(proof.jobs.at(0).holed_pieces, 0U) << "the panel's hole lies beside the pieces";
   ASSERT_TRUE(write_proof(proof, dir_).ok());
   EXPECT_TRUE(std::filesystem::exists(dir_ / "side-by-side-7.png"));
   const nlohmann::json json = to_json(proof);
@@ -129,6 +130,18 @@ TEST_F(ProofFigures, SeeAMissingMark) {
   const Proof proof = judge({.no_mark = true});
   EXPECT_EQ(proof.jobs.at(0).unreadable_ids, 1U);
   EXPECT_EQ(proof.jobs.at(0).wrong_pieces, 0U);
+}
+
+TEST_F(ProofFigures, SeeAScrewHoleInAPiece) {
+  const Proof proof = judge({.screw_hole = true});
+  EXPECT_EQ(proof.jobs.at(0).holed_pieces, 1U);
+  EXPECT_THAT(proof.jobs.at(0).notes, ::testing::Contains(::testing::HasSubstr("A1-9 has a hole of the panel in it")));
+  EXPECT_EQ(to_json(proof)["jobs"][0]["holed_pieces"], 1);
+  EXPECT_THAT(veneer::testing::schema_errors(to_json(proof), "demo-report.schema.json"), ::testing::IsEmpty());
+  expect_green_edges(proof);
+  expect_green_marks(proof);
+  expect_green_picture(proof);
+  expect_green_ledger(proof);
 }
 
 TEST_F(ProofFigures, SeeADeletedLedgerRow) {

@@ -73,13 +73,20 @@ void put_line(calib::WorkMap& map, const cv::Point2d& from, const cv::Point2d& t
   for (double s = 0; s <= length; s += 0.1) put_disc(map, from + (to - from) * (s / length), width, bgr);
 }
 
-void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, double dark) {
+void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, const cv::Scalar& left) {
   for (int r = 0; r < map.bgr.rows; ++r)
     for (int c = 0; c < map.bgr.cols; ++c) {
       const double x = ((c + 0.5) / kPxPerMm - centre.x) / wide, y = ((r + 0.5) / kPxPerMm - centre.y) / tall;
-      const double depth = std::clamp((1 - 2 * std::hypot(x, y)) * 3, 0.0, 1.0) * (1 - dark);
-      map.bgr.at<cv::Vec3b>(r, c) = map.bgr.at<cv::Vec3b>(r, c) * (1 - depth);
+      const double depth = std::clamp((1 - 2 * std::hypot(x, y)) * 3, 0.0, 1.0);
+      for (int k = 0; k < 3; ++k) {
+        auto& level = map.bgr.at<cv::Vec3b>(r, c)[k];
+        level = cv::saturate_cast<std::uint8_t>(level * (1 - depth * (1 - left[k])));
+      }
     }
+}
+
+void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, double left) {
+  put_knot(map, centre, wide, tall, cv::Scalar::all(left));
 }
 
 }  // namespace veneer::drawn

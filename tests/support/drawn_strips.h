@@ -30,15 +30,17 @@ struct DrawnBoard {
 constexpr double kPxPerMm = 6;
 
 // Woods of workshops.
-inline const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31);
+inline const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31), kWenge(37, 52, 74),
+    kPadauk(38, 66, 164);
 
 calib::WorkMap draw(const DrawnBoard& board);
 // 255 on the strip.
 cv::Mat place_of(const DrawnStrip& strip, const cv::Size& size);
-// A disc, a line with round ends, and a knot: dark in the middle by `dark` of the wood's light, fading over its outer
-// third.
+// A disc, a line with round ends, and a knot: in the middle so much of the wood's light is left of each colour, or of
+// all of them, and it fades over its outer third.
 void put_disc(calib::WorkMap& map, const cv::Point2d& centre, double diameter, const cv::Scalar& bgr);
 void put_line(calib::WorkMap& map, const cv::Point2d& from, const cv::Point2d& to, double width, const cv::Scalar& bgr);
-void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, double dark);
+void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, const cv::Scalar& left);
+void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, double left);
 
 }  // namespace veneer::drawn

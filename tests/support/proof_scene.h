@@ -33,6 +33,7 @@ struct SceneFaults {
   bool lost_piece = false;           // the last piece is in the ledger only
   bool skip_cut = false;             // the last piece was booked but never cut
   double browned_mm = 0;             // of the show face beside each cut
+  bool screw_hole = false;           // in the first piece, of the panel that it was cut from
   bool quarter_turned_mark = false;  // on the first piece, engraved so for want of room
 };
 
@@ -98,6 +99,7 @@ class ProofScene {
       sheet_->tags.push_back(tag);
     }
     sheet_->holes = {{{30, 8}, 6}, {{100, 8}, 6}, {{40, 102}, 6}};
+    sheet_->screw_holes = {{{100, 50}, 4.5}};  // beside the pieces
   }
 
   void claim_panel() {
@@ -151,6 +153,11 @@ class ProofScene {
       const Vec2 centre = piece.sheet_from_artwork.turned(low + Vec2{kPieceX / 2, kPieceY / 2});
       piece.sheet_from_artwork.shift = Vec2{32.0 + 28 * column, 40.0 + 28 * row} - centre;
       pieces_.push_back(piece);
+    }
+    if (faults_.screw_hole) {
+      // It reaches into the piece with a part of it only.
+      const Vec2 corner = pieces_[0].sheet_from_artwork(pieces_[0].artwork[0]);
+      sheet_->screw_holes.push_back({corner + Vec2{-0.5, -0.5}, 4.5});
     }
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
       cut(i);

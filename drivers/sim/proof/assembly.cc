@@ -344,6 +344,28 @@ Residual edge_of_all(const ClaimedJob& job, const std::vector<FoundPiece>& found
   return edge.result();
 }
 
+// Whether the sheet truly has a hole within the piece: a rim that its edge grazes by less than edges err is none.
+bool is_holed(const FoundPiece& piece) {
+  constexpr double kGrazed = 0.05;  // mm
+  std::vector<cv::Point2f> edge;
+  edge.reserve(piece.cut->contour.size());
+  for (const Vec2& p : piece.cut->contour) edge.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y));
+  const auto lies_within = [&](const sim::TrueHole& hole) {
+    const cv::Point2f centre(static_cast<float>(hole.centre.x), static_cast<float>(hole.centre.y));
+    return cv::pointPolygonTest(edge, centre, true) > kGrazed - hole.diameter_mm / 2;
+  };
+  return std::ranges::any_of(piece.sheet->screw_holes, lies_within) ||
+         std::ranges::any_of(piece.sheet->holes, lies_within);
+}
+
+void count_holed(const ClaimedJob& job, const std::vector<FoundPiece>& found, JobProof& proof) {
+  for (const FoundPiece& piece : found) {
+    if (!is_holed(piece)) continue;
+    ++proof.holed_pieces;
+    proof.notes.push_back("the piece cut as " + job.pieces[piece.cut_as].mark + " has a hole of the panel in it");
+  }
+}
+
 // The pieces whose mark names a patch; the others are entered as unreadable.
 std::vector<std::size_t> readable_pieces(const ClaimedJob& job, const std::vector<FoundPiece>& found, JobProof& proof) {
   std::vector<std::size_t> readable;
@@ -386,6 +408,7 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     if (piece.state == "suspect") ++proof.suspect;
   }
   proof.edge = edge_of_all(job, found, threads);
+  count_holed(job, found, proof);
 
   Canvas canvas;
   if (!job.preview_file.empty()) {

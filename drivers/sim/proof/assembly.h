@@ -13,6 +13,7 @@
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
 //           clear margin (0.3 in correlation) over its own.
+// holed     the panel truly had a screw hole, or one through it, where the piece was cut.
 #pragma once
 
 #include <map>
@@ -48,6 +49,7 @@ struct JobProof {
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
   std::size_t wrong_by_correlation = 0;  // of pieces of a few blocks, and so also of many that are right
+  std::size_t holed_pieces = 0;          // cut where the panel has a screw hole
   std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans
   std::optional<double> picture_ssim;    // nothing without a preview
   std::optional<double> picture_ssim_joints_filled;

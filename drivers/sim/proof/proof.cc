@@ -212,6 +212,7 @@ json to_json(const Proof& proof) {
                            {"wrong_pieces", job.picture_ssim ? json(job.wrong_pieces) : json()},
                            {"wrong_by_correlation", job.picture_ssim ? json(job.wrong_by_correlation) : json()},
                            {"pieces_under_dust", job.picture_ssim ? json(job.pieces_under_dust) : json()},
+                           {"holed_pieces", job.holed_pieces},
                            {"mirrored_pieces", job.mirrored_pieces},
                            {"unreadable_ids", job.unreadable_ids},
                            {"picture_ssim", job.picture_ssim ? json(*job.picture_ssim) : json()},
