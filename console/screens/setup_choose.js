@@ -5,7 +5,8 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model} from "../model.js";
 import {command} from "../commands.js";
-import {button, fact, facts} from "../parts.js";
+import {button, fact, facts, hint} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 
 const kDevices = ["laser", "scanner", "camera"];
@@ -91,7 +92,8 @@ function options(name) {
   return [...found.pictures.map((one) => ({key: one.device, body: {kind: "file", device: one.device}, label: one.device.split("/").pop(), small: `${one.device}, ${t("choose.age", {span: span(one.age_s)})}`})), simulated];
 }
 
-const isTravel = (text) => Number(text) >= 50 && Number(text) <= 2000;
+const kTravel = {least: 50, most: 2000}, kDpi = {least: 75, most: 1200, whole: true, optional: true};
+const field = (key, rules) => ({label: t(`choose.${key}`), text: more[key], rules});
 
 function choices(name, isReal) {
   const all = options(name);
@@ -99,9 +101,11 @@ function choices(name, isReal) {
   const asking = name === "scanner" && !found.scanners;
   const real = name === "laser" && mark && mark.body.kind !== "sim", board = real && mark.body.kind === "lihuiyu";
   const backToSim = mark && mark.body.kind === "sim" && isReal;
-  const lacks = (board && !(isTravel(more.travel_x_mm) && isTravel(more.travel_y_mm))) || ((real || backToSim) && !sure[name]) || (mark && mark.body.kind === "sim" && !isReal);
+  const isSane = name === "scanner" && mark && mark.body.kind === "sane";
+  const bad = board ? firstFault(field("travel_x_mm", kTravel), field("travel_y_mm", kTravel)) : isSane ? firstFault(field("dpi", kDpi)) : null;
+  const lacks = bad || ((real || backToSim) && !sure[name]) || (mark && mark.body.kind === "sim" && !isReal);
   const busy = !mayDo("maintainer") || isStale() || !kRest.includes(model.cell.state);
-  const number = (key, least, most, hint = "") => h("label", {}, t(`choose.${key}`), h("input", {type: "number", min: least, max: most, step: "any", value: more[key], placeholder: hint, oninput: (event) => { more[key] = event.target.value; changed(); }}));
+  const number = (key, rules, placeholder = "") => numberField(t(`choose.${key}`), more[key], (text) => { more[key] = text; changed(); }, {...rules, placeholder, id: `choose-${key}`});
   return h("div", {"data-key": "choices"},
     asking ? (isBusy("devices") && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
@@ -109,11 +113,12 @@ function choices(name, isReal) {
       h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, ` ▲ ${asSentence(one.problem)}`))))),
     board && h("div.form", {},
       h("label", {}, t("choose.board"), h("select", {value: more.board, onchange: (event) => { more.board = event.target.value; changed(); }}, ...["m2", "m3"].map((one) => h("option", {value: one}, one.toUpperCase())))),
-      h("div.pair", {}, number("travel_x_mm", 50, 2000), number("travel_y_mm", 50, 2000)),
+      h("div.pair", {}, number("travel_x_mm", kTravel), number("travel_y_mm", kTravel)),
       h("p.dim", {}, t("choose.travel"))),
-    name === "scanner" && mark && mark.body.kind === "sane" && h("div.form", {}, number("dpi", 75, 1200, String(devices.scanner.dpi))),
+    isSane && h("div.form", {}, number("dpi", kDpi, String(devices.scanner.dpi))),
     (real || backToSim) && h("fieldset.confirm", {"data-key": "sure"}, h("legend", {}, t("confirm")), h("label", {},
       h("input", {type: "checkbox", id: `sure-${name}`, checked: Boolean(sure[name]), onchange: (event) => { sure[name] = event.target.checked; changed(); }}), h("span", {}, t(real ? "choose.sure" : `choose.simulate.${name}`)))),
+    bad && hint(faultWords(bad)),
     mark && h("div.commands", {}, button(t("choose.take", {device: t(name)}), () => take(name, mark.body, backToSim), {wide: true, id: `choose-${name}`, needs: "maintainer",
       disabled: busy || Boolean(lacks), small: t("choose.take.small")})));
 }
@@ -122,8 +127,8 @@ async function take(name, body, backToSim) {
   const whole = {...body};
   if (name === "laser" && body.kind !== "sim") whole.confirmed = [kRealLaser];
   if (backToSim) whole.confirmed = [kSimulation];
-  if (body.kind === "lihuiyu") Object.assign(whole, {board: more.board, travel_x_mm: Number(more.travel_x_mm), travel_y_mm: Number(more.travel_y_mm)});
-  if (body.kind === "sane" && more.dpi) whole.dpi = Number(more.dpi);
+  if (body.kind === "lihuiyu") Object.assign(whole, {board: more.board, travel_x_mm: numberOf(more.travel_x_mm), travel_y_mm: numberOf(more.travel_y_mm)});
+  if (body.kind === "sane" && more.dpi.trim()) whole.dpi = numberOf(more.dpi);
   const told = await command(`/devices/${name}`, {body: whole});
   if (!told) return;
   devices = told;

@@ -1,0 +1,223 @@
+#!/usr/bin/python3
+"""page_test.py CONSOLE: the page's own functions, and cards that are given a cell, in Chromium without a daemon.
+
+The page's files are served as they are; what it would ask the cell for is answered here, and noted.
+"""
+import http.server
+import os
+import sys
+import threading
+import unittest
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+CONSOLE = sys.argv[1]
+PATIENCE_S = 60
+
+
+class Files(http.server.SimpleHTTPRequestHandler):
+    """/console/... from the tree; / is the page's frame without its scripts."""
+    extensions_map = {".js": "text/javascript", ".css": "text/css", ".html": "text/html"}
+
+    def translate_path(self, path):
+        return os.path.join(CONSOLE, path.split("?")[0].removeprefix("/console/").lstrip("/"))
+
+    def do_GET(self):
+        if self.path != "/":
+            return super().do_GET()
+        with open(os.path.join(CONSOLE, "index.html"), encoding="utf-8") as file:
+            lines = [line for line in file if "<script" not in line]
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+        self.wfile.write("".join(lines).encode())
+
+    def log_message(self, *_):
+        pass
+
+
+# Answers the page, notes what it asks for, and gives modules their words.
+STAGE = """
+    window.asked = [];
+    window.answers = {};
+    window.fetch = async (path, how = {}) => {
+      window.asked.push({path: String(path), method: how.method || 'GET', body: typeof how.body === 'string' ? JSON.parse(how.body) : null});
+      const [, told] = Object.entries(window.answers).find(([part]) => String(path).includes(part)) || ['', {}];
+      return {ok: !told.error, status: told.error ? 409 : 200, json: async () => told};
+    };"""
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Files)
+        threading.Thread(target=cls.server.serve_forever, daemon=True).start()
+        options = webdriver.ChromeOptions()
+        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
+            options.add_argument(argument)
+        options.binary_location = "/usr/bin/chromium"
+        cls.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        cls.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": STAGE})
+        cls.browser.set_script_timeout(PATIENCE_S)
+        cls.speak("en")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.quit()
+        cls.server.shutdown()
+
+    @classmethod
+    def speak(cls, language):
+        place = f"http://127.0.0.1:{cls.server.server_address[1]}/"
+        cls.browser.get(place)
+        cls.browser.execute_script("localStorage.setItem('veneer_language', arguments[0])", language)
+        cls.browser.get(place)
+
+    def does(self, script, *values):
+        """An async function's body, with load(module) and the values as `given`; what it returns."""
+        told = self.browser.execute_async_script(
+            "const done = arguments[arguments.length - 1], given = [...arguments].slice(0, -1), load = (module) => import(`/console/${module}`);"
+            "(async () => {" + script + "})().then((value) => done({value: value === undefined ? null : value}), (fault) => done({fault: String(fault.stack || fault)}));", *values)
+        self.assertNotIn("fault", told, told.get("fault"))
+        return told["value"]
+
+
+class Numbers(Page):
+    def fault(self, text, **rules):
+        return self.does("return (await load('fields.js')).faultOf(...given)", text, rules)
+
+    def number(self, text):
+        return self.does("const value = (await load('fields.js')).numberOf(...given); return Number.isNaN(value) ? null : value", text)
+
+    def test_a_comma_is_a_point(self):
+        for text, value in (("12", 12), ("1.5", 1.5), ("1,5", 1.5), (" 1,5 ", 1.5), (",5", .5), ("7,", 7), ("-2", -2), ("0", 0)):
+            with self.subTest(text):
+                self.assertEqual(self.number(text), value)
+                self.assertEqual(self.fault(text), "")
+
+    def test_what_is_none_is_refused(self):
+        for text in ("+5", "1e3", "1E3", "1,5,2", "1.000,5", "0x10", "ten", "5 mm", "--5", ".", ",", "-", "Infinity", "NaN", "1" * 400):
+            with self.subTest(text):
+                self.assertIn("no number", self.fault(text))
+        self.assertIsNone(self.number("1e3"))
+
+    def test_blank_is_missing_unless_it_may_be(self):
+        for text in ("", "  "):
+            self.assertIn("missing", self.fault(text))
+            self.assertEqual(self.fault(text, optional=True), "")
+
+    def test_whole_and_bounds(self):
+        self.assertEqual(self.fault("3", whole=True), "")
+        for text in ("3.5", "3,0", "3."):
+            with self.subTest(text):
+                self.assertIn("whole number", self.fault(text, whole=True))
+        self.assertEqual(self.fault("1", least=1, most=20), "")
+        self.assertEqual(self.fault("0.9", least=1), "At least 1.")
+        self.assertEqual(self.fault("20,5", most=20), "At most 20.")
+
+    def test_the_fault_stands_at_its_field(self):
+        seen = self.does("""
+            const {numberField} = await load('fields.js'), {put} = await load('dom.js');
+            let typed = '1,5';
+            const draw = () => put(document.getElementById('main'), numberField('Passes', typed, (text) => { typed = text; draw(); }, {whole: true, least: 1, id: 'passes'}));
+            draw();
+            const field = document.getElementById('passes'), before = document.getElementById('main').innerText;
+            field.value = '2';
+            field.dispatchEvent(new Event('input'));
+            return [before, field.getAttribute('aria-invalid'), document.getElementById('main').innerText, document.getElementById('passes') === field]""")
+        self.assertIn("whole number", seen[0])
+        self.assertEqual(seen[1:], [None, "Passes", True], "the field stays, and its fault goes")
+
+
+class FirstSize(Page):
+    def size(self, panels, *longer):
+        return self.does("return (await load('first_size.js')).firstSize(...given)", panels, *longer)
+
+    def test_modest_while_no_panel_is_known(self):
+        self.assertEqual(self.size([]), {"size_mm": 190, "patch_mm": 14, "no_wood": False})
+        self.assertEqual(self.size([{"retired": {"reason": "lent"}, "free_mm2": 5e4}]), {"size_mm": 190, "patch_mm": 14, "no_wood": False})
+
+    def test_least_where_nothing_is_free(self):
+        least = {"size_mm": 20, "patch_mm": 5, "no_wood": True}
+        self.assertEqual(self.size([{"retired": None, "free_mm2": 0}]), least)
+        self.assertEqual(self.size([{"retired": None, "free_mm2": 4e4, "scan_again": "sanded"}]), least, "it waits for a scan")
+        self.assertEqual(self.size([{"retired": None, "free_mm2": 0}, {"retired": {"reason": "lent"}, "free_mm2": 4e4}]), least)
+
+    def test_it_grows_with_the_wood_and_never_asks_for_more_than_there_is(self):
+        before = 0
+        for free in (100, 1e3, 5e3, 2e4, 1e5, 1e6, 1e8):
+            for longer in (1, 1.5, 4):
+                told = self.size([{"retired": None, "free_mm2": free / 2}, {"retired": None, "free_mm2": free / 2}], longer)
+                self.assertFalse(told["no_wood"])
+                self.assertGreaterEqual(told["size_mm"], 20)
+                self.assertLessEqual(told["size_mm"], 360)
+                self.assertGreaterEqual(told["patch_mm"], 5)
+                if told["size_mm"] > 20:
+                    self.assertLess(told["size_mm"] ** 2 * longer, free / 2)
+            self.assertGreaterEqual(told["size_mm"], before)
+            before = told["size_mm"]
+
+
+# A cell that is Idle before an operator, with a job whose pieces are cut.
+CELL = """
+    const {model} = await load('model.js'), {put} = await load('dom.js'), main = document.getElementById('main');
+    const given_to = (fresh) => { model.cell = {state: 'Idle', reason: '', tasks: [], jobs: [], calibration: {}, interlocks: [], panels: 0, ...fresh}; model.cellAt = performance.now(); };
+    model.role = 'operator';
+    given_to({});
+    const until = async (is) => { for (let i = 0; i < 500; ++i) { const told = is(); if (told) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it did not come: ' + is); };
+"""
+
+
+class Cards(Page):
+    def setUp(self):
+        self.speak("en")  # each with modules of its own
+
+    def test_a_sketch_of_other_numbers_is_marked_as_old(self):
+        seen = self.does(CELL + """
+            const page = await load('screens/new_picture.js'), dot = await (await load('sketch.js'));
+            const paper = document.createElement('canvas');
+            paper.width = 60; paper.height = 40;
+            const picture = new File([await new Promise((made) => paper.toBlob(made))], 'dot.png', {type: 'image/png'});
+            const {preview} = {preview: paper.toDataURL('image/jpeg').split(',')[1]};
+            window.answers['/plans/sketch'] = {preview_jpeg: preview, width_mm: 60, height_mm: 40, pieces: 6, likeness: .5, layout: 'grid', unfilled: 0, patch_mm: 14, left_out: []};
+            const draw = () => { given_to({panels: 0}); put(main, page.draw()); };
+            const sheet = (css) => { draw(); return main.querySelector(css); };
+            draw();
+            const proposed = [main.querySelector('#picture-size').value, main.querySelector('#picture-patch').value];
+            const files = new DataTransfer();
+            files.items.add(picture);
+            const input = main.querySelector('#picture-file');
+            input.files = files.files;
+            input.dispatchEvent(new Event('change'));
+            await until(() => sheet('#sketch-picture'));
+            const fresh = main.querySelector('.sketch.old') !== null, field = main.querySelector('#picture-size');
+            const type = (text) => { field.value = text; field.dispatchEvent(new Event('input')); draw(); };
+            type('1e3');
+            const old = [main.querySelector('.sketch.old') !== null, main.querySelector('.sketch').innerText.includes('of the numbers before'), main.querySelector('#do-plan').disabled];
+            const before = window.asked.filter(({path}) => path.includes('/sketch')).length;
+            type('150,5');
+            await until(() => { draw(); return window.asked.filter(({path}) => path.includes('/sketch')).length > before; });
+            const last = window.asked.filter(({path}) => path.includes('/sketch')).pop().path;
+            await until(() => { draw(); return !main.querySelector('.sketch.old'); });
+            return {proposed, fresh, old, size: new URLSearchParams(last.split('?')[1]).get('size_mm'), may: !main.querySelector('#do-plan').disabled}""")
+        self.assertEqual(seen, {"proposed": ["190", "14"], "fresh": False, "old": [True, True, True], "size": "150.5", "may": True})
+
+    def test_the_first_size_follows_the_wood_until_a_picture_is_there(self):
+        seen = self.does(CELL + """
+            const page = await load('screens/new_picture.js');
+            const look = (...panels) => { model.panels = panels; given_to({panels: panels.length}); put(main, page.draw()); return [main.querySelector('#picture-size').value, main.querySelector('#picture-patch').value, Boolean(main.querySelector('#no-wood'))]; };
+            const sheet = (free_mm2) => ({id: 'P-0001', free_mm2, retired: null});
+            const none = look(), some = look(sheet(2e4)), empty = look(sheet(0));
+            const field = main.querySelector('#picture-size');
+            field.value = '55';
+            field.dispatchEvent(new Event('input'));
+            return [none, some[0], empty, look(sheet(2e4))[0]]""")
+        self.assertEqual(seen[0], ["190", "14", False])
+        self.assertTrue(20 < int(seen[1]) < 190, seen)
+        self.assertEqual(seen[2], ["20", "5", True])
+        self.assertEqual(seen[3], "55", "what somebody typed stays")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
