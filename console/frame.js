@@ -2,7 +2,7 @@
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {isStale, model} from "./model.js";
-import {chosenInstead, give, kSteps, mayCommand} from "./commands.js";
+import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
 import {button, link} from "./parts.js";
 import {loadPictures} from "./pictures.js";
 import {countOf} from "./alarms.js";
@@ -68,8 +68,8 @@ function showNext(next) {
     h("p", {}, h("b", {}, t("next")), " ", ...(job ? [ownNext(next, job)] : saidNext(next)),
       !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
     // After an abort: one decision at a time, wherever one is.
-    next.step === "settle" && here !== "run" && oneSuspect(),
-    next.step === "clear" && here !== "run" && button(t("do.clear"), () => give("clear"), {disabled: !mayCommand("clear") || isStale()}),
+    next.step === "settle" && oneSuspect(),
+    next.step === "clear" && button(t("do.clear"), clearing(), {disabled: !mayClear()}),
     screen && here !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
   loadPictures($("next"), true);
 }

@@ -159,6 +159,56 @@ class FirstSize(Page):
             before = told["size_mm"]
 
 
+class Remedies(Page):
+    def told(self, sentence):
+        parts = self.does("return (await load('by_page.js')).byPage(...given)", sentence)
+        return "".join(part if isinstance(part, str) else part["text"] for part in parts), [part["href"] for part in parts if not isinstance(part, str)]
+
+    def check(self, sentence, words, *hrefs):
+        with self.subTest(sentence):
+            self.assertEqual(self.told(sentence), (words, list(hrefs)))
+
+    def test_each_by_its_button(self):
+        lost = "Run: A1-2: It is lost: find other wood"
+        for sentence, words, *hrefs in (
+            ("piece A1-2 of job 3 is cut: make it again with `veneerctl job redo 3 A1-2 --lost`", f"piece A1-2 of job 3 is cut: make it again with “{lost}”", "#run"),
+            ("it is good: say --lost", "it is good: say “Run: It is lost: find other wood”", "#run"),
+            ("panel P-0001 has no edit 4: see `veneerctl panel mask P-0001 --list`", "panel P-0001 has no edit 4: see “Panels: P-0001: Painted by hand”", "#panels/P-0001"),
+            ("take some back (--list)", "take some back (“Panels: Painted by hand”)", "#panels"),
+            ("turn it over and run veneerctl panel scan --face back --panel P-0003", "turn it over and go to “Scan: back: P-0003”", "#scan"),
+            ("scan its other face with --face back", "scan its other face with “Scan: back”", "#scan"),
+            ("say --face back --panel P-0003, then again", "say “Scan: back: P-0003”, then again", "#scan"),
+            ("say it with `veneerctl job settle 3 A1-2 scrap`", "say it with “Run: A1-2: Lost”", "#run"),
+            ("say it with veneerctl job settle 3 A1-2 released, or wait", "say it with “Run: A1-2: Never touched”, or wait", "#run"),
+            ("say it with veneerctl job settle 3 A1-2 cut", "say it with “Run: A1-2: Good”", "#run"),
+            ("look at each piece and say it with veneerctl job settle 3 PIECE VERDICT", "look at each piece and say it with “Run: Suspect pieces”", "#run"),
+            ("look at each, then say veneerctl job settle 2 --as-seen --there scrap --pieces A1-1 A2-1 (or released for scrap, when none is burnt)",
+             "look at each, then say “Run: A1-1, A2-1: Lost” (or “Run: Never touched”, when none is burnt)", "#run", "#run"),
+            ("lay each on the scanner (veneerctl panel scan)", "lay each on the scanner (“Scan: Scan”)", "#scan"),
+            ("begin the series anew with veneerctl panel scan --anew", "begin the series anew with “Scan: Scan and begin a new series”", "#scan"),
+            ("panel P-0001 was retired: run `veneerctl panel restore P-0001`, or scan the sheet", "panel P-0001 was retired: go to “Panels: Put P-0001 back in stock”, or scan the sheet", "#panels/P-0001"),
+            ("it is aborted; veneerctl job start 3 goes on with it", "it is aborted; “Run: job 3: Start” goes on with it", "#run"),
+            ("lay the grid on it and run veneerctl calibrate scanner", "lay the grid on it and go to “Set up: Scanner”", "#setup/scanner"),
+            ("Make one: with the button in Settings, or with veneerctl db backup.", "Make one: with the button in Settings, or with “Settings: Back up now”.", "#settings"),
+            ("see to it and confirm all of it, with veneerctl by --confirm \"exhaust\" --confirm \"air assist\"", "see to it and confirm all of it, with the ticks “exhaust”, “air assist”"),
+            ("there, then `veneerctl panel decide P-0002 4 written-off`, or `... accepted` when", "there, then “Panels: P-0002: Write it off”, or “Panels: Leave it as it is” when", "#panels/P-0002", "#panels")):
+            self.check(sentence, words, *hrefs)
+
+    def test_what_the_page_has_no_button_for_stays(self):
+        for sentence in ("name it as `veneerctl panel merge` does", "see veneerctl scanner list, and correct it", "try `veneerctl job redo 3 --never-heard-of`",
+                         "run veneerctl frobnicate --list 3", "veneerctl job redo 3 --never-heard-of", "an ordinary sentence -- with dashes, and --x-mm", "a `quoted` word", "an odd ` mark", "", "veneerctl"):
+            self.check(sentence, sentence)
+
+    def test_in_the_pages_language(self):
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+        self.check("run `veneerctl panel scan --face back --panel P-0003`", "go to „Scannen: Rückseite: P-0003“", "#scan")
+        seen = self.does("""
+            const {inEnglish} = await load('parts.js'), node = inEnglish('find other wood with veneerctl job redo 3 A1-2 now');
+            return [node.lang, [...node.children].map((one) => [one.nodeName, one.lang, one.getAttribute('href')]), node.textContent]""")
+        self.assertEqual(seen, ["en", [["A", "de", "#run"]], "find other wood with „Schneiden: A1-2: Anderes Holz suchen“ now"])
+
+
 # A cell that is Idle before an operator, with a job whose pieces are cut.
 CELL = """
     const {model} = await load('model.js'), {put} = await load('dom.js'), main = document.getElementById('main');
@@ -173,13 +223,67 @@ class Cards(Page):
     def setUp(self):
         self.speak("en")  # each with modules of its own
 
+    def test_clear_is_about_what_was_shown(self):
+        told = self.does(CELL + """
+            const {clearing, mayClear} = await load('commands.js'), stopped = (reason) => ({state: 'Aborted', reason});
+            // As a status tells it.
+            window.answers['/status'] = {state: 'Idle', reason: '', tasks: []};
+            const tell = async (fresh) => { window.answers['/status'] = {tasks: [], ...fresh}; await (await load('model.js')).askStatus(); };
+            await tell({state: 'Execute', reason: ''});
+            await tell(stopped('the lid was opened'));
+            const atOnce = mayClear();
+            await until(mayClear);
+            const press = clearing();
+            await tell(stopped('STOP was pressed'));
+            press();
+            const other = window.asked.filter(({path}) => path.includes('/commands/clear')).length;
+            await until(mayClear);
+            clearing()();
+            await until(() => window.asked.some(({path}) => path.includes('/commands/clear')));
+            return [atOnce, other]""")
+        self.assertEqual(told, [False, 0], "not at once, and not of another thing")
+
+    def test_what_is_in_the_way_shuts_the_first_cut_and_calibration_off(self):
+        told = self.does(CELL + """
+            const {cutStep} = await load('screens/setup_wood.js'), {cameraStep, laserStep} = await load('screens/setup_calibrate.js');
+            model.role = 'maintainer';
+            model.jobs = [{id: 1, name: 'bird', state: 'planned', cut: 0, pieces: 4}];
+            const about = {hands: true, certificate: () => ({rms_mm: .01}), setup: {collected: {view_heights_mm: [], grid_scans: 0}, panel_thickness_mm: 2.1}};
+            const look = (css, step, ...interlocks) => { given_to({interlocks}); put(main, step.body(about)); return [main.querySelector(css).disabled, (main.querySelector('[data-blocked]') || {}).innerText || '']; };
+            const camera = {name: 'camera', state: 'blocks', sentence: 'the camera is silent', remedy: 'See to it.'}, machine = {name: 'machine', state: 'blocks', sentence: 'the controller says Alarm', remedy: 'Reset.'};
+            const warns = {...machine, state: 'warns'};
+            return [look('#do-begin', cutStep), look('#do-begin', cutStep, camera), look('#do-begin', cutStep, machine), look('#do-begin', cutStep, warns),
+                    look('#do-camera', cameraStep), look('#do-camera', cameraStep, camera), look('#do-camera', cameraStep, machine), look('#do-laser', laserStep), look('#do-laser', laserStep, machine)]""")
+        silent, alarm = "▲ Bed camera: The camera is silent. See to it.", "▲ Machine: The controller says Alarm. Reset."
+        self.assertEqual(told, [[False, ""], [True, silent], [True, alarm], [False, ""], [False, ""], [True, silent], [False, ""], [False, ""], [True, alarm]])
+
+    def test_the_power_of_a_frame_is_used_as_it_is_shown(self):
+        told = self.does(CELL + """
+            const run = await load('screens/run.js'), suspended = {state: 'Suspended', confirm: [], load: {panel: 'P-0001', found: true, rms_mm: .01, frame_max_power: .03}};
+            const draw = () => { given_to(suspended); put(main, run.draw()); };
+            const out = [];
+            for (const typed of ['1,25', '0.04', '2.96', '3.1', 'x']) {
+              draw();
+              const field = main.querySelector('#frame-power'), button = () => main.querySelector('.frame button');
+              field.value = typed;
+              field.dispatchEvent(new Event('input'));
+              draw();
+              const before = window.asked.length, words = button().innerText;
+              button().click();
+              const sent = window.asked.slice(before).find(({path}) => path.includes('/commands/frame'));
+              out.push([words.split('\\n')[0], button().disabled ? null : sent.body && sent.body.power]);
+              await new Promise((go) => setTimeout(go, 0));
+            }
+            return out""")
+        self.assertEqual(told, [["Trace the frame at 1.3 % power", .013], ["Trace the frame, dark", None], ["Trace the frame at 3 % power", .03], ["Trace the frame, dark", None], ["Trace the frame, dark", None]])
+
     def test_a_sketch_of_other_numbers_is_marked_as_old(self):
         seen = self.does(CELL + """
-            const page = await load('screens/new_picture.js'), dot = await (await load('sketch.js'));
+            const page = await load('screens/new_picture.js');
             const paper = document.createElement('canvas');
             paper.width = 60; paper.height = 40;
             const picture = new File([await new Promise((made) => paper.toBlob(made))], 'dot.png', {type: 'image/png'});
-            const {preview} = {preview: paper.toDataURL('image/jpeg').split(',')[1]};
+            const preview = paper.toDataURL('image/jpeg').split(',')[1];
             window.answers['/plans/sketch'] = {preview_jpeg: preview, width_mm: 60, height_mm: 40, pieces: 6, likeness: .5, layout: 'grid', unfilled: 0, patch_mm: 14, left_out: []};
             const draw = () => { given_to({panels: 0}); put(main, page.draw()); };
             const sheet = (css) => { draw(); return main.querySelector(css); };
