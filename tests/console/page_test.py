@@ -209,6 +209,37 @@ class Remedies(Page):
         self.assertEqual(seen, ["en", [["A", "de", "#run"]], "find other wood with „Schneiden: A1-2: Anderes Holz suchen“ now"])
 
 
+class Log(Page):
+    def told(self, what, detail):
+        return self.does("return (await load('screens/log_words.js')).told(...given)", what, detail)
+
+    def test_sentences_instead_of_json(self):
+        for what, detail, words in (
+            ("api.newJob", "POST /api/v1/jobs?name=refined&patch_mm=10&remnants_first=0&size_mm=30 (81490 bytes)", "/jobs: name refined, patch 10 mm, remnants first 0, size 30 mm, 81490 bytes"),
+            ("api.command", "POST /api/v1/commands/reset {}", "/commands/reset"),
+            ("api.scan", 'POST /api/v1/scans {"accept":true,"face":"show","more":false}', "/scans: accept, face show"),
+            ("api.scan.done", '{"face":"show","new":true,"panel":"P-0001","remarks":[],"size_mm":[239.978,160.037],"usable_mm2":19763.1,"zones":6}', "face show, new, panel P-0001, size 240 mm × 160 mm, usable 197.6 cm², zones 6"),
+            ("api.scan.failed", '{"error":{"code":"refused","message":"panel \\"P-0001\\" is \\u201cbent\\u201d"}}', 'panel "P-0001" is “bent”'),
+            ("api.scan.failed", '"the \\"glass\\" is empty"', 'the "glass" is empty'),
+            ("cell.frame", "0.025; confirmed: exhaust, air assist", "at 2.5 % power; confirmed: exhaust, air assist"),
+            ("cell.frame", "0.000; confirmed: ", "dark"),
+            ("run.end", "run 3 of job 12 on P-0001", "run 3 of job 12 on P-0001"),
+            ("x", "{not json", "{not json"), ("x", "", ""), ("x", "POST /api/v1/x {not json}", "POST /api/v1/x {not json}"), ("x", "GET /a%ZZ", "asked for /a%ZZ")):
+            with self.subTest(detail):
+                self.assertEqual(self.told(what, detail), words)
+
+    def test_what_somebody_typed_is_text(self):
+        seen = self.does("""
+            const nasty = '<img src=x onerror="window.burnt = 1">', {model} = await load('model.js'), {put} = await load('dom.js');
+            window.answers['/audit'] = {entries: [{id: 1, at: '2026-05-01T07:30:00Z', who: nasty, what: nasty, detail: JSON.stringify({name: nasty, job: nasty})},
+                                                  {id: 2, at: '2026-05-01T07:30:00Z', who: 'x', what: 'job', detail: 'job 3 ' + nasty}], next: null};
+            const log = await load('screens/log.js'), main = document.getElementById('main');
+            log.enter();
+            for (let i = 0; i < 200 && !main.querySelector('tbody'); ++i) { await new Promise((go) => setTimeout(go, 10)); put(main, ...log.draw()); }
+            return [main.querySelectorAll('img').length, Boolean(window.burnt), main.querySelectorAll('a[href="#history/3"]').length, document.getElementById('log-text').placeholder, main.innerText.includes(nasty)]""")
+        self.assertEqual(seen, [0, False, 1, "who, P-0001, A3-12", True])
+
+
 # A cell that is Idle before an operator, with a job whose pieces are cut.
 CELL = """
     const {model} = await load('model.js'), {put} = await load('dom.js'), main = document.getElementById('main');
@@ -242,6 +273,32 @@ class Cards(Page):
             await until(() => window.asked.some(({path}) => path.includes('/commands/clear')));
             return [atOnce, other]""")
         self.assertEqual(told, [False, 0], "not at once, and not of another thing")
+
+    def test_an_open_series_is_the_cells(self):
+        seen = self.does(CELL + """
+            const {openSeries} = await load('screens/scan.js'), mine = {result: {tiles: 2}};
+            return [openSeries({open_scan: null}, mine), openSeries({open_scan: {tiles: 3, panel: 'P-0001', face: 'back'}}, null), openSeries({}, mine), openSeries({}, {result: {tiles: 1, panel: 'P-0001'}}), openSeries({}, null)]""")
+        self.assertEqual(seen, [None, {"tiles": 3, "panel": "P-0001", "face": "back"}, {"tiles": 2, "panel": None, "face": None}, None, None])
+
+    def test_a_series_is_begun_anew_as_it_is_shown(self):
+        told = self.does(CELL + """
+            const scan = await load('screens/scan.js'), asked = () => window.asked.filter(({path}) => path.endsWith('/scans')).map(({body}) => body);
+            window.confirm = () => true;
+            window.answers['/proposals'] = {proposals: []};
+            window.answers['/status'] = {state: 'Idle', reason: '', tasks: []};
+            const draw = (tiles) => { given_to({open_scan: {tiles, panel: null, face: 'show'}}); put(main, scan.draw()); return main.querySelector('#scan-anew'); };
+            draw(1);
+            const words = main.querySelector('[data-key=series]').innerText, stale = draw(2);
+            const atOnce = stale.disabled;
+            await until(() => !draw(2).disabled);
+            given_to({open_scan: {tiles: 3, panel: null, face: 'show'}});
+            main.querySelector('#scan-anew').click();
+            const other = asked().length;
+            await until(() => !draw(3).disabled);
+            main.querySelector('#scan-anew').click();
+            await until(() => asked().length);
+            return [words.includes('1 tile is scanned'), atOnce, other, asked()]""")
+        self.assertEqual(told, [True, True, 0, [{"face": "show", "more": False, "anew": True}]])
 
     def test_what_is_in_the_way_shuts_the_first_cut_and_calibration_off(self):
         told = self.does(CELL + """
