@@ -254,6 +254,47 @@ class Cards(Page):
     def setUp(self):
         self.speak("en")  # each with modules of its own
 
+    def lose_a_piece(self, failure):
+        return self.does(CELL + """
+            const pieces = await load('screens/pieces.js'), commands = await load('commands.js');
+            model.jobs = [{id: 3, name: 'bird', state: 'complete', cut: 2, suspect: 0, missing: 0, pieces: 2}];
+            window.answers['/jobs?limit'] = {jobs: model.jobs, next: null};
+            window.answers['/jobs/3/pieces'] = {pieces: ['A1-1', 'A1-2'].map((mark, n) => ({id: n + 1, mark, state: 'cut', panel: 'P-0001'})), next: null};
+            window.answers['/jobs/3/redo'] = {task: 9};
+            let sure = '';
+            window.confirm = (words) => { sure = words; return true; };
+            const draw = () => put(main, ...pieces.pieceCards());
+            const seen = (css) => { draw(); return main.querySelector(css); };
+            draw();
+            main.querySelector('details[data-key=lost]').open = true;
+            await until(() => seen('select[aria-label=Piece] option[value="A1-2"], select:nth-of-type(2) option[value="A1-2"]'));
+            const choose = [...main.querySelectorAll('details[data-key=lost] select')][1];
+            choose.value = 'A1-2';
+            choose.dispatchEvent(new Event('change'));
+            await until(() => { draw(); return !main.querySelector('#do-lost').disabled; });
+            main.querySelector('#do-lost').click();
+            const asked = await until(() => window.asked.find(({path}) => path.includes('/redo')));
+            if (given[0]) {
+              model.tasks.set(9, {id: 9, state: 'failed', error: {message: given[0]}});
+              model.jobs[0].missing = 1;
+              await until(() => seen('[data-key=redone]'));
+            }
+            return {label: main.querySelector('#do-lost').innerText, sure, body: asked.body, said: main.querySelector('[data-key=redone]')?.innerText, lang: main.querySelector('[data-key=redone] [lang]')?.lang}""", failure)
+
+    def test_a_lost_piece_is_asked_for_as_lost(self):
+        told = self.lose_a_piece("")
+        self.assertEqual(told["label"], "It is lost: find other wood")
+        self.assertIn("Piece A1-2 is lost", told["sure"])
+        self.assertEqual(told["body"], {"pieces": ["A1-2"], "lost": True})
+
+    def test_a_failed_redo_is_told_in_the_pages_words(self):
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+        told = self.lose_a_piece("there is no panel in stock: scan one with veneerctl panel scan")
+        self.assertEqual(told["label"], "Es ist verloren: anderes Holz suchen")
+        self.assertEqual(told["said"], "▲ Anderes Holz wurde nicht gefunden: There is no panel in stock: scan one with „Scannen: Scannen“.")
+        self.assertEqual(told["lang"], "en")
+
     def test_clear_is_about_what_was_shown(self):
         told = self.does(CELL + """
             const {clearing, mayClear} = await load('commands.js'), stopped = (reason) => ({state: 'Aborted', reason});
