@@ -116,7 +116,7 @@ export const words = {
   "layer.free": "was frei ist, wie es gezählt wird (verdeckt den Scan)", "layer.reserved": "reserviert oder vorgemerkt", "layer.cut": "geschnitten", "layer.suspect": "fraglich", "layer.scrap": "verloren oder abgeschrieben",
   "layer.fiducials": "Marken und Löcher", "layer.zones": "Furnierstreifen",
   "map.loading": "Die Karte kommt.", "map.none": "Die Karte kann nicht gezeigt werden: {why}",
-  "passport": "Stück {mark}", "passport.close": "Schließen", "passport.job": "Auftrag", "passport.state": "Zustand", "passport.since": "seit {at}",
+  "passport": "Stück {mark}", "passport.close": "Schließen", "passport.past": "Was daraus wurde", "passport.job": "Auftrag", "passport.state": "Zustand", "passport.since": "seit {at}",
   "passport.place": "Sein Platz im Bild", "passport.who": "Geschnitten von", "passport.wood": "Holz", "passport.written_off": "Abgeschriebenes Holz",
   "difference.gone_not_booked": "Holz ist weg, das nicht als geschnitten gebucht ist", "difference.booked_not_gone": "als geschnitten gebucht und noch in der Platte",
   "difference.at": "bei {x} / {y} mm", "difference.piece": "Stück {mark} von Auftrag {job}",

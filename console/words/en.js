@@ -108,7 +108,7 @@ export const words = {
   "layer.free": "what is free, as it is counted (hides the scan)", "layer.reserved": "reserved or leased", "layer.cut": "cut", "layer.suspect": "suspect", "layer.scrap": "lost or written off",
   "layer.fiducials": "tags and holes", "layer.zones": "strips of wood",
   "map.loading": "The map is on its way.", "map.none": "The map cannot be shown: {why}",
-  "passport": "Piece {mark}", "passport.close": "Close", "passport.job": "Job", "passport.state": "State", "passport.since": "since {at}",
+  "passport": "Piece {mark}", "passport.close": "Close", "passport.past": "What became of it", "passport.job": "Job", "passport.state": "State", "passport.since": "since {at}",
   "passport.place": "Its place in the picture", "passport.who": "Cut by", "passport.wood": "Wood", "passport.written_off": "Wood written off",
   "difference.gone_not_booked": "wood is gone that is not booked as cut", "difference.booked_not_gone": "booked as cut, and still in the panel",
   "difference.at": "at {x} / {y} mm", "difference.piece": "piece {mark} of job {job}",
