@@ -5,7 +5,7 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model} from "../model.js";
 import {command} from "../commands.js";
-import {button, fact, facts, hint} from "../parts.js";
+import {button, fact, facts, hint, inEnglish} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 
@@ -52,7 +52,7 @@ export const chooseParts = () => {
     workRow("devices"),
     ...kDevices.map(part),
     is("laser") !== "sim" && (is("scanner") === "sim" || is("camera") === "sim") && h("p.warn", {}, `▲ ${t("choose.mixed")}`),
-    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} ${asSentence(devices.problem)}`),
+    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} `, inEnglish(asSentence(devices.problem))),
     devices.next && restartPart(),
   ];
 };
@@ -84,11 +84,11 @@ const look = () => (forget(), doSteps("devices", [
   {text: t("choose.scanners"), act: async () => { found.scanners = (await run("devices", "/scanners", {})).scanners; changed(); }},
 ]));
 
-// Each: {key, body, label, small, problem, refused}
+// Each: {key, body, label, small, problem, said: by the page itself, refused}
 function options(name) {
   const simulated = {key: "sim", body: {kind: "sim"}, label: t("choose.sim")};
   if (name === "laser") return [...found.lasers.map((one) => ({key: one.port, body: {kind: one.kind, port: one.port}, label: `${t(`kind.${one.kind}`)}${one.name ? `, ${one.name}` : ""}`, small: [one.port, one.named_by === "socket" ? t("choose.socket") : ""].filter(Boolean).join(" – "), problem: one.refusal, refused: Boolean(one.refusal)})), simulated];
-  if (name === "scanner") return [...(found.scanners || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), refused: !one.make})), simulated];
+  if (name === "scanner") return [...(found.scanners || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), said: !one.make, refused: !one.make})), simulated];
   return [...found.pictures.map((one) => ({key: one.device, body: {kind: "file", device: one.device}, label: one.device.split("/").pop(), small: `${one.device}, ${t("choose.age", {span: span(one.age_s)})}`})), simulated];
 }
 
@@ -110,7 +110,7 @@ function choices(name, isReal) {
     asking ? (isBusy("devices") && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
       h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure[name] = false; changed(); }}),
-      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, ` ▲ ${asSentence(one.problem)}`))))),
+      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, " ▲ ", one.said ? asSentence(one.problem) : inEnglish(asSentence(one.problem))))))),
     board && h("div.form", {},
       h("label", {}, t("choose.board"), h("select", {value: more.board, onchange: (event) => { more.board = event.target.value; changed(); }}, ...["m2", "m3"].map((one) => h("option", {value: one}, one.toUpperCase())))),
       h("div.pair", {}, number("travel_x_mm", kTravel), number("travel_y_mm", kTravel)),
@@ -151,5 +151,5 @@ function restartPart() {
   if (refused) followRefusal();
   return h("div.note", {"data-key": "restart", role: "status"},
     h("p", {}, t("choose.counts")),
-    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, asSentence(refused)) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
+    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, inEnglish(asSentence(refused))) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
 }
