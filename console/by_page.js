@@ -3,7 +3,7 @@
 import {t} from "./words.js";
 
 const kPanel = "(P-\\d+)", kJob = "(\\d+)", kOneMark = "[A-Z]+\\d+-\\d+", kMark = `(${kOneMark})`, kMarks = `${kOneMark}(?: ${kOneMark})*`, kText = "[^\\s`,;:()]+";
-const kEnd = "(?! -| \\d| [A-Z]+\\d)";  // nothing more that belongs to the command
+const kEnd = "(?! -| \\d| PIECE| JOB| [A-Z]+\\d)";  // nothing more that belongs to the command
 const about = (...words) => words.filter(Boolean);
 
 // Of each: the words of the command; then from what they name, the screen it is done on, and what stands there:
@@ -40,7 +40,7 @@ const kCommands = [
   [`job settle ${kJob} ${kMark}`, (job, mark) => ["run", [t("suspects"), mark]]],
   [`job settle(?: ${kJob})?(?: PIECE VERDICT)?${kEnd}`, () => ["run", [t("suspects")]]],
   [`job redo ${kJob} ${kMark} --lost`, (job, mark) => ["run", [mark, t("lost.do")]]],
-  [`job redo(?: ${kJob})? --lost(?: ${kMark})?`, (job, mark) => ["run", about(mark, t("lost.do"))]],
+  [`job redo(?: ${kJob}| JOB)?(?: PIECE)? --lost(?: ${kMark})?`, (job, mark) => ["run", about(mark, t("lost.do"))]],
   [`job redo(?: ${kJob})?(?: ${kMark})?${kEnd}`, (job, mark) => ["run", about(mark, t("missing.one"))]],
   [`job cancel ${kJob}`, (job) => [`history/${job}`, [t("job.number", {n: job}), t("history.cancel")]]],
   [`job pieces ${kJob}`, (job) => [`assembly/${job}`, [t("job.number", {n: job})]]],

@@ -172,6 +172,10 @@ class Remedies(Page):
         lost = "Run: A1-2: It is lost: find other wood"
         for sentence, words, *hrefs in (
             ("piece A1-2 of job 3 is cut: make it again with `veneerctl job redo 3 A1-2 --lost`", f"piece A1-2 of job 3 is cut: make it again with “{lost}”", "#run"),
+            ("name those that were lost, with veneerctl job redo 3 PIECE --lost", "name those that were lost, with “Run: It is lost: find other wood”", "#run"),
+            ("have it made again with `veneerctl job redo JOB PIECE --lost` if it is lost", "have it made again with “Run: It is lost: find other wood” if it is lost", "#run"),
+            ("and more is to come: veneerctl panel scan --panel P-0001 --face back ends it with the last part, --more goes on, --anew gives up what is there",
+             "and more is to come: “Scan: back: P-0001” ends it with the last part, “Scan: The panel is larger than the glass: more tiles follow” goes on, “Scan: Scan and begin a new series” gives up what is there", "#scan", "#scan", "#scan"),
             ("it is good: say --lost", "it is good: say “Run: It is lost: find other wood”", "#run"),
             ("panel P-0001 has no edit 4: see `veneerctl panel mask P-0001 --list`", "panel P-0001 has no edit 4: see “Panels: P-0001: Painted by hand”", "#panels/P-0001"),
             ("take some back (--list)", "take some back (“Panels: Painted by hand”)", "#panels"),
