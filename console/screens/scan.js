@@ -25,7 +25,7 @@ export function draw() {
       h("div.commands", {}, button(t("scan.do"), () => scan(), {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
       seriesPart(task, busy),
       busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))), sheetHands("scanner", wanted.face)),
-    h("div.column", {}, ...waiting.map(proposalCard), foundCard(task)));
+    h("div.column", {}, ...waiting.map((seen) => proposalCard(seen, task)), foundCard(task)));
 }
 
 const choice = (label, value, options, take) => h("label", {}, label,
@@ -70,14 +70,20 @@ function foundCard(task) {
   if (!result) return null;
   if (result.proposal) return null;  // it stands among those that wait
   if (!result.panel) return card(t("scan.found"), h("p.big", {}, t("scan.tiles", {n: result.tiles})));
-  const {rms_mm: rms} = result.registration || {};
   return card(t("scan.found"),
     h("p.big", {}, t("scan.result", {panel: result.panel, face: t(`face.${result.face}`)}), result.new && `, ${t("scan.is_new")}`),
     picture(`/panels/${encodeURIComponent(result.panel)}/map.png?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),
-    facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), typeof rms === "number" && fact(t("scan.rms"), `${rms.toFixed(3)} mm`),
+    facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), ...fitFacts(result),
       ...warnings(result),
       result.differences && result.differences.length > 0 && fact(t("scan.warning"), t("panel.differences", {n: result.differences.length}), true)),
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
+}
+
+// Of how many tiles, and how well tags and holes fit; of a first scan of one tile nothing tells that.
+function fitFacts({tiles, registration}) {
+  const {rms_mm, max_mm, left_out_mm} = registration || {};
+  const length = (label, mm) => typeof mm === "number" && fact(t(label), `${mm.toFixed(3)} mm`);
+  return [tiles > 1 && fact(t("scan.tile_count"), String(tiles)), length("scan.rms", rms_mm), length("scan.max", max_mm), length("scan.left_out", left_out_mm)];
 }
 
 const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), inEnglish(warning.text), true));
@@ -92,8 +98,8 @@ function followWaiting(task) {
 }
 
 // What it is in doubt about stands before the buttons, each with its own answer.
-function proposalCard(seen) {
-  const {number, panel} = seen;
+function proposalCard(seen, task) {
+  const {number, panel} = seen, mine = task && task.result && task.result.proposal === seen.number ? task.result : null;
   const take = async () => {
     if (openDoubts(seen).length || !mayOverrule(seen)) return;  // the button may be of a moment ago
     const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
@@ -108,7 +114,7 @@ function proposalCard(seen) {
     !seenYet && empty(t("wood.picture_comes")),
     picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
-      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true)),
+      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true), ...(mine ? fitFacts(mine) : [])),
     (seen.remarks || []).map((remark) => h("p.fact", {}, inEnglish(remark))),
     doubtRows(seen),
     h("div.commands", {},

@@ -325,6 +325,24 @@ class Cards(Page):
             return [openSeries({open_scan: null}, mine), openSeries({open_scan: {tiles: 3, panel: 'P-0001', face: 'back'}}, null), openSeries({}, mine), openSeries({}, {result: {tiles: 1, panel: 'P-0001'}}), openSeries({}, null)]""")
         self.assertEqual(seen, [None, {"tiles": 3, "panel": "P-0001", "face": "back"}, {"tiles": 2, "panel": None, "face": None}, None, None])
 
+    def test_a_scan_tells_its_tiles_and_how_they_fit(self):
+        words = self.does(CELL + """
+            const scan = await load('screens/scan.js');
+            window.answers['/proposals'] = {proposals: [{number: 4, panel: null, warnings: [], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 0, gained_mm2: 0}]};
+            window.answers['/status'] = {state: 'Idle', reason: '', tasks: []};
+            window.answers['/scans'] = {task: 7};
+            const draw = () => { given_to({}); put(main, scan.draw()); };
+            draw();
+            main.querySelector('#do-scan').click();
+            await until(() => window.asked.some(({path}) => path.endsWith('/scans')));
+            const told = (result) => { model.tasks.set(7, {id: 7, state: 'done', result}); draw(); return main.innerText; };
+            const tiles = {tiles: 3, registration: {rms_mm: .0123, max_mm: .05, left_out_mm: .061}};
+            const known = await until(() => { const words = told({panel: 'P-0001', face: 'back', ...tiles}); return words.includes('Panel P-0001') && words; });
+            return [known, await until(() => { const words = told({proposal: 4, ...tiles}); return words.includes('Accept it') && words; }), told({proposal: 5, ...tiles})]""")
+        for told in words[:2]:
+            self.assertRegex(told, r"Tiles\s+3\s+Fit of the tags\s+0.012 mm\s+Worst of them\s+0.050 mm\s+Worst, if left out\s+0.061 mm")
+        self.assertNotIn("Worst of them", words[2], "of another scan")
+
     def test_a_series_is_begun_anew_as_it_is_shown(self):
         told = self.does(CELL + """
             const scan = await load('screens/scan.js'), asked = () => window.asked.filter(({path}) => path.endsWith('/scans')).map(({body}) => body);
