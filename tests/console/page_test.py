@@ -13,6 +13,7 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
 CONSOLE = sys.argv[1]
+LEAFLET = "/usr/share/javascript/leaflet"
 PATIENCE_S = 60
 
 
@@ -21,6 +22,8 @@ class Files(http.server.SimpleHTTPRequestHandler):
     extensions_map = {".js": "text/javascript", ".css": "text/css", ".html": "text/html"}
 
     def translate_path(self, path):
+        if path.startswith("/console/lib/"):  # as the daemon serves Leaflet
+            return os.path.join(LEAFLET, os.path.basename(path).replace("leaflet.js", "leaflet.esm.min.js"))
         return os.path.join(CONSOLE, path.split("?")[0].removeprefix("/console/").lstrip("/"))
 
     def do_GET(self):
