@@ -73,6 +73,8 @@ const kOptions = [
 
 const kOr = "(or released for scrap, when ";  // of the verdicts on what a scan saw
 
+const kTicks = /^(?:veneerctl by )?(?:--confirm "[^"]*" ?)+/;
+
 function placeOf(text, all) {
   for (const {words, place} of all) {
     const found = text.match(words);
@@ -103,8 +105,8 @@ export function byPage(sentence) {
       const inner = quoted[1].replace(/^veneerctl /, ""), place = placeOf(inner, kCommands);
       if (place && place.length === inner.length) tell(place); else take(quoted[0]);
       at += quoted[0].length;
-    } else if (/^(?:veneerctl by )?--confirm "/.test(rest)) {
-      const [all] = rest.match(/^(?:veneerctl by )?(?:--confirm "[^"]*" ?)+/), names = [...all.matchAll(/"([^"]*)"/g)].map(([, name]) => `“${name}”`);
+    } else if (kTicks.test(rest)) {
+      const [all] = rest.match(kTicks), names = [...all.matchAll(/"([^"]*)"/g)].map(([, name]) => `“${name}”`);
       take(`the tick${names.length > 1 ? "s" : ""} ${names.join(", ")}${all.endsWith(" ") ? " " : ""}`);
       at += all.length;
     } else if (/^veneerctl [a-z]/.test(rest) && (at === 0 || !/[\w`“„]/.test(sentence[at - 1]))) {

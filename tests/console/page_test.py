@@ -203,8 +203,21 @@ class Remedies(Page):
 
     def test_what_the_page_has_no_button_for_stays(self):
         for sentence in ("name it as `veneerctl panel merge` does", "see veneerctl scanner list, and correct it", "try `veneerctl job redo 3 --never-heard-of`",
-                         "run veneerctl frobnicate --list 3", "veneerctl job redo 3 --never-heard-of", "an ordinary sentence -- with dashes, and --x-mm", "a `quoted` word", "an odd ` mark", "", "veneerctl"):
+                         "run veneerctl frobnicate --list 3", "veneerctl job redo 3 --never-heard-of", "an ordinary sentence -- with dashes, and --x-mm", "a `quoted` word", "an odd ` mark", "", "veneerctl", "say --confirm \"half a name", "veneerctl by --confirm \"half"):
             self.check(sentence, sentence)
+
+    def test_whatever_is_said_comes_to_an_end(self):
+        odd = self.does("""
+            const {byPage} = await load('by_page.js'), words = ['veneerctl', ' ', ' ', '`', '"', '--confirm', '--lost', '--list', '--face', 'back', 'job', 'redo', 'settle', 'panel', 'scan', 'P-0001', 'A1-2', '3', ':', ',', '(or released for scrap, when ', ')', 'by', 'run', '--', '-', '...', 'é'];
+            let seed = 1;
+            const next = (most) => { seed = (seed * 48271) % 2147483647; return seed % most; };
+            for (let n = 0; n < 20000; ++n) {
+              const said = Array.from({length: 1 + next(12)}, () => words[next(words.length)]).join('');
+              const parts = byPage(said);
+              if (!parts.some(({href}) => href) && parts.join('') !== said && !/--confirm "[^"]*"/.test(said)) return said;
+            }
+            return ''""")
+        self.assertEqual(odd, "", "it was changed, and leads nowhere")
 
     def test_in_the_pages_language(self):
         self.speak("de")
