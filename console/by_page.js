@@ -53,6 +53,7 @@ const kCommands = [
   // The machine
   ["calibrate (scanner|camera|laser|kerf)(?: --(?:more|height-mm \\S+|board-width-mm \\S+|board-height-mm \\S+))*", (step) => [`setup/${step}`, [t(`setup.${step}`)]]],
   ["(hold|unhold|unsuspend|clear|reset)", (name) => ["run", [t(`do.${name}`)]]],
+  ["write-off-look", () => ["cell", [t("owed.write_off")]]],
   ["device", () => ["setup/devices", [t("setup.devices")]]],
   ["recipe list", () => ["settings", [t("recipes")]]],
   ["db backups", () => ["settings", [t("backups")]]],

@@ -56,7 +56,7 @@ export const words = {
   "controller.twin": "die simulierte Zelle", "controller.file": "schreibt in eine Datei, kein Laser", "controller.test": "eine Probesteuerung, kein Laser",
   "overrides": "Übersteuerung", "head": "Kopf", "firmware": "Firmware",
   "scanner": "Scanner", "camera": "Kamera", "axes": "Laser auf dem Bett", "kerf": "Schnittbreite",
-  "attention": "Hier wird jemand gebraucht",
+  "attention": "Hier wird jemand gebraucht", "owed.write_off": "Die Kamera kann nicht mehr nachsehen", "owed.sure": {one: "Soll 1 Stück von Auftrag {job} auf Platte {panel} als fraglich gelten, weil die Kamera nicht mehr nachsehen kann? Jemand sagt dann, was daraus wurde.", other: "Sollen {n} Stücke von Auftrag {job} auf Platte {panel} als fraglich gelten, weil die Kamera nicht mehr nachsehen kann? Jemand sagt dann zu jedem, was daraus wurde."},
   "attention.suspects": {one: "1 Stück ist fraglich", other: "{n} Stücke sind fraglich"},
   "attention.missing": {one: "1 Stück fehlt", other: "{n} Stücke fehlen"},
   "attention.differences": {one: "1 Platte weicht von ihrem Buch ab", other: "{n} Platten weichen von ihrem Buch ab"},

@@ -48,7 +48,7 @@ export const words = {
   "controller.twin": "the simulated cell", "controller.file": "records to a file, no laser", "controller.test": "a test controller, no laser",
   "overrides": "Overrides", "head": "Head", "firmware": "Firmware",
   "scanner": "Scanner", "camera": "Camera", "axes": "Laser on the bed", "kerf": "Width of a cut",
-  "attention": "Needs somebody",
+  "attention": "Needs somebody", "owed.write_off": "The camera cannot look any more", "owed.sure": {one: "Shall 1 piece of job {job} on panel {panel} be suspect, since the camera cannot look any more? Somebody then says what became of it.", other: "Shall {n} pieces of job {job} on panel {panel} be suspect, since the camera cannot look any more? Somebody then says what became of each."},
   "attention.suspects": {one: "1 piece is suspect", other: "{n} pieces are suspect"},
   "attention.missing": {one: "1 piece is missing", other: "{n} pieces are missing"},
   "attention.differences": {one: "1 panel and its ledger disagree", other: "{n} panels and their ledger disagree"},

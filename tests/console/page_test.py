@@ -179,6 +179,7 @@ class Remedies(Page):
             ("have it made again with `veneerctl job redo JOB PIECE --lost` if it is lost", "have it made again with “Run: It is lost: find other wood” if it is lost", "#run"),
             ("and more is to come: veneerctl panel scan --panel P-0001 --face back ends it with the last part, --more goes on, --anew gives up what is there",
              "and more is to come: “Scan: back: P-0001” ends it with the last part, “Scan: The panel is larger than the glass: more tiles follow” goes on, “Scan: Scan and begin a new series” gives up what is there", "#scan", "#scan", "#scan"),
+            ("when it cannot look any more, veneerctl write-off-look makes them suspect", "when it cannot look any more, “Cell: The camera cannot look any more” makes them suspect", "#cell"),
             ("it is good: say --lost", "it is good: say “Run: It is lost: find other wood”", "#run"),
             ("panel P-0001 has no edit 4: see `veneerctl panel mask P-0001 --list`", "panel P-0001 has no edit 4: see “Panels: P-0001: Painted by hand”", "#panels/P-0001"),
             ("take some back (--list)", "take some back (“Panels: Painted by hand”)", "#panels"),
@@ -334,6 +335,27 @@ class Cards(Page):
             await until(() => window.asked.some(({path}) => path.includes('/commands/clear')));
             return [atOnce, other]""")
         self.assertEqual(told, [False, 0], "not at once, and not of another thing")
+
+    def test_a_look_that_is_owed_is_given_up_as_it_was_shown(self):
+        told = self.does(CELL + """
+            const cell = await load('screens/cell.js'), asked = () => window.asked.filter(({path}) => path.includes('write-off-look')).length;
+            let sure = '';
+            window.confirm = (words) => { sure = words; return true; };
+            window.answers['/status'] = {state: 'Complete', reason: '', tasks: []};
+            const owed = (pieces) => ({owed_look: {job: 3, panel: 'P-0001', pieces, sentence: 'the camera has not seen panel P-0001'}});
+            const draw = (fresh) => { given_to(fresh); put(main, ...cell.draw()); return main.querySelector('#write-off-look'); };
+            const none = draw({});
+            const atOnce = draw(owed(2)).disabled;
+            await until(() => !draw(owed(2)).disabled);
+            given_to(owed(4));
+            main.querySelector('#write-off-look').click();
+            const other = asked();
+            await until(() => !draw(owed(4)).disabled);
+            main.querySelector('#write-off-look').click();
+            await until(asked);
+            return [none, atOnce, other, sure]""")
+        self.assertEqual(told[:3], [None, True, 0])
+        self.assertIn("Shall 4 pieces of job 3 on panel P-0001 be suspect", told[3])
 
     def test_an_open_series_is_the_cells(self):
         seen = self.does(CELL + """
