@@ -295,7 +295,7 @@ class Day:
     def paint_on_the_mask_by_keyboard(self):
         """Shift draws one stroke on its way; the map stays where it is."""
         self.keys(".map", Keys.ARROW_LEFT)
-        self.until_says("#brush-said", "mm from the left")
+        self.until("where the crosshair stands", lambda: self.text("#brush-said").startswith("At "))  # not what a finger painted
         height = self.text("#brush-said").split("from the left")[1]  # what is said before the arrow's step is as high
         self.until("a crosshair", lambda: self.find(".map .crosshair"))
         self.keys(".map", Keys.SHIFT, Keys.ARROW_UP, Keys.ARROW_UP, Keys.SHIFT)
