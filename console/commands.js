@@ -1,14 +1,17 @@
 // What an operator may do now, and doing it: every change goes through here and says when it was refused.
-import {t, asSentence} from "./words.js";
+import {asSentence, t} from "./words.js";
 import {ask} from "./link.js";
-import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, model, operates} from "./model.js";
+import {askStatus, changed, databaseSound, followStatus, isOver, isStale, mayChange, model, operates} from "./model.js";
+
+import {inEnglish} from "./parts.js";
 
 const refusal = document.getElementById("refusal");
 
 // What the cell says, unless it is said otherwise; or parts of a sentence (tWith), of which each says what it is.
 export function showRefusal(sentence, spoken = "en") {
   refusal.lang = spoken;
-  refusal.replaceChildren(...(Array.isArray(sentence) ? sentence : [sentence ? asSentence(sentence) : ""]));
+  const own = spoken !== "en" || !sentence;
+  refusal.replaceChildren(...(Array.isArray(sentence) ? sentence : own ? [sentence ? asSentence(sentence) : ""] : [inEnglish(asSentence(sentence))].flat()));
   refusal.hidden = !sentence;
   if (sentence) refusal.scrollIntoView({block: "nearest"});
 }
@@ -49,7 +52,7 @@ export function mayCommand(name) {
 const kDoneMs = 120000;
 export const give = (name) => command(`/commands/${name}`, {timeoutMs: kDoneMs, body: name === "unsuspend" ? {confirmed: [...confirmed]} : null});
 
-// ---- which job ------------------------------------------------------------------------------------------------------
+// ---- what a button is about ------------------------------------------------------------------------------------------
 
 // Of what a button is about: when it is another thing than at the last drawing, nothing is taken for a while, since it
 // may have come under a finger. `is()`: it is known already, as somebody has just chosen it.
@@ -65,6 +68,30 @@ export function sameThing() {
     isLooked: () => performance.now() - since >= kLookMs,
   };
 }
+
+// ---- what is in the way ---------------------------------------------------------------------------------------------
+
+// The first of these links of the chain that blocks: {name, sentence, remedy}.
+export function blockedBy(...names) {
+  const chain = (model.cell && model.cell.interlocks) || [];
+  return names.map((name) => chain.find((one) => one.name === name && one.state === "blocks")).find(Boolean) || null;
+}
+
+// ---- what stopped it -------------------------------------------------------------------------------------------------
+
+// Clear is about what stopped the cell as it is told beside the button: where that becomes another thing, as when STOP
+// follows a fault, nothing is taken until somebody can have read it.
+const stopped = sameThing();
+const whatStopped = () => (model.cell && model.cell.state === "Aborted" ? `Aborted ${model.cell.reason || ""}` : "");
+followStatus(() => stopped.drawn(whatStopped()));
+export const mayClear = () => mayCommand("clear") && stopped.isLooked() && !isStale();
+// For a button that is drawn now.
+export function clearing() {
+  const shown = whatStopped();
+  return () => (mayClear() && whatStopped() === shown ? give("clear") : null);
+}
+
+// ---- which job ------------------------------------------------------------------------------------------------------
 
 let chosen = 0;  // what Start starts; 0 = the one under way, else the one that the next step leads to, else the oldest
 const target = sameThing();

@@ -2,8 +2,8 @@
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {isStale, model} from "./model.js";
-import {chosenInstead, give, kSteps, mayCommand} from "./commands.js";
-import {button, link} from "./parts.js";
+import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
+import {button, inEnglish, link} from "./parts.js";
 import {loadPictures} from "./pictures.js";
 import {countOf} from "./alarms.js";
 import {oneSuspect} from "./screens/pieces.js";
@@ -45,8 +45,9 @@ export function showFrame(screens, current) {
   if (!cell) return;
   const [mark, look] = kLooks[cell.state] || ["…", ""];
   $("state").className = `state ${look}`;
-  const said = [["state-mark", mark], ["state-word", cell.state], ["state-reason", asSentence(cell.reason) || reasonOf(cell)]];
+  const said = [["state-mark", mark], ["state-word", cell.state]];
   $("state-reason").lang = cell.reason ? "en" : language;
+  put($("state-reason"), cell.reason ? inEnglish(asSentence(cell.reason)) : reasonOf(cell));
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
   document.title = `${cell.state} – ${t(`screen.${current}`)}`;
   showNext(cell.next_step);
@@ -54,7 +55,7 @@ export function showFrame(screens, current) {
 
 // The cell's sentence is English and names what is meant; another language says before it what is to be done.
 const saidNext = (next) =>
-  language === "en" ? [next.sentence] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, next.sentence)];
+  language === "en" ? [inEnglish(next.sentence)] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, inEnglish(next.sentence))];
 // Of the job that was chosen on this page, as its Start is.
 const ownNext = (next, job) => t(`next.${next.step}_chosen`, {n: job.id, name: job.name});
 
@@ -68,8 +69,8 @@ function showNext(next) {
     h("p", {}, h("b", {}, t("next")), " ", ...(job ? [ownNext(next, job)] : saidNext(next)),
       !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
     // After an abort: one decision at a time, wherever one is.
-    next.step === "settle" && here !== "run" && oneSuspect(),
-    next.step === "clear" && here !== "run" && button(t("do.clear"), () => give("clear"), {disabled: !mayCommand("clear") || isStale()}),
+    next.step === "settle" && oneSuspect(),
+    next.step === "clear" && button(t("do.clear"), clearing(), {disabled: !mayClear()}),
     screen && here !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
   loadPictures($("next"), true);
 }

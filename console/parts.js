@@ -2,6 +2,7 @@
 import {h} from "./dom.js";
 import {asSentence, language, span, t} from "./words.js";
 import {mayDo, model} from "./model.js";
+import {byPage} from "./by_page.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
 
@@ -10,8 +11,13 @@ export const button = (label, act, {disabled = false, next = false, wide = false
     h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
       label, (disabled && lacking(needs)) || (small && h("small", {}, small)));
 
-// What the cell says is English, whatever the page speaks: read as such.
-export const inEnglish = (text) => (!text || language === "en" ? text : h("span", {lang: "en"}, text));
+// What the cell says is English, whatever the page speaks: read as such. What it says to do leads to where that is.
+export function inEnglish(text) {
+  if (!text) return text;
+  const parts = byPage(text);
+  if (language !== "en") return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part)));
+  return parts.some(({href}) => href) ? parts.map((part) => (part.href ? link(part.href, part.text) : part)) : text;
+}
 // An entry of the catalogue, with what the cell says in the place of {name}.
 export function tWith(key, name, said) {
   const [before, after] = t(key).split(`{${name}}`);
@@ -35,6 +41,9 @@ export const facts = (...rows) => h("ul.facts", {}, ...rows);
 export const empty = (text) => h("p.empty", {}, text);
 
 export const hint = (text) => (text ? h("p.dim.hint", {}, text) : null);
+
+// Why a button is shut off by a link of the chain, and what to do; nothing when none is.
+export const blockedHint = (link) => link && h("p.warn", {"data-blocked": link.name, role: "status"}, `▲ ${t(`interlock.${link.name}`)}: `, inEnglish(asSentence(link.sentence)), " ", inEnglish(link.remedy));
 
 export function taskRow(task, cancel = null) {
   const failed = task.state === "failed" && task.error;

@@ -109,15 +109,17 @@ export function drawPart(pen, file, crop, width, height) {
 
 // ---- what is seen of it ---------------------------------------------------------------------------------------------
 
-export function sketchCard(file) {
+// `old`: why none is drawn of what is typed now. The last one is another size's then, as it is when one was refused.
+export function sketchCard(file, old = "") {
   if (!file) return null;
   const mine = shown && shown.file === file ? shown : null;
-  const fault = refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
-  const coming = isSketching();
-  return h("section.card.sketch", {class: large ? "large" : "", "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
+  const fault = !old && refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
+  const coming = !old && isSketching();
+  return h("section.card.sketch", {class: [large && "large", mine && (old || fault) && "old"].filter(Boolean).join(" "), "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
     h("div.sketch-place", {},
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
       h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
+    (old || (mine && fault)) && h("p.fault", {id: "sketch-old"}, "▲ ", mine && t("sketch.before"), " ", old && h("span.sketch-why", {}, old)),
     fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("sketch.again"), () => { refused = null; drawNext(); })),
     mine && figures(mine),
     mine && button(t(large ? "sketch.smaller" : "sketch.bigger"), () => { large = !large; changed(); }, {id: "sketch-size", "aria-expanded": String(large)}),

@@ -154,13 +154,14 @@ function tokensCard() {
         h("label", {}, t("account.token_whose"), h("select", {name: "user"}, ...users.map(({name}) => h("option", {value: name}, name)))),
         field("token", t("account.token_for"), {autocomplete: "off", maxlength: 64}),
         roleField("viewer"),
-        h("label", {}, t("account.token_days"), h("input", {type: "number", name: "days", min: 1, max: 3650, required: true, value: days, oninput: (event) => { days = event.target.value; }})),
+        numberField(t("account.token_days"), days, (text) => { days = text; changed(); }, {...kDays, name: "days"}),
         submit(t("account.new_token"), "do-new-token"))) : null);
 }
 
 async function addToken(event) {
-  const form = event.target, {user, token, role, days} = taken(event);
-  const made = await command(`/users/${user}/tokens/${encodeURIComponent(token)}`, {body: {role, days: Number(days)}});
+  const form = event.target, {user, token, role} = taken(event);
+  if (faultOf(days, kDays)) return;  // it says so itself
+  const made = await command(`/users/${user}/tokens/${encodeURIComponent(token)}`, {body: {role, days: numberOf(days)}});
   madeToken = made ? made.token : "";
   if (await done(made, "")) form.reset();
 }

@@ -163,7 +163,7 @@ function pieceCard(job, pieces, chosen) {
       (laid || look === "cut") && button(t(laid ? "assembly.untick" : "assembly.tick", {mark: chosen.mark}), () => tick(job, chosen, !laid), {id: "tick-piece", wide: true, next: !laid && may, disabled: !may}),
       goOn,
       look === "missing" && button(t("missing.one"), () => redo(job.id, [chosen.mark]), {wide: true, id: "redo-piece", disabled: cannotRedo(job.id)}),
-      (laid || look === "cut") && button(t("assembly.lost", {mark: chosen.mark}), () => { if (confirm(t("lost.sure", {mark: chosen.mark}))) redo(job.id, [chosen.mark]); },
+      (laid || look === "cut") && button(t("assembly.lost", {mark: chosen.mark}), () => { if (confirm(t("lost.sure", {mark: chosen.mark}))) redo(job.id, [chosen.mark], {lost: true}); },
         {wide: true, id: "redo-piece", "data-seldom": "", disabled: cannotRedo(job.id) || Boolean(job.now) || !databaseSound()})),
     look === "suspect" && verdicts({job, piece: chosen}),
     redoneNote());

@@ -1,8 +1,9 @@
 // The cell at a glance: what runs, what needs somebody, what must be so before the beam comes on, the machine, the stock.
 import {h} from "../dom.js";
 import {asSentence, span, squareCm, t} from "../words.js";
-import {model} from "../model.js";
-import {bar, card, empty, fact, facts, inEnglish, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
+import {mayChange, model} from "../model.js";
+import {command, sameThing} from "../commands.js";
+import {bar, button, card, empty, fact, facts, inEnglish, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
 export function draw() {
@@ -35,8 +36,18 @@ function attention() {
   const rows = [["suspects", sum("suspect"), "#run"], ["missing", sum("missing"), "#run"],
                 ["differences", differing.length, differing.length ? `#panels/${differing[0].id}` : ""], ["scans", scans.length, "#scan"]].filter(([, n]) => n > 0);
   const owed = model.cell.owed_look;
+  owedLook.drawn(JSON.stringify(owed || null));
   if (!rows.length && !owed) return null;
-  return card(t("attention"), owed && h("p.warn", {}, "▲ ", inEnglish(asSentence(owed.sentence))), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
+  return card(t("attention"), owed && owedPart(owed), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
+}
+
+// A look that the camera owes is given up by a person, of the pieces that stood there.
+const owedLook = sameThing();
+function owedPart(owed) {
+  const isShown = () => JSON.stringify(model.cell.owed_look) === JSON.stringify(owed) && owedLook.isLooked();
+  const giveUp = () => { if (isShown() && confirm(t("owed.sure", {n: owed.pieces, panel: owed.panel, job: owed.job})) && isShown()) command("/commands/write-off-look"); };
+  return [h("p.warn", {}, "▲ ", inEnglish(asSentence(owed.sentence))),
+    h("div.commands", {}, button(t("owed.write_off"), giveUp, {id: "write-off-look", wide: true, disabled: !mayChange() || !owedLook.isLooked()}))];
 }
 
 function workGoingOn() {

@@ -5,6 +5,7 @@ import {dayTime, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
 import {button, empty, link, tWith} from "../parts.js";
+import {told} from "./log_words.js";
 
 const kPage = 200;
 const kTypedMs = 300;  // somebody who types is not done yet
@@ -77,23 +78,24 @@ function tools(narrowed) {
   const panels = withOwn(model.panels.map((panel) => [panel.id, panel.id]), wanted.panel);
   const {text, ...others} = wanted, more = filters || Object.values(others).some(Boolean);
   return h("div.tools.log-tools", {role: "search", class: more ? "more" : ""},
-    h("label.words", {}, t("log.search"), h("input", {type: "search", id: "log-text", value: text, oninput: (event) => want({text: event.target.value}, kTypedMs)})),
+    h("label.words", {}, t("log.search"), h("input", {type: "search", id: "log-text", value: text, placeholder: t("log.search_hint"), oninput: (event) => want({text: event.target.value}, kTypedMs)})),
     button(t(more ? "log.fewer_filters" : "log.filters"), () => { filters = !more; changed(); }, {id: "log-filters", "aria-expanded": String(more)}),
     choice("kind", kKinds.map((kind) => [kind, t(`log.kind.${kind}`)])), choice("job", jobs), choice("panel", panels), time("since"), time("until"),
     button(t("log.again"), () => load(), {id: "log-again"}),
     narrowed && button(t("log.everything"), () => want({...kNothing}), {id: "log-everything"}));
 }
 
-// Panels and jobs by the names that the cell gives them: "run 3 of job 12 on P-0001", "POST /api/v1/jobs/12/start".
+// Panels and jobs by the names that the cell gives them: "run 3 of job 12 on P-0001", "/jobs/12/start". Whatever
+// somebody has typed into the cell stands here as text.
 const kNamed = /\b(P-\d+)\b|\bjob (\d+)\b|\/jobs\/(\d+)/g;
 function withLinks({what, detail}) {
   if (what === "job.start" && /^\d+$/.test(detail)) return [link(`#history/${detail}`, t("log.job", {n: detail}))];
-  const out = [];
+  const out = [], words = told(what, detail);
   let at = 0;
-  for (const found of detail.matchAll(kNamed)) {
+  for (const found of words.matchAll(kNamed)) {
     const [text, panel, job, request] = found;
-    out.push(detail.slice(at, found.index), link(panel ? `#panels/${panel}` : `#history/${job || request}`, text));
+    out.push(words.slice(at, found.index), link(panel ? `#panels/${panel}` : `#history/${job || request}`, text));
     at = found.index + text.length;
   }
-  return [...out, detail.slice(at)];
+  return [...out, words.slice(at)];
 }

@@ -3,15 +3,17 @@ import {h} from "../dom.js";
 import {language, t} from "../words.js";
 import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, lacking, taskRow} from "../parts.js";
+import {button, card, hint, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {askAll, kAgainMs} from "../link.js";
 import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
+import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
+import {firstSize} from "../first_size.js";
 
 const wanted = {
-  file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
+  file: null, url: "", drawing: null, name: "", size_mm: "", patch_mm: "", layout: "grid", wood: new Set(), max_panels: "",
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
@@ -22,6 +24,9 @@ let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
 let grid = null, frame = null;  // grid_lines.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
+let typed = false;  // somebody has said how large
+let sizedFor = null;  // the picture beside which a size was proposed
+let noWood = false;
 
 export function enter() {
   loadTools();
@@ -44,11 +49,24 @@ async function loadWoods() {
 // Another panel, or another job's pieces: a sketch of before may promise what is gone.
 const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => `${panel.id} ${panel.free_mm2}`).join();
 
+// What is proposed follows the wood until a picture stands beside it: no number changes under a finger then.
+function propose() {
+  if (!model.cell || model.panels.length < (model.cell.panels || 0)) return;  // they are on their way
+  const whole = pictureSize(wanted.file), crop = cropOf() || whole;
+  const {size_mm, patch_mm, no_wood} = firstSize(model.panels, crop ? Math.max(crop.width, crop.height) / Math.min(crop.width, crop.height) : undefined);
+  noWood = no_wood;
+  if (typed || (whole && sizedFor === wanted.file)) return;
+  Object.assign(wanted, {size_mm: String(size_mm), patch_mm: String(patch_mm)});
+  sizedFor = whole ? wanted.file : null;
+}
+
 export function draw() {
+  propose();
   wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
-  if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
-  if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
-  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
+  const bad = fault();
+  if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
+  if (grid) grid.wantGrid(operates() && !bad ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
+  const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
   // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
@@ -66,8 +84,19 @@ export function drawn(place) {
 
 function take(name, value) { wanted[name] = value; changed(); }
 
-const number = (name, label, min, more = {}) => h("label", {}, label,
-  h("input", {type: "number", inputmode: "decimal", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
+const kNumbers = {
+  size_mm: {label: "picture.size", least: 1}, patch_mm: {label: "picture.patch", least: .1},
+  max_panels: {label: "picture.panels", least: 1, whole: true, optional: true}, rematch: {label: "more.rematch", least: 0, whole: true, optional: true},
+};
+const number = (name, more = {}) => {
+  const {label, ...rules} = kNumbers[name];
+  return numberField(t(label), wanted[name], (text) => { if (name in kSizes) typed = true; take(name, text); }, {...rules, ...more});
+};
+const kSizes = {size_mm: 1, patch_mm: 1};
+// The first number that cannot be used, of those that count now.
+const fault = () => firstFault(...Object.entries(kNumbers).filter(([name]) => name !== "rematch" || wanted.refine)
+  .map(([name, {label, ...rules}]) => ({label: t(label), text: wanted[name], rules})));
+const asNumber = (name) => String(numberOf(wanted[name]));
 
 const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
   h("input", {type: "range", min: 0, max, step: .05, value: String(value), "aria-label": label, id: `slide-${name}`, oninput: (event) => act(Number(event.target.value))}));
@@ -160,17 +189,19 @@ function moreControls() {
     h("p.dim", {}, t("more.panels")), chips(panelsToTick(), wanted.panels),
     select("remnants", t("more.remnants"), [["", t("more.remnants.usual")], ["1", t("more.remnants.first")], ["0", t("more.remnants.last")]]),
     wanted.layout === "morph" && tick("triangles", t("more.triangles"), "picture-triangles"),
-    wanted.refine && number("rematch", t("more.rematch"), 0, {id: "picture-rematch", inputmode: "numeric"}));
+    wanted.refine && number("rematch", {id: "picture-rematch"}));
 }
 
 function formCard() {
+  const bad = fault(), mayPlan = mayChange() && Boolean(wanted.file) && !bad;
   return card(t("picture.form"),
     h("form.form", {onsubmit: plan},
       h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
       wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
-      h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
+      h("div.pair", {}, number("size_mm", {id: "picture-size"}), number("patch_mm", {id: "picture-patch"})),
+      noWood && h("p.warn", {id: "no-wood"}, `▲ ${t("picture.no_wood")}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
@@ -180,10 +211,11 @@ function formCard() {
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
-        chips(woods, wanted.wood), number("max_panels", t("picture.panels"), 1)),
+        chips(woods, wanted.wood), number("max_panels", {id: "picture-panels"})),
       moreControls(),
-      h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayChange() || !wanted.file, wide: true, id: "do-advise"}),
-        h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
+      h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayPlan, wide: true, id: "do-advise"}),
+        h("button.wide", {type: "submit", id: "do-plan", disabled: !mayPlan, class: mayPlan ? "next" : ""}, t("picture.plan"), lacking("operator"))),
+      bad && hint(faultWords(bad)),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
 }
 
@@ -196,10 +228,10 @@ function drawingControl() {
 }
 
 function asked() {
-  const query = new URLSearchParams({name: wanted.name || "picture", size_mm: wanted.size_mm});
+  const query = new URLSearchParams({name: wanted.name || "picture", size_mm: asNumber("size_mm")});
   for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
   if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
-  if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
+  if (wanted.max_panels.trim()) query.set("max_panels", asNumber("max_panels"));
   if (wanted.panels.size) query.set("panels", [...wanted.panels].join(","));
   if (wanted.remnants) query.set("remnants_first", wanted.remnants);
   return query;
@@ -209,7 +241,8 @@ function asked() {
 function sketchQuery() {
   const query = asked();
   query.delete("name");
-  for (const choice of ["patch_mm", "layout"]) query.set(choice, wanted[choice]);
+  query.set("patch_mm", asNumber("patch_mm"));
+  query.set("layout", wanted.layout);
   if (wanted.crop) query.set("crop", wanted.crop);
   paintInto(query, false);  // squares follow no edges
   return query;
@@ -218,7 +251,7 @@ function sketchQuery() {
 // What the lines of a grid depend on; null with a layout that has none.
 function gridQuery() {
   if (wanted.layout !== "morph") return null;
-  const query = new URLSearchParams({layout: "morph", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm});
+  const query = new URLSearchParams({layout: "morph", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
   if (wanted.triangles) query.set("triangles", "1");
   paintInto(query, true);
   query.delete("importance");  // of wood
@@ -230,13 +263,15 @@ const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, c
 async function plan(event) {
   event.preventDefault();
   if (!wanted.file) return showRefusal(t("picture.need"), language);
+  if (fault()) return showRefusal(faultWords(fault()), language);  // the enter key asks no button
   const query = asked();
-  for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
+  query.set("patch_mm", asNumber("patch_mm"));
+  for (const choice of ["layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
   paintInto(query, wanted.layout === "morph");
   if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (wanted.refine) query.set("refine", "dp");
-  if (wanted.refine && wanted.rematch && wanted.rematch !== "0") query.set("rematch", wanted.rematch);
+  if (wanted.refine && numberOf(wanted.rematch) > 0) query.set("rematch", asNumber("rematch"));
   if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
@@ -276,7 +311,8 @@ function adviceCard() {
 
 function takeAdvice(one) {
   takeCrop(one.crop);
-  Object.assign(wanted, {layout: one.layout, size_mm: one.size_mm.toFixed(1), patch_mm: one.patch_mm.toFixed(2)});
+  Object.assign(wanted, {layout: one.layout, size_mm: written(one.size_mm.toFixed(1)), patch_mm: written(one.patch_mm.toFixed(2))});
+  typed = true;
   changed();
 }
 

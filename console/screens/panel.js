@@ -110,10 +110,12 @@ function passportCard() {
     return card(t("passport.written_off"), facts(fact(t("passport.state"), t(`state.${passport.state}`)), fact(t("passport.wood"), squareCm(passport.area_mm2))), close);
   const {mark, state, job, run, wood, history = []} = passport;
   const since = history.length ? t("passport.since", {at: dayTime(history[history.length - 1].at)}) : "";
+  const past = ({state, at, panel, who}) => h("li", {}, h("b", {}, t(`state.${state}`)), " ", h("span.dim", {}, [dayTime(at), panel, who].filter(Boolean).join(", ")));
   return card(t("passport", {mark}), h("div.load", {}, wood && woodOf({id: shown.piece, mark, panel: wood.panel, panel_outline_mm: wood.outline_mm}),
     facts(fact(t("passport.job"), `${job.id}, ${job.name}`),
       fact(t("passport.state"), [t(`state.${state}`), since].filter(Boolean).join(", "), state === "suspect"),
       run && fact(t("passport.who"), [run.who, run.started && dayTime(run.started)].filter(Boolean).join(", ")))),
+    history.length > 1 && h("details", {"data-key": "past"}, h("summary", {}, t("passport.past")), h("ol.list", {}, ...history.map(past))),
     h("div.choices", {}, link(`#assembly/${job.id}/${encodeURIComponent(mark)}`, t("passport.place"), {class: "go"}), close));
 }
 

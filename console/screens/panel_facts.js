@@ -5,8 +5,12 @@ import {askAll} from "../link.js";
 import {changed, loadPanels, mayChange} from "../model.js";
 import {command} from "../commands.js";
 import {hint, lacking} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 
 const code = encodeURIComponent;
+const kSides = ["veneer_mm", "substrate_mm"];
+const kThickness = {least: .001, most: 100, optional: true};
+const faultOfSides = (now) => firstFault(...kSides.map((side) => ({label: t(`say.${side}`), text: now[side], rules: kThickness})));
 const kLongestWood = 60;  // characters that the cell takes
 let typed = {};      // what is not kept yet, by field
 let woods = [];      // that were ever named
@@ -20,7 +24,7 @@ export function beginFacts() {
 
 const known = (panel) => {
   const {shelf, veneer_mm, substrate_mm} = panel.facts || {};
-  return {shelf: shelf || "", veneer_mm: veneer_mm ? String(veneer_mm) : "", substrate_mm: substrate_mm ? String(substrate_mm) : "", treated: "", product: "", day: "",
+  return {shelf: shelf || "", veneer_mm: veneer_mm ? written(veneer_mm) : "", substrate_mm: substrate_mm ? written(substrate_mm) : "", treated: "", product: "", day: "",
           ...Object.fromEntries(panel.zones.map((zone) => [`zone-${zone.zone}`, zone.material || ""]))};
 };
 
@@ -29,18 +33,18 @@ function said(panel) {
   const zones = panel.zones.filter(({zone}) => now[`zone-${zone}`].trim() && now[`zone-${zone}`].trim() !== before[`zone-${zone}`]);
   const facts = {};
   if (now.shelf.trim() !== before.shelf) facts.shelf = now.shelf.trim();
-  for (const side of ["veneer_mm", "substrate_mm"]) if (now[side] && now[side] !== before[side]) facts[side] = Number(now[side]);
+  for (const side of kSides) if (now[side].trim() && numberOf(now[side]) !== numberOf(before[side])) facts[side] = numberOf(now[side]);
   if (now.treated && now.product.trim()) Object.assign(facts, {[now.treated]: now.product.trim()}, now.day ? {day: now.day} : {});
-  return {now, zones, facts, anything: zones.length > 0 || Object.keys(facts).length > 0, half: Boolean(now.treated) && !now.product.trim()};
+  return {now, zones, facts, anything: zones.length > 0 || Object.keys(facts).length > 0, half: Boolean(now.treated) && !now.product.trim(), bad: faultOfSides(now)};
 }
 
 // Of one wood it is said at once, strip by strip only where they differ. What was taken is no longer typed.
 async function keep(event, panel) {
   event.preventDefault();
-  const {now, zones, facts, anything, half} = said(panel);
+  const {now, zones, facts, anything, half, bad} = said(panel);
   const mine = typed, sent = {...typed};  // people type on meanwhile, or begin another panel
   const taken = (names) => { for (const name of names) if (mine[name] === sent[name]) delete mine[name]; };
-  if (keeping || !anything || half) return;
+  if (keeping || !anything || half || bad) return;
   keeping = true;
   kept = false;
   changed();
@@ -62,10 +66,10 @@ async function keep(event, panel) {
 
 // `look` shows a strip on the map, or none.
 export function saidCard(panel, look) {
-  const {now, anything, half} = said(panel);
+  const {now, anything, half, bad} = said(panel);
   const take = (name) => (event) => { typed[name] = event.target.value; kept = false; changed(); };
   const text = (name, label, more = {}) => h("label", {}, label, h("input", {type: "text", id: `say-${name}`, maxlength: 200, value: now[name], oninput: take(name), ...more}));
-  const number = (name) => h("label", {}, t(`say.${name}`), h("input", {type: "number", id: `say-${name}`, min: .001, max: 100, step: "any", value: now[name], oninput: take(name)}));
+  const number = (name) => numberField(t(`say.${name}`), now[name], (text) => take(name)({target: {value: text}}), {...kThickness, id: `say-${name}`});
   const before = known(panel), isEmptied = (name) => Boolean(before[name]) && !now[name].trim();
   const emptied = ["veneer_mm", "substrate_mm", ...panel.zones.map(({zone}) => `zone-${zone}`)].some(isEmptied);
   const all = (event) => { for (const {zone} of panel.zones) typed[`zone-${zone}`] = event.target.value; kept = false; changed(); };
@@ -83,6 +87,7 @@ export function saidCard(panel, look) {
       now.treated && h("div.pair", {}, text("product", t("say.product"), {required: true}), h("label", {}, t("say.day"), h("input", {type: "date", id: "say-day", value: now.day, oninput: take("day")}))),
       now.treated && hint(t("say.scan_again")),
       emptied && h("p.dim.hint", {id: "say-emptied"}, t("say.emptied")),
-      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-say", disabled: !mayChange() || keeping || !anything || half || Boolean(panel.retired)}, t("say.keep"), lacking("operator"))),
+      bad && hint(faultWords(bad)),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-say", disabled: !mayChange() || keeping || !anything || half || Boolean(bad) || Boolean(panel.retired)}, t("say.keep"), lacking("operator"))),
       kept && h("p", {role: "status"}, t("say.kept"))));
 }

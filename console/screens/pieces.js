@@ -4,7 +4,7 @@ import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, databaseSound, isStale, loadJobs, mayChange, model, operates, piecesOf} from "../model.js";
 import {allConfirmed, command, confirmedNames, recutMarks, sameThing} from "../commands.js";
-import {button, card, link} from "../parts.js";
+import {button, card, link, tWith} from "../parts.js";
 import {picture} from "../pictures.js";
 
 export const kGone = ["scrap", "released", "unfilled"];
@@ -113,11 +113,11 @@ function suspectsCard() {
 // ---- missing --------------------------------------------------------------------------------------------------------
 
 const redoing = new Map();  // job by the task that looks for its wood
-let redone = "";
+let redone = null;  // says what came of the last one: () => nodes
 
-// Other wood for these marks, or for all that are missing.
-export async function redo(job, marks) {
-  const begun = await command(`/jobs/${job}/redo`, {body: marks ? {pieces: marks} : {}});
+// Other wood for these marks, or for all that are missing. `lost`: for one that was cut, which somebody says is lost.
+export async function redo(job, marks, {lost: isLost = false} = {}) {
+  const begun = await command(`/jobs/${job}/redo`, {body: marks ? {pieces: marks, ...(isLost && {lost: true})} : {}});
   if (begun) redoing.set(begun.task, job);
   changed();
 }
@@ -129,10 +129,10 @@ function followRedoing() {
     if (!task || task.state === "running") continue;
     redoing.delete(id);
     const {result, error} = task;
-    if (error) redone = `▲ ${asSentence(error.message)}`;
+    if (error) redone = () => ["▲ ", tWith("redo.failed", "why", asSentence(error.message))];
     if (result && result.redone) {
       const change = 100 * (result.cost_per_pixel / result.cost_per_pixel_before - 1);
-      redone = `${t("redone", {n: result.redone.length, marks: result.redone[0].mark})} ${t("redone.cost", {share: Math.abs(change).toFixed(2), where: t(change > 0 ? "redone.farther" : "redone.nearer")})}`;
+      redone = () => `${t("redone", {n: result.redone.length, marks: result.redone[0].mark})} ${t("redone.cost", {share: Math.abs(change).toFixed(2), where: t(change > 0 ? "redone.farther" : "redone.nearer")})}`;
     }
     loadJobs();
   }
@@ -143,7 +143,7 @@ export const cannotRedo = (job) => !mayChange() || [...redoing.values()].include
 // What came of the last redo.
 export function redoneNote() {
   followRedoing();
-  return redone && h("p", {role: "status"}, redone);
+  return redone && h("p", {role: "status", "data-key": "redone"}, redone());
 }
 
 // It was called lost by mistake: somebody looks at it again.
@@ -186,5 +186,5 @@ function lostCard() {
       h("select", {"aria-label": t("lost.piece"), value: piece ? piece.mark : "", onchange: (event) => { lost = {...lost, job: job.id, mark: event.target.value}; changed(); }},
         h("option", {value: ""}, t("lost.choose")), ...open.map((one) => h("option", {value: one.mark}, one.mark))),
       piece ? woodOf(piece) : null,
-      button(t("lost.do"), () => { if (confirm(t("lost.sure", {mark: piece.mark}))) redo(job.id, [piece.mark]); }, {disabled: !piece || cannotRedo(job.id) || !databaseSound()})));
+      button(t("lost.do"), () => { if (confirm(t("lost.sure", {mark: piece.mark}))) redo(job.id, [piece.mark], {lost: true}); }, {id: "do-lost", disabled: !piece || cannotRedo(job.id) || !databaseSound()})));
 }

@@ -4,13 +4,14 @@ import {h, svg} from "../dom.js";
 import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
-import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
+import {allConfirmed, askedNames, choose, clearing, command, confirmName, confirmedNames, give, isConfirmed, mayClear, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
 import {bar, button, card, empty, fact, facts, inEnglish, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
 import {pieceCards} from "./pieces.js";
 import {sheetHands} from "./sheet_hands.js";
+import {faultOf, numberField, numberOf, written} from "../fields.js";
 
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
@@ -117,7 +118,7 @@ export const sightWords = (load) => inEnglish(asSentence(load.sentence)) || asSe
 
 // ---- commands -------------------------------------------------------------------------------------------------------
 
-let framePercent = 0;
+let framePower = "0";  // %, as somebody typed it
 
 const kStepCommand = {reset: "reset", start: "start", confirm: "unsuspend", unhold: "unhold", clear: "clear"};
 
@@ -133,21 +134,23 @@ function commandsCard() {
     one("hold", "hold"), one("unhold", "unhold"),
     one("stop-after-piece", "after", {wide: true}),
     one("stop", "stop", {wide: true, small: t("do.stop.small")}),
-    one("clear", "clear"), one("reset", "reset")),
+    button(t("do.clear"), clearing(), {disabled: !mayClear(), next: step === "clear" && mayClear(), "data-command": "clear"}), one("reset", "reset")),
     !databaseSound() && h("p.hint", {}, inEnglish(asSentence(cell.database.sentence))));
 }
 
 // Traced dark, or with so much power that it leaves a line: that is asked for like a cut.
 function frame(cell) {
   if (cell.state !== "Suspended") return null;
-  const most = 100 * ((cell.load && cell.load.frame_max_power) || 0);
-  const ready = mayChange() && panelFound();
-  const label = framePercent <= 0 ? t("do.frame") : t(ready && !allConfirmed() ? "do.frame_first" : "do.frame_power", {percent: framePercent});
+  // Told and used alike: to a tenth.
+  const rules = {least: 0, most: Math.floor(1000 * ((cell.load && cell.load.frame_max_power) || 0) + 1e-6) / 10};
+  const bad = Boolean(faultOf(framePower, rules)), permille = bad ? 0 : Math.round(10 * numberOf(framePower));
+  const ready = mayChange() && panelFound() && !bad;
+  const label = permille <= 0 ? t("do.frame") : t(ready && !allConfirmed() ? "do.frame_first" : "do.frame_power", {percent: written(permille / 10)});
   return h("div.frame.wide", {"data-key": "frame"},
     // Answered when the frame is traced.
-    button(label, () => command("/commands/frame", {timeoutMs: 120000, body: framePercent > 0 ? {power: framePercent / 100, confirmed: confirmedNames()} : {}}),
-      {disabled: !ready || (framePercent > 0 && !allConfirmed())}),
-    h("label", {}, t("frame.power"), h("input", {type: "number", min: 0, max: most, step: 0.5, value: String(framePercent), oninput: (event) => { framePercent = Math.max(0, Number(event.target.value) || 0); changed(); }})));
+    button(label, () => command("/commands/frame", {timeoutMs: 120000, body: permille > 0 ? {power: permille / 1000, confirmed: confirmedNames()} : {}}),
+      {disabled: !ready || (permille > 0 && !allConfirmed())}),
+    numberField(t("frame.power"), framePower, (text) => { framePower = text; changed(); }, {...rules, id: "frame-power"}));
 }
 
 export function checkList() {

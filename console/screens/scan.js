@@ -1,10 +1,10 @@
 // A panel onto the glass and into stock: what is asked before, how far it is, what was found.
 import {h} from "../dom.js";
-import {squareCm, t} from "../words.js";
+import {dayTime, squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
-import {command} from "../commands.js";
+import {command, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, hint, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
@@ -22,16 +22,41 @@ export function draw() {
         choice(t("scan.face"), wanted.face, [["show", t("face.show")], ["back", t("face.back")]], (face) => { wanted.face = face; }),
         choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], (panel) => { wanted.panel = panel; }),
         h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
-      h("div.commands", {}, button(t("scan.do"), scan, {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
+      h("div.commands", {}, button(t("scan.do"), () => scan(), {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
+      seriesPart(task, busy),
       busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))), sheetHands("scanner", wanted.face)),
-    h("div.column", {}, ...waiting.map(proposalCard), foundCard(task)));
+    h("div.column", {}, ...waiting.map((seen) => proposalCard(seen, task)), foundCard(task)));
 }
 
 const choice = (label, value, options, take) => h("label", {}, label,
   h("select", {value, onchange: (event) => { take(event.target.value); changed(); }}, ...options.map(([word, text]) => h("option", {value: word}, text))));
 
-async function scan() {
-  const body = {face: wanted.face, more: wanted.more};
+// ---- a series of tiles ----------------------------------------------------------------------------------------------
+
+// Of the series whose next tile a scan would be, whoever began it: {tiles, panel, face}; null: there is none. A cell that
+// does not tell leaves what this page has scanned itself.
+export function openSeries(cell, task) {
+  if (cell && cell.open_scan !== undefined) return cell.open_scan;
+  const {result} = task || {};
+  return result && !result.panel && !result.proposal && result.tiles > 0 ? {tiles: result.tiles, panel: result.of || null, face: result.face || null} : null;
+}
+
+const series = sameThing();
+
+// What is given up is what stood there when it was pressed, and no tile that came meanwhile.
+function seriesPart(task, busy) {
+  const open = openSeries(model.cell, task), kept = model.cell && model.cell.kept_scan, key = JSON.stringify(open);
+  series.drawn(key);
+  if (!open) return kept ? hint(t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})) : null;
+  const asShown = () => series.isLooked() && JSON.stringify(openSeries(model.cell, model.tasks.get(begun))) === key;
+  const anew = () => { if (asShown() && confirm(t("scan.anew.sure", {n: open.tiles})) && asShown()) scan({anew: true}); };
+  return h("div.note", {"data-key": "series", role: "status"},
+    h("p", {}, t("scan.open_series", {n: open.tiles, of: [open.panel, open.face && t(`face.${open.face}`)].filter(Boolean).join(", ") || t("scan.of_new")})),
+    h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
+}
+
+async function scan({anew = false} = {}) {
+  const body = {face: wanted.face, more: wanted.more, ...(anew && {anew})};
   if (wanted.panel) body.panel = wanted.panel;
   const started = await command("/scans", {body});
   if (started) begun = started.task;
@@ -45,14 +70,20 @@ function foundCard(task) {
   if (!result) return null;
   if (result.proposal) return null;  // it stands among those that wait
   if (!result.panel) return card(t("scan.found"), h("p.big", {}, t("scan.tiles", {n: result.tiles})));
-  const {rms_mm: rms} = result.registration || {};
   return card(t("scan.found"),
     h("p.big", {}, t("scan.result", {panel: result.panel, face: t(`face.${result.face}`)}), result.new && `, ${t("scan.is_new")}`),
     picture(`/panels/${encodeURIComponent(result.panel)}/map.png?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),
-    facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), typeof rms === "number" && fact(t("scan.rms"), `${rms.toFixed(3)} mm`),
+    facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), ...fitFacts(result),
       ...warnings(result),
       result.differences && result.differences.length > 0 && fact(t("scan.warning"), t("panel.differences", {n: result.differences.length}), true)),
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
+}
+
+// Of how many tiles, and how well tags and holes fit; of a first scan of one tile nothing tells that.
+function fitFacts({tiles, registration}) {
+  const {rms_mm, max_mm, left_out_mm} = registration || {};
+  const length = (label, mm) => typeof mm === "number" && fact(t(label), `${mm.toFixed(3)} mm`);
+  return [tiles > 1 && fact(t("scan.tile_count"), String(tiles)), length("scan.rms", rms_mm), length("scan.max", max_mm), length("scan.left_out", left_out_mm)];
 }
 
 const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), inEnglish(warning.text), true));
@@ -67,8 +98,8 @@ function followWaiting(task) {
 }
 
 // What it is in doubt about stands before the buttons, each with its own answer.
-function proposalCard(seen) {
-  const {number, panel} = seen;
+function proposalCard(seen, task) {
+  const {number, panel} = seen, mine = task && task.result && task.result.proposal === seen.number ? task.result : null;
   const take = async () => {
     if (openDoubts(seen).length || !mayOverrule(seen)) return;  // the button may be of a moment ago
     const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
@@ -83,7 +114,7 @@ function proposalCard(seen) {
     !seenYet && empty(t("wood.picture_comes")),
     picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
-      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true)),
+      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true), ...(mine ? fitFacts(mine) : [])),
     (seen.remarks || []).map((remark) => h("p.fact", {}, inEnglish(remark))),
     doubtRows(seen),
     h("div.commands", {},

@@ -1,10 +1,11 @@
 // How each wood is cut, the test card to find out, the head by hand, overrides, what can be printed, and copies of it all.
 import {h} from "../dom.js";
-import {t} from "../words.js";
+import {language, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
-import {command} from "../commands.js";
+import {command, showRefusal} from "../commands.js";
 import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {burnTicks} from "../ticks.js";
 import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 import {gridButton, tagForm} from "./setup_devices.js";
@@ -51,28 +52,34 @@ function recipesCard() {
       h("div", {}, [t("recipes.row", {speed: one.speed_mm_s, power: percent(one.power)}), one.passes > 1 ? t("recipes.passes", {n: one.passes}) : "",
         one.kerf_back_mm ? t("recipes.kerf", {back: one.kerf_back_mm, show: one.kerf_show_mm}) : ""].filter(Boolean).join(", "))),
     one.material && h("span.choices", {},
-      button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? String(100 * one.power) : one[name] === null || one[name] === undefined ? "" : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
+      button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? written(Math.round(1000 * one.power) / 10) : one[name] === null || one[name] === undefined ? "" : kNumbers[name] ? written(one[name]) : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
       button(t("recipes.remove"), async () => { if (confirm(t("recipes.remove_sure", {material: one.material}))) { await command(`/recipes/${encodeURIComponent(one.material)}/${one.operation}`, {method: "DELETE"}); enterRecipes(); } }, {disabled: !maySet(), needs: "maintainer"}))))));
 }
 
-const field = (name, min, more = {}) => h("label", {}, t(`recipe.${name}`), h("input", {type: "number", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
+const kKerf = {least: 0, most: 5, optional: true};
+const kNumbers = {speed_mm_s: {least: .01}, power: {least: 0, most: 100}, passes: {least: 1, most: 20, whole: true}, kerf_back_mm: kKerf, kerf_show_mm: kKerf};
+const field = (name) => numberField(t(`recipe.${name}`), wanted[name], (text) => take(name, text), {...kNumbers[name], id: `recipe-${name}`});
+const faultOfRecipe = () => firstFault(...Object.entries(kNumbers).map(([name, rules]) => ({label: t(`recipe.${name}`), text: wanted[name], rules})));
 
 function recipeForm() {
+  const bad = faultOfRecipe();
   return h("details.card", {"data-key": "recipe-form", open: Boolean(wanted.material)}, h("summary", {}, t("recipe.set")),
     h("form.form", {onsubmit: setRecipe},
       h("label", {}, t("recipe.material"), h("input", {type: "text", id: "recipe-material", required: true, list: "woods", value: wanted.material, oninput: (event) => take("material", event.target.value)})),
       h("datalist", {id: "woods"}, ...woods.map((wood) => h("option", {value: wood}, wood))),
       h("label", {}, t("recipe.operation"), h("select", {value: wanted.operation, onchange: (event) => take("operation", event.target.value)}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`))))),
-      h("div.pair", {}, field("speed_mm_s", .01, {required: true, id: "recipe-speed"}), field("power", 0, {required: true, max: 100, id: "recipe-power"})),
-      h("div.pair", {}, field("kerf_back_mm", 0, {max: 5}), field("kerf_show_mm", 0, {max: 5})),
-      h("div.pair", {}, field("passes", 1, {max: 20}), h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.air, onchange: (event) => take("air", event.target.checked)}), t("recipe.air"))),
-      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-recipe", disabled: !maySet()}, t("recipe.keep"), lacking("maintainer")))));
+      h("div.pair", {}, field("speed_mm_s"), field("power")),
+      h("div.pair", {}, field("kerf_back_mm"), field("kerf_show_mm")),
+      h("div.pair", {}, field("passes"), h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.air, onchange: (event) => take("air", event.target.checked)}), t("recipe.air"))),
+      bad && hint(faultWords(bad)),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-recipe", disabled: !maySet() || Boolean(bad)}, t("recipe.keep"), lacking("maintainer")))));
 }
 
 async function setRecipe(event) {
   event.preventDefault();
-  const body = {speed_mm_s: Number(wanted.speed_mm_s), power: Number(wanted.power) / 100, passes: Number(wanted.passes) || 1, air: wanted.air};
-  for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf]) body[kerf] = Number(wanted[kerf]);
+  if (faultOfRecipe()) return showRefusal(faultWords(faultOfRecipe()), language);
+  const body = {speed_mm_s: numberOf(wanted.speed_mm_s), power: numberOf(wanted.power) / 100, passes: numberOf(wanted.passes), air: wanted.air};
+  for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf].trim()) body[kerf] = numberOf(wanted[kerf]);
   if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enterRecipes(); }
 }
 

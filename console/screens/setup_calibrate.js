@@ -3,7 +3,9 @@
 import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, isStale, mayDo, model} from "../model.js";
-import {button, fact, facts, hint, inEnglish} from "../parts.js";
+import {blockedBy, give, mayCommand} from "../commands.js";
+import {blockedHint, button, fact, facts, hint, inEnglish} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 import {layStep} from "../hands.js";
 import {burnTicks} from "../ticks.js";
@@ -41,8 +43,17 @@ const step = (id, kind, body) => ({
   },
 });
 
+// What these buttons need of the chain. A look at the bed, or Reset, beside the reason tells when it is cured.
+const kNeeds = {camera: ["camera"], laser: ["machine", "camera"]};
+const inTheWay = (place) => blockedBy(...(kNeeds[place] || []));
+const resetButton = () => mayCommand("reset") && button(t("devices.connect"), () => give("reset"), {small: t("devices.connect.small"), id: "connect"});
+const cures = (place) => {
+  const lock = inTheWay(place);
+  return [blockedHint(lock), lock && lock.name === "machine" && h("div.commands", {}, resetButton())];
+};
+
 const act = (about, place, label, steps, more = {}) =>
-  button(label, () => doSteps(place, steps()), {disabled: !mayMeasure(place), next: mayMeasure(place) && !about.certificate(kKinds[place]), needs: "maintainer", wide: true, ...more});
+  button(label, () => doSteps(place, steps()), {disabled: !mayMeasure(place), next: mayMeasure(place) && !about.certificate(kKinds[place]) && !inTheWay(place), needs: "maintainer", wide: true, ...more});
 
 // ---- scanner --------------------------------------------------------------------------------------------------------
 
@@ -61,29 +72,34 @@ export const scannerStep = step("scanner", "scanner", (about, place) => {
 
 const kViews = [{height_mm: 0, turn_deg: 0}, {height_mm: 0, turn_deg: 8}, {height_mm: 30, turn_deg: 0}, {height_mm: 30, turn_deg: 5}];
 let blocks = "30";  // mm, as somebody measured them
+const kBlocks = {least: 5};
 
 export const cameraStep = step("camera", "camera", (about, place) => {
   const taken = about.setup.collected.view_heights_mm;
   const rest = kViews.slice(taken.length);
   const left = rest.length ? rest : kViews.slice(-1);  // the fit failed: the last one once more
   const [view] = left;
-  const height = view.height_mm > 0 ? Number(blocks) : 0;
+  const bad = view.height_mm > 0 ? firstFault({label: t("camera.blocks"), text: blocks, rules: kBlocks}) : null;
+  const height = view.height_mm > 0 ? numberOf(blocks) : 0;
+  const off = {disabled: !mayMeasure(place) || Boolean(inTheWay(place)) || (Boolean(bad) && !about.hands)};
   const photograph = ({height_mm}, last) => measure(place, "camera", {height_mm, more: !last});
   // What the camera sees of the first one is shown; the others are alike.
   const viewSteps = (one, n) => [layStep("grid", "bed", one), ...(n === 0 ? [lookStep()] : []), photograph(one, n === left.length - 1)];
   if (about.hands) return [
-    [h("div.commands", {}, act(about, place, t("setup.lay_and_measure"), () => left.flatMap(viewSteps), {id: "do-camera", small: t("setup.four_views")}))],
+    [cures(place), h("div.commands", {}, inTheWay(place) && lookButton(), act(about, place, t("setup.lay_and_measure"), () => left.flatMap(viewSteps), {id: "do-camera", small: t("setup.four_views"), ...off}))],
     bedPicture()];
   return [[
     h("p.fact", {role: "status"}, t("camera.view", {n: Math.min(taken.length + 1, 4)})),
     h("p", {}, t(`camera.view.${Math.min(taken.length, 3)}`)),
-    view.height_mm > 0 && h("div.form", {}, h("label", {}, t("camera.blocks"), h("input", {type: "number", min: 5, step: "any", value: blocks, oninput: (event) => { blocks = event.target.value; changed(); }}))),
-    h("div.commands", {}, lookButton(), act(about, place, t("camera.take"), () => [photograph({height_mm: height}, left.length <= 1)], {id: "do-camera", wide: false, disabled: !mayMeasure(place) || !(height >= 0)}))],
+    view.height_mm > 0 && h("div.form", {}, numberField(t("camera.blocks"), blocks, (text) => { blocks = text; changed(); }, kBlocks)),
+    cures(place),
+    h("div.commands", {}, lookButton(), act(about, place, t("camera.take"), () => [photograph({height_mm: height}, left.length <= 1)], {id: "do-camera", wide: false, ...off}))],
     bedPicture()];
 });
 
 // ---- laser ----------------------------------------------------------------------------------------------------------
 
+const kBoardSides = {width: {least: .1}, height: {least: .1}, thickness: {least: .1}};
 const board = {thickness: "", width: "490", height: "290"};
 // By their names in the API. Where the laser was never calibrated nothing but somebody's word tells where the board lies;
 // that it is not seen is said once the cell has looked.
@@ -93,19 +109,21 @@ const wasUnseen = () => [...model.tasks.values()].some((task) => task.kind === "
 const ticks = burnTicks("confirm", () => [...(byHands ? [] : [kBoard]), ...(wasUnseen() ? [kUnseen] : [])], () => (byHands || placed ? [] : [kBoard]));
 
 export const laserStep = step("laser", "axes", (about, place) => {
-  if (!board.thickness) board.thickness = String(about.setup.panel_thickness_mm);
+  if (!board.thickness) board.thickness = written(about.setup.panel_thickness_mm);
   placed = Boolean(about.certificate("axes"));
   byHands = Boolean(about.hands);  // those lay it there themselves
-  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: [...ticks.take(), ...(byHands ? [kBoard] : [])]});
-  const field = (name) => h("label", {}, t(`board.${name}`), h("input", {type: "number", min: .1, step: "any", value: board[name], oninput: (event) => { board[name] = event.target.value; changed(); }}));
+  const body = () => ({height_mm: numberOf(board.thickness), board_width_mm: numberOf(board.width), board_height_mm: numberOf(board.height), confirmed: [...ticks.take(), ...(byHands ? [kBoard] : [])]});
+  const field = (name) => numberField(t(`board.${name}`), board[name], (text) => { board[name] = text; changed(); }, {...kBoardSides[name], id: `board-${name}`});
+  const bad = about.hands ? null : firstFault(...Object.entries(kBoardSides).map(([name, rules]) => ({label: t(`board.${name}`), text: board[name], rules})));
   return [[
     !about.certificate("camera") && h("p.warn", {}, t("laser.camera_first")),
     !about.hands && h("div.form", {}, h("div.pair", {}, field("width"), field("height"), field("thickness"))),
     ticks.list(),
     h("p.warn", {}, `▲ ${t("laser.burns")}`),
+    about.certificate("camera") && cures(place), bad && hint(faultWords(bad)),
     h("div.commands", {}, lookButton(), act(about, place, t(about.hands ? "laser.lay_and_burn" : "laser.burn"), () => [
       ...(about.hands ? [layStep("board", "bed")] : []), measure(place, "laser", body()), lookStep()],
-    {id: "do-laser", wide: false, disabled: !mayMeasure(place) || !ticks.ready() || !about.certificate("camera")}))],
+    {id: "do-laser", wide: false, disabled: !mayMeasure(place) || !ticks.ready() || !about.certificate("camera") || Boolean(bad) || Boolean(inTheWay(place))}))],
     bedPicture()];
 });
 

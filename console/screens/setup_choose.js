@@ -5,7 +5,8 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model} from "../model.js";
 import {command} from "../commands.js";
-import {button, fact, facts} from "../parts.js";
+import {button, fact, facts, hint, inEnglish} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 
 const kDevices = ["laser", "scanner", "camera"];
@@ -51,7 +52,7 @@ export const chooseParts = () => {
     workRow("devices"),
     ...kDevices.map(part),
     is("laser") !== "sim" && (is("scanner") === "sim" || is("camera") === "sim") && h("p.warn", {}, `▲ ${t("choose.mixed")}`),
-    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} ${asSentence(devices.problem)}`),
+    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} `, inEnglish(asSentence(devices.problem))),
     devices.next && restartPart(),
   ];
 };
@@ -83,15 +84,16 @@ const look = () => (forget(), doSteps("devices", [
   {text: t("choose.scanners"), act: async () => { found.scanners = (await run("devices", "/scanners", {})).scanners; changed(); }},
 ]));
 
-// Each: {key, body, label, small, problem, refused}
+// Each: {key, body, label, small, problem, said: by the page itself, refused}
 function options(name) {
   const simulated = {key: "sim", body: {kind: "sim"}, label: t("choose.sim")};
   if (name === "laser") return [...found.lasers.map((one) => ({key: one.port, body: {kind: one.kind, port: one.port}, label: `${t(`kind.${one.kind}`)}${one.name ? `, ${one.name}` : ""}`, small: [one.port, one.named_by === "socket" ? t("choose.socket") : ""].filter(Boolean).join(" – "), problem: one.refusal, refused: Boolean(one.refusal)})), simulated];
-  if (name === "scanner") return [...(found.scanners || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), refused: !one.make})), simulated];
+  if (name === "scanner") return [...(found.scanners || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), said: !one.make, refused: !one.make})), simulated];
   return [...found.pictures.map((one) => ({key: one.device, body: {kind: "file", device: one.device}, label: one.device.split("/").pop(), small: `${one.device}, ${t("choose.age", {span: span(one.age_s)})}`})), simulated];
 }
 
-const isTravel = (text) => Number(text) >= 50 && Number(text) <= 2000;
+const kTravel = {least: 50, most: 2000}, kDpi = {least: 75, most: 1200, whole: true, optional: true};
+const field = (key, rules) => ({label: t(`choose.${key}`), text: more[key], rules});
 
 function choices(name, isReal) {
   const all = options(name);
@@ -99,21 +101,24 @@ function choices(name, isReal) {
   const asking = name === "scanner" && !found.scanners;
   const real = name === "laser" && mark && mark.body.kind !== "sim", board = real && mark.body.kind === "lihuiyu";
   const backToSim = mark && mark.body.kind === "sim" && isReal;
-  const lacks = (board && !(isTravel(more.travel_x_mm) && isTravel(more.travel_y_mm))) || ((real || backToSim) && !sure[name]) || (mark && mark.body.kind === "sim" && !isReal);
+  const isSane = name === "scanner" && mark && mark.body.kind === "sane";
+  const bad = board ? firstFault(field("travel_x_mm", kTravel), field("travel_y_mm", kTravel)) : isSane ? firstFault(field("dpi", kDpi)) : null;
+  const lacks = bad || ((real || backToSim) && !sure[name]) || (mark && mark.body.kind === "sim" && !isReal);
   const busy = !mayDo("maintainer") || isStale() || !kRest.includes(model.cell.state);
-  const number = (key, least, most, hint = "") => h("label", {}, t(`choose.${key}`), h("input", {type: "number", min: least, max: most, step: "any", value: more[key], placeholder: hint, oninput: (event) => { more[key] = event.target.value; changed(); }}));
+  const number = (key, rules, placeholder = "") => numberField(t(`choose.${key}`), more[key], (text) => { more[key] = text; changed(); }, {...rules, placeholder, id: `choose-${key}`});
   return h("div", {"data-key": "choices"},
     asking ? (isBusy("devices") && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
       h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure[name] = false; changed(); }}),
-      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, ` ▲ ${asSentence(one.problem)}`))))),
+      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, " ▲ ", one.said ? asSentence(one.problem) : inEnglish(asSentence(one.problem))))))),
     board && h("div.form", {},
       h("label", {}, t("choose.board"), h("select", {value: more.board, onchange: (event) => { more.board = event.target.value; changed(); }}, ...["m2", "m3"].map((one) => h("option", {value: one}, one.toUpperCase())))),
-      h("div.pair", {}, number("travel_x_mm", 50, 2000), number("travel_y_mm", 50, 2000)),
+      h("div.pair", {}, number("travel_x_mm", kTravel), number("travel_y_mm", kTravel)),
       h("p.dim", {}, t("choose.travel"))),
-    name === "scanner" && mark && mark.body.kind === "sane" && h("div.form", {}, number("dpi", 75, 1200, String(devices.scanner.dpi))),
+    isSane && h("div.form", {}, number("dpi", kDpi, String(devices.scanner.dpi))),
     (real || backToSim) && h("fieldset.confirm", {"data-key": "sure"}, h("legend", {}, t("confirm")), h("label", {},
       h("input", {type: "checkbox", id: `sure-${name}`, checked: Boolean(sure[name]), onchange: (event) => { sure[name] = event.target.checked; changed(); }}), h("span", {}, t(real ? "choose.sure" : `choose.simulate.${name}`)))),
+    bad && hint(faultWords(bad)),
     mark && h("div.commands", {}, button(t("choose.take", {device: t(name)}), () => take(name, mark.body, backToSim), {wide: true, id: `choose-${name}`, needs: "maintainer",
       disabled: busy || Boolean(lacks), small: t("choose.take.small")})));
 }
@@ -122,8 +127,8 @@ async function take(name, body, backToSim) {
   const whole = {...body};
   if (name === "laser" && body.kind !== "sim") whole.confirmed = [kRealLaser];
   if (backToSim) whole.confirmed = [kSimulation];
-  if (body.kind === "lihuiyu") Object.assign(whole, {board: more.board, travel_x_mm: Number(more.travel_x_mm), travel_y_mm: Number(more.travel_y_mm)});
-  if (body.kind === "sane" && more.dpi) whole.dpi = Number(more.dpi);
+  if (body.kind === "lihuiyu") Object.assign(whole, {board: more.board, travel_x_mm: numberOf(more.travel_x_mm), travel_y_mm: numberOf(more.travel_y_mm)});
+  if (body.kind === "sane" && more.dpi.trim()) whole.dpi = numberOf(more.dpi);
   const told = await command(`/devices/${name}`, {body: whole});
   if (!told) return;
   devices = told;
@@ -146,5 +151,5 @@ function restartPart() {
   if (refused) followRefusal();
   return h("div.note", {"data-key": "restart", role: "status"},
     h("p", {}, t("choose.counts")),
-    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, asSentence(refused)) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
+    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, inEnglish(asSentence(refused))) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
 }

@@ -3,7 +3,8 @@ import {h} from "../dom.js";
 import {t} from "../words.js";
 import {changed, model} from "../model.js";
 import {give, mayCommand} from "../commands.js";
-import {button} from "../parts.js";
+import {button, hint} from "../parts.js";
+import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {openFile} from "../work.js";
 import {chooseParts} from "./setup_choose.js";
 import {bedPicture, lookButton} from "./setup_bed.js";
@@ -26,10 +27,19 @@ export const devicesStep = {
 // ---- what is printed ------------------------------------------------------------------------------------------------
 
 let tags = {width_mm: "240", height_mm: "160", panels: "1"};
-export const tagForm = () => h("form.form", {onsubmit: (event) => { event.preventDefault(); openFile(`/fiducials/panel?${new URLSearchParams(tags)}`); }},
-  h("div.pair", {}, ...["width_mm", "height_mm", "panels"].map((name) => h("label", {}, t(`print.${name}`),
-    h("input", {type: "number", min: 1, required: true, value: tags[name], oninput: (event) => { tags[name] = event.target.value; changed(); }})))),
-  h("div.commands", {}, h("button.wide", {type: "submit"}, t("print.tags"))));
+const kTags = {width_mm: {least: 1}, height_mm: {least: 1}, panels: {least: 1, whole: true}};
+const faultOfTags = () => firstFault(...Object.entries(kTags).map(([name, rules]) => ({label: t(`print.${name}`), text: tags[name], rules})));
+const openTags = (event) => {
+  event.preventDefault();
+  if (!faultOfTags()) openFile(`/fiducials/panel?${new URLSearchParams(Object.keys(kTags).map((name) => [name, String(numberOf(tags[name]))]))}`);
+};
+export function tagForm() {
+  const bad = faultOfTags();
+  return h("form.form", {onsubmit: openTags},
+    h("div.pair", {}, ...Object.entries(kTags).map(([name, rules]) => numberField(t(`print.${name}`), tags[name], (text) => { tags[name] = text; changed(); }, rules))),
+    bad && hint(faultWords(bad)),
+    h("div.commands", {}, h("button.wide", {type: "submit", disabled: Boolean(bad)}, t("print.tags"))));
+}
 export const gridButton = () => h("div.commands", {}, button(t("print.grid"), () => openFile("/fiducials/grid"), {wide: true}));
 
 export const printStep = {

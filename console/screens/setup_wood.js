@@ -3,13 +3,14 @@ import {h} from "../dom.js";
 import {asSentence, squareCm, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
-import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
-import {bar, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
+import {allConfirmed, blockedBy, choose, clearing, command, give, mayClear, mayCommand, panelFound} from "../commands.js";
+import {bar, blockedHint, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
+import {lookButton} from "./setup_bed.js";
 import {checkList, sightWords} from "./run.js";
 import {jobKey, jobMap} from "./job_map.js";
 
@@ -147,9 +148,12 @@ export const cutStep = {
     const {cell} = model, place = "cut", {load, state} = cell, job = openJob();
     const under = cell.job && !["Stopped", "Idle", "Aborted"].includes(state);
     const wide = {wide: true};
+    const lock = blockedBy("machine", "camera"), mayBegin = mayChange() && !isBusy(place) && !lock;
     const go = [];
-    if (!under && job && state !== "Aborted") go.push(h("p", {}, t("how.cut")), h("div.commands", {}, button(t("first.begin"), () => doSteps(place, [{text: t("first.begin"), act: () => begin(job)}]),
-      {...wide, id: "do-begin", small: t("devices.connect.small"), disabled: !mayChange() || isBusy(place) || !["Stopped", "Idle", "Complete"].includes(state), next: mayChange() && !isBusy(place)})));
+    if (!under && job && state !== "Aborted") go.push(h("p", {}, t("how.cut")), blockedHint(lock),
+      lock && h("div.commands", {}, lookButton(), lock.name === "machine" && mayCommand("reset") && button(t("devices.connect"), () => give("reset"), {small: t("devices.connect.small"), id: "connect"})),
+      h("div.commands", {}, button(t("first.begin"), () => doSteps(place, [{text: t("first.begin"), act: () => begin(job)}]),
+      {...wide, id: "do-begin", small: t("devices.connect.small"), disabled: !mayBegin || !["Stopped", "Idle", "Complete"].includes(state), next: mayBegin})));
     if (load) go.push(h("p.big", {}, t(load.found ? "load.on" : "load.lay", {panel: load.panel})), h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
       h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)));
     if (load && !load.found && about.hands) go.push(h("div.commands", {}, button(t("hands.lay.panel.bed"), () => doSteps(place, [{text: t("hands.lay.panel.bed"), act: () => lay("panel", "bed", {face: load.face_up})}]),
@@ -159,7 +163,7 @@ export const cutStep = {
     if (under) go.push(bar(cell.job.pieces ? cell.job.cut / cell.job.pieces : 0, {label: t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})}),
       h("p", {}, t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})));
     if (state === "Execute") go.push(h("div.commands", {}, button(t("do.hold"), () => give("hold"), {disabled: !mayCommand("hold")})));
-    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", inEnglish(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), () => give("clear"), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayCommand("clear"), next: mayCommand("clear")})));
+    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", inEnglish(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), clearing(), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayClear(), next: mayClear()})));
     if (state === "Held") go.push(h("p.warn", {}, t("first.look_at_run")), link("#run", t("next.go", {screen: t("screen.run")}), {class: "go"}));
     if (cutJob() && !["Execute", "Suspended"].includes(state)) go.push(h("p.big", {role: "status"}, t("first.cut", {n: cutJob().cut})), h("div.choices", {},
       link(`#assembly/${cutJob().id}`, t("next.go", {screen: t("screen.assembly")}), {class: "go"}), link("#new", t("next.go", {screen: t("screen.new")}), {class: "go"})));

@@ -1,0 +1,35 @@
+// Numbers that people type: with a point or a comma, and what is wrong with one said where it stands.
+import {h} from "./dom.js";
+import {language, t} from "./words.js";
+
+const kNumber = /^-?(\d+([.,]\d*)?|[.,]\d+)$/;  // no sign for more than nothing, no exponent
+
+// NaN: it is none. Blank is none either.
+export const numberOf = (text) => (kNumber.test(String(text).trim()) ? Number(String(text).trim().replace(",", ".")) : NaN);
+
+// As this page's language writes it.
+export const written = (value) => (language === "de" ? String(value).replace(".", ",") : String(value));
+
+// "" when it may be so, else a sentence.
+export function faultOf(text, {whole = false, least = -Infinity, most = Infinity, optional = false} = {}) {
+  const typed = String(text).trim();
+  if (!typed) return optional ? "" : t("number.blank");
+  const value = numberOf(typed);
+  if (!Number.isFinite(value)) return t("number.junk");
+  if (whole && (!Number.isInteger(value) || /[.,]/.test(typed))) return t("number.whole");
+  if (value < least) return t("number.least", {n: written(least)});
+  return value > most ? t("number.most", {n: written(most)}) : "";
+}
+
+// Several, told at once where one button needs all of them: {label, text, rules} each.
+export const firstFault = (...fields) => fields.map(({label, text, rules}) => ({label, fault: faultOf(text, rules)})).find(({fault}) => fault) || null;
+export const faultWords = (found) => (found ? t("number.of", {label: found.label, fault: found.fault}) : "");
+
+// `take` is given what was typed, faulty or not: whoever uses it asks faultOf first.
+export function numberField(label, text, take, {whole = false, least, most, optional, ...more} = {}) {
+  const fault = faultOf(text, {whole, least, most, optional});
+  return h("label", {}, label,
+    h("input", {type: "text", inputmode: whole ? "numeric" : "decimal", autocomplete: "off", value: String(text), "aria-invalid": fault ? "true" : null,
+                oninput: (event) => take(event.target.value), ...more}),
+    fault && h("small.number-fault", {role: "status"}, `▲ ${fault}`));
+}
