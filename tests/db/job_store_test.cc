@@ -453,6 +453,18 @@ TEST_F(JobStoreTest, AJobThatWaitsForAPanelCanBeStoppedOrAborted) {
   EXPECT_FALSE(jobs.abort_job(job, kLater).ok());
 }
 
+TEST_F(JobStoreTest, ARunEndsWithWhatIsInDoubtOfIt) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  const std::vector doubted{pieces[1].id};
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater, {doubted}));
+  EXPECT_EQ(must(jobs.find_piece(pieces[1].id)).state, PieceState::kSuspect);
+  EXPECT_EQ(must(jobs.find_piece(pieces[2].id)).state, PieceState::kCut);
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_FALSE(jobs.finish_run(run, false, kLater, {std::vector{pieces[2].id}}).ok()) << "it is over";
+  EXPECT_EQ(must(jobs.find_piece(pieces[2].id)).state, PieceState::kCut) << "all of it, or nothing";
+}
+
 TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
   const RunId run = start(panel);
   cut(0);
