@@ -213,8 +213,12 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
     booked = std::move(*live);
   }
   return [&library, panel = *panel, booked = std::move(booked), wanted, etag = *etag](Repositories&) {
-    ApiReply reply = draw_panel(library, panel, booked, wanted);
-    if (reply.status == 200) reply.etag = etag;
+    auto known = library.drawn().find(etag);
+    ApiReply reply =
+        known ? ApiReply::bytes(*std::move(known), "image/png") : draw_panel(library, panel, booked, wanted);
+    if (reply.status != 200) return reply;
+    if (!known) library.drawn().keep(etag, reply.body);
+    reply.etag = etag;
     return reply;
   };
 }
