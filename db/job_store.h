@@ -245,7 +245,7 @@ class JobStore {
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). Or he takes back that a piece
   // is scrap (kSuspect), as long as it has no other wood and its panel is in stock; that wood is whole he cannot take
   // back, for it may be somebody else's by now. The job follows.
-  Status settle(PieceId piece, AllocationState verdict, const std::string& at);
+  Status settle(PieceId piece, AllocationState verdict, const std::string& at, const std::string& who = "veneerd");
   // An operator takes over what scans saw of the job's suspect pieces. Those seen gone are cut. Of those seen in the
   // panel no scan sees whether a kerf was begun: he looks at each, names them, and says what they are; a piece that a
   // scan saw there meanwhile is not among them, and stays suspect. What a scan saw that was taken back since, or saw

@@ -238,11 +238,12 @@ void settle(const JobServices& s, const ApiRequest& request, const Reply& reply)
                                                             {"released", db::AllocationState::kReleased},
                                                             {"suspect", db::AllocationState::kSuspect}};
   const std::string mark = request.path_param("mark");
-  change_job(s, request, reply, [mark, state = verdicts.at(word)](Repositories& r, JobId id) -> Status {
-    const auto piece = r.jobs.find_piece(id, mark);
-    if (!piece) return piece.error();
-    return r.jobs.settle(piece->id, state, utc_timestamp());
-  });
+  change_job(s, request, reply,
+             [mark, state = verdicts.at(word), who = request.caller.who](Repositories& r, JobId id) -> Status {
+               const auto piece = r.jobs.find_piece(id, mark);
+               if (!piece) return piece.error();
+               return r.jobs.settle(piece->id, state, utc_timestamp(), who);
+             });
 }
 
 // What scans saw of the job's suspect pieces is taken over, where they saw it clearly.
