@@ -147,7 +147,8 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   log.word("level", config.log_level, {"error", "warn", "info", "debug"});
   log.refuse_unread();
   Section planner(root, file, "planner", errors);
-  planner.integer("threads", config.planner_threads, 0, 256);
+  planner.integer("threads", config.planner.threads, 0, 256);
+  planner.truth("remnants_first", config.planner.remnants_first);
   planner.refuse_unread();
   Section workers(root, file, "workers", errors);
   workers.integer("memory_mb", config.workers.memory_mb, 0, 1 << 30);

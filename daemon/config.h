@@ -195,6 +195,12 @@ struct DevicesConfig {
   std::optional<ChosenDevices> chosen;  // never when they may not
 };
 
+struct PlannerConfig {
+  int threads = 0;  // 0 = all cores
+  // As plans from stock are made where nobody says otherwise (choose_as_configured).
+  bool remnants_first = false;
+};
+
 struct Config {
   std::filesystem::path file;  // where it was read
   DevicesConfig devices;
@@ -212,7 +218,7 @@ struct Config {
   FramingConfig framing;
   std::vector<KeepOutConfig> keep_out;
   std::string log_level = "info";
-  int planner_threads = 0;  // 0 = all cores
+  PlannerConfig planner;
 };
 
 // Why this cell must not cut wood from stock; "" when it may. A real laser would burn where a simulated eye says.

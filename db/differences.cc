@@ -73,13 +73,14 @@ Matches match(const std::vector<SeenDifference>& before, const std::vector<SeenD
 }
 
 // `which` follows "WHERE d.panel = ?".
-std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& panel, const std::string& which) {
+std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& panel, const std::string& which,
+                                   int limit = -1) {
   SQLite::Statement rows(connection,
                          "SELECT d.id, d.kind, d.place_um, d.shape_um, d.area_um2, d.pieces, d.found_at, v.verdict, "
                          "v.who, v.note, v.at FROM differences AS d LEFT JOIN difference_verdicts AS v ON v.id = "
                          "(SELECT max(id) FROM difference_verdicts WHERE difference = d.id) WHERE d.panel = ? " +
-                             which);
-  rows.bind(1, panel.value);
+                             which + " LIMIT ?");
+  SQLite::bind(rows, panel.value, limit);
   std::vector<DifferenceRecord> out;
   while (rows.executeStep()) {
     DifferenceRecord& difference = out.emplace_back();
@@ -276,10 +277,13 @@ Result<std::vector<PieceId>> Differences::decide(const PanelId& panel, Differenc
   });
 }
 
-Result<std::vector<DifferenceRecord>> Differences::of(const PanelId& panel) {
+Result<std::vector<DifferenceRecord>> Differences::of(const PanelId& panel) { return of(panel, {}, -1); }
+
+Result<std::vector<DifferenceRecord>> Differences::of(const PanelId& panel, DifferenceId before, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<DifferenceRecord>> {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    return read(connection, panel, "ORDER BY d.id DESC");
+    const std::string older = before.value == 0 ? "" : fmt::format("AND d.id < {} ", before.value);
+    return read(connection, panel, older + "ORDER BY d.id DESC", limit);
   });
 }
 

@@ -350,10 +350,12 @@ Status JobStore::book_piece(PieceId piece, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) { return book_cut(connection, piece, at); });
 }
 
-Status JobStore::finish_run(RunId run, bool more, const std::string& at) {
+Status JobStore::finish_run(RunId run, bool more, const std::string& at, const RunEnd& end) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto job = job_of_open_run(connection, run);
     if (!job.ok()) return job.error();
+    if (Status doubted = doubt(connection, end.doubted, at); !doubted.ok()) return doubted;
+    if (end.rests) note_rest(connection, at);
     SQLite::Statement left(connection, "SELECT 1 FROM allocations WHERE job = ? AND state = 'reserved' LIMIT 1");
     left.bind(1, job->value);
     const bool goes_on = more && left.executeStep();
@@ -396,6 +398,14 @@ Status JobStore::abort_job(JobId job, const std::string& at) {
 Status JobStore::stop_job(JobId job, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (Status waits = expect_waiting(connection, job, JobState::kStopped); !waits.ok()) return waits;
+    return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
+  });
+}
+
+Status JobStore::stop_job_and_rest(JobId job, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    note_rest(connection, at);
+    if (!expect_waiting(connection, job, JobState::kStopped)) return Ok();
     return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
   });
 }

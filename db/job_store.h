@@ -141,6 +141,12 @@ struct RunFacts {
   bool looks_again = false;                 // what it books is owed a look; on its beginning only
 };
 
+// What else ends with a run, in the same transaction.
+struct RunEnd {
+  std::span<const PieceId> doubted;  // are suspect, as make_suspect() says
+  bool rests = false;                // so does the cell (note_at_rest)
+};
+
 // What a run has booked since its panel was seen where it has to lie, in the order of burning.
 struct UnprovenCuts {
   RunRecord run;
@@ -215,7 +221,7 @@ class JobStore {
   Status book_and_keep(const KeptCut& cut, const std::string& at);
   // The run ends as intended; nothing may be `cutting` (kConflict). The job becomes complete when nothing is left to
   // cut or to settle, stays running when pieces are left and another panel is to be loaded (`more`), else is stopped.
-  Status finish_run(RunId run, bool more, const std::string& at);
+  Status finish_run(RunId run, bool more, const std::string& at, const RunEnd& end = {});
   // The run is broken off: whatever was `cutting` is suspect, as are `suspects` (pieces already booked stay cut), and
   // the job is aborted. `neighbours` are pieces, of any job, that the beam may have hit besides: those reserved or cut
   // are suspect as well. `reason` is one sentence.
@@ -232,12 +238,14 @@ class JobStore {
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);
+  // The cell rests from now on, and the job is stopped if it waited; any other job stays as it is.
+  Status stop_job_and_rest(JobId job, const std::string& at);
   // What a scan of a panel saw of its suspect wood. Wood that is not suspect any more is left out.
   Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). Or he takes back that a piece
   // is scrap (kSuspect), as long as it has no other wood and its panel is in stock; that wood is whole he cannot take
   // back, for it may be somebody else's by now. The job follows.
-  Status settle(PieceId piece, AllocationState verdict, const std::string& at);
+  Status settle(PieceId piece, AllocationState verdict, const std::string& at, const std::string& who = "veneerd");
   // An operator takes over what scans saw of the job's suspect pieces. Those seen gone are cut. Of those seen in the
   // panel no scan sees whether a kerf was begun: he looks at each, names them, and says what they are; a piece that a
   // scan saw there meanwhile is not among them, and stays suspect. What a scan saw that was taken back since, or saw

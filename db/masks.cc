@@ -40,6 +40,16 @@ Result<int> enter_version(SQLite::Database& connection, const PanelId& panel, co
   return added.version;
 }
 
+constexpr const char* kMaskColumns =
+    "m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2, coalesce(t.seen_file, m.mask_file) FROM "
+    "masks AS m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version LEFT JOIN painted_masks AS t "
+    "ON t.panel = m.panel AND t.version = m.version ";
+
+MaskRecord read_mask(SQLite::Statement& row) {
+  return {row.getColumn(0).getInt(), text(row.getColumn(1)),         text(row.getColumn(2)), text(row.getColumn(3)),
+          text(row.getColumn(4)),    area_or_null(row.getColumn(5)), text(row.getColumn(6))};
+}
+
 constexpr const char* kEditColumns =
     "SELECT e.id, e.kind, e.shape_um, e.who, e.note, e.at, r.who, r.at FROM mask_edits AS e LEFT JOIN "
     "mask_edit_removals AS r ON r.edit = e.id WHERE e.panel = ?1 ";
@@ -129,18 +139,32 @@ Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask, int a
 
 Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
-    SQLite::Statement rows(
-        connection,
-        "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2, coalesce(t.seen_file, "
-        "m.mask_file) FROM masks AS m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version LEFT "
-        "JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = ? ORDER BY m.version "
-        "DESC");
+    SQLite::Statement rows(connection, fmt::format("SELECT {}WHERE m.panel = ? ORDER BY m.version DESC", kMaskColumns));
     rows.bind(1, panel.value);
     std::vector<MaskRecord> out;
-    while (rows.executeStep())
-      out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
-                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5)),
-                     text(rows.getColumn(6))});
+    while (rows.executeStep()) out.push_back(read_mask(rows));
+    return out;
+  });
+}
+
+Result<std::vector<ListedMask>> Panels::masks(const PanelId& panel, int before, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ListedMask>> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    SQLite::Statement rows(
+        connection, fmt::format("SELECT {}WHERE m.panel = ?1 AND (?2 = 0 OR m.version < ?2) ORDER BY m.version DESC "
+                                "LIMIT ?3",
+                                kMaskColumns));
+    SQLite::Statement first(connection,
+                            "SELECT min(version) FROM masks WHERE panel = ? AND map_file = ? AND mask_file = ?");
+    SQLite::bind(rows, panel.value, before, limit);
+    std::vector<ListedMask> out;
+    while (rows.executeStep()) {
+      ListedMask& listed = out.emplace_back(ListedMask{read_mask(rows), 0});
+      first.reset();
+      SQLite::bind(first, panel.value, listed.mask.map_file, listed.mask.mask_file);
+      first.executeStep();
+      listed.first = first.getColumn(0).getInt();
+    }
     return out;
   });
 }

@@ -50,6 +50,25 @@ PanelRecord read_panel(SQLite::Statement& row) {
   return panel;
 }
 
+constexpr const char* kScanColumns =
+    "SELECT id, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, taken_at FROM scans ";
+
+ScanRecord read_scan(SQLite::Statement& row, const PanelId& panel) {
+  ScanRecord scan;
+  scan.id = {row.getColumn(0).getInt64()};
+  scan.panel = panel;
+  scan.face = face_of(text(row.getColumn(1)));
+  scan.device = text(row.getColumn(2));
+  scan.file = text(row.getColumn(3));
+  scan.sha256 = text(row.getColumn(4));
+  scan.dpi = row.getColumn(5).getDouble();
+  if (!row.getColumn(6).isNull()) scan.rms = Millimetres(row.getColumn(6).getDouble());
+  if (!row.getColumn(7).isNull()) scan.max = Millimetres(row.getColumn(7).getDouble());
+  scan.lattice = text(row.getColumn(8));
+  scan.taken_at = text(row.getColumn(9));
+  return scan;
+}
+
 // The number in "P-0001"; 0 when the id is not such a name. The schema checks that number and name agree.
 std::int64_t number_of(const PanelId& id) {
   std::int64_t number = 0;
@@ -410,9 +429,12 @@ Result<PanelRecord> Panels::find(const PanelId& panel) {
   });
 }
 
-Result<std::vector<PanelRecord>> Panels::list() {
-  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PanelRecord>> {
-    SQLite::Statement rows(connection, std::string(kPanelColumns) + "ORDER BY p.number");
+Result<std::vector<PanelRecord>> Panels::list() { return list(0, -1); }
+
+Result<std::vector<PanelRecord>> Panels::list(std::int64_t skipped, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PanelRecord>> {
+    SQLite::Statement rows(connection, std::string(kPanelColumns) + "ORDER BY p.number LIMIT ? OFFSET ?");
+    SQLite::bind(rows, limit, skipped);
     std::vector<PanelRecord> out;
     while (rows.executeStep()) out.push_back(read_panel(rows));
     return out;
@@ -451,28 +473,25 @@ Result<std::optional<int>> Panels::highest_tag() {
   });
 }
 
-Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
+Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) { return scans(panel, {}, -1); }
+
+Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel, ScanId after, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ScanRecord>> {
-    SQLite::Statement rows(connection,
-                           "SELECT id, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, taken_at FROM scans "
-                           "WHERE panel = ? ORDER BY id");
-    rows.bind(1, panel.value);
+    SQLite::Statement rows(connection, std::string(kScanColumns) + "WHERE panel = ? AND id > ? ORDER BY id LIMIT ?");
+    SQLite::bind(rows, panel.value, after.value, limit);
     std::vector<ScanRecord> out;
-    while (rows.executeStep()) {
-      ScanRecord& scan = out.emplace_back();
-      scan.id = {rows.getColumn(0).getInt64()};
-      scan.panel = panel;
-      scan.face = face_of(text(rows.getColumn(1)));
-      scan.device = text(rows.getColumn(2));
-      scan.file = text(rows.getColumn(3));
-      scan.sha256 = text(rows.getColumn(4));
-      scan.dpi = rows.getColumn(5).getDouble();
-      if (!rows.getColumn(6).isNull()) scan.rms = Millimetres(rows.getColumn(6).getDouble());
-      if (!rows.getColumn(7).isNull()) scan.max = Millimetres(rows.getColumn(7).getDouble());
-      scan.lattice = text(rows.getColumn(8));
-      scan.taken_at = text(rows.getColumn(9));
-    }
+    while (rows.executeStep()) out.push_back(read_scan(rows, panel));
     return out;
+  });
+}
+
+Result<std::optional<ScanRecord>> Panels::last_scan(const PanelId& panel, Face face) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<ScanRecord>> {
+    SQLite::Statement row(connection,
+                          std::string(kScanColumns) + "WHERE panel = ? AND face = ? ORDER BY id DESC LIMIT 1");
+    SQLite::bind(row, panel.value, to_string(face));
+    if (!row.executeStep()) return std::optional<ScanRecord>();
+    return std::optional(read_scan(row, panel));
   });
 }
 

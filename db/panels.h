@@ -72,6 +72,12 @@ struct MaskRecord {
   std::string seen_file = {};
 };
 
+// With the first version that has the same map and mask: its own number, unless it took an earlier one back.
+struct ListedMask {
+  MaskRecord mask;
+  int first = 0;
+};
+
 // Stored in whole micrometres.
 struct FiducialRecord {
   FiducialKind kind = FiducialKind::kTag;
@@ -125,6 +131,8 @@ class Panels {
   Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after,
                        const std::optional<Acceptance>& of = {});
   Result<std::vector<MaskRecord>> masks(const PanelId& panel);  // newest first
+  // At most `limit` of them, of those before version `before`; 0: of all. kNotFound.
+  Result<std::vector<ListedMask>> masks(const PanelId& panel, int before, int limit);
   // What the scan of `version` saw counts again, as a new version; its number. `painted`: that mask with the edits that
   // count now, where there are any, made while version `after` counted. Differences that only later scans found are not
   // open any more, and those that only these did not see are open again. kNotFound when there is no such version,
@@ -161,13 +169,18 @@ class Panels {
   Status merge(const MergeRecord& merge, const std::vector<FiducialRecord>& tags, const std::vector<ScanRecord>& scans);
   Result<std::optional<PanelId>> merged_into(const PanelId& panel);  // nothing of a panel that was not merged
 
-  Result<PanelRecord> find(const PanelId& panel);  // kNotFound
-  Result<std::vector<PanelRecord>> list();         // in order of id, retired ones too
-  Result<std::vector<PanelRecord>> in_stock();     // in order of id
+  Result<PanelRecord> find(const PanelId& panel);                          // kNotFound
+  Result<std::vector<PanelRecord>> list();                                 // in order of id, retired ones too
+  Result<std::vector<PanelRecord>> list(std::int64_t skipped, int limit);  // at most so many, behind the first ones
+  Result<std::vector<PanelRecord>> in_stock();                             // in order of id
   Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
   // The highest tag that any panel ever carried, retired ones too; nothing when there is none.
   Result<std::optional<int>> highest_tag();
-  Result<std::vector<ScanRecord>> scans(const PanelId& panel);
+  Result<std::vector<ScanRecord>> scans(const PanelId& panel);  // in order of id
+  // At most `limit` of them, behind `after`; each may hold a registration of hundreds of kilobytes.
+  Result<std::vector<ScanRecord>> scans(const PanelId& panel, ScanId after, int limit);
+  // Nothing where that face was never scanned.
+  Result<std::optional<ScanRecord>> last_scan(const PanelId& panel, Face face);
   // When the picture of this content was scanned last, as its stored file is: of this panel, proposals that were
   // decided among them, or, without one, of any panel that ever was. Nothing where it never was.
   Result<std::optional<std::string>> scanned_before(const std::string& sha256, const std::optional<PanelId>& panel);

@@ -196,10 +196,14 @@ Result<ProposalRecord> Proposals::find(ProposalId proposal) {
   });
 }
 
-Result<std::vector<ProposalRecord>> Proposals::list(bool decided) {
+Result<std::vector<ProposalRecord>> Proposals::list(bool decided) { return list(decided, {}, -1); }
+
+Result<std::vector<ProposalRecord>> Proposals::list(bool decided, ProposalId before, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ProposalRecord>> {
-    SQLite::Statement rows(connection, std::string(kProposalColumns) + (decided ? "" : "WHERE v.proposal IS NULL ") +
-                                           "ORDER BY p.id DESC");
+    SQLite::Statement rows(
+        connection, std::string(kProposalColumns) +
+                        "WHERE (?1 OR v.proposal IS NULL) AND (?2 = 0 OR p.id < ?2) ORDER BY p.id DESC LIMIT ?3");
+    SQLite::bind(rows, decided ? 1 : 0, before.value, limit);
     std::vector<ProposalRecord> out;
     while (rows.executeStep()) out.push_back(read(connection, rows));
     return out;

@@ -67,6 +67,8 @@ class Proposals {
 
   Result<ProposalRecord> find(ProposalId proposal);        // kNotFound
   Result<std::vector<ProposalRecord>> list(bool decided);  // the newest first; open ones only, or all
+  // At most `limit` of them, of those older than `before`; {0}: of all.
+  Result<std::vector<ProposalRecord>> list(bool decided, ProposalId before, int limit);
   // Files of decided ones that nothing else in the database names.
   Result<std::vector<std::string>> spent_files();
 

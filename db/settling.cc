@@ -74,14 +74,32 @@ Error nothing_seen(JobId job, const std::vector<SuspectPiece>& suspects) {
                   one ? "it is not" : "none is")};
 }
 
+struct Said {
+  AllocationState verdict;
+  bool as_seen;  // by a scan
+  const std::string& who;
+  const std::string& at;
+};
+// Its wood is what was said of it already.
+void note_verdict(SQLite::Database& connection, PieceId piece, const Said& said) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT s.allocation, "
+                           "(SELECT max(id) FROM allocation_history WHERE allocation = s.allocation), ?, ?, ?, ? FROM "
+                           "piece_states AS s WHERE s.piece = ?");
+  SQLite::bind(insert, to_string(said.verdict), said.as_seen ? 1 : 0, said.who, said.at, piece.value);
+  insert.exec();
+}
+
 // It was called scrap by mistake, and somebody has to look again.
-Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& at) {
+Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& who,
+                 const std::string& at) {
   if (piece.state != PieceState::kScrap)
     return Error{ErrorCode::kConflict,
                  fmt::format("piece {} of job {} is {}, and only that a piece is lost is taken back", piece.mark,
                              piece.job.value, to_string(piece.state))};
   if (piece.panel && is_retired(connection, *piece.panel)) return retired_meanwhile(*piece.panel);
   move_piece(connection, piece.id, AllocationState::kScrap, AllocationState::kSuspect, at);
+  note_verdict(connection, piece.id, {AllocationState::kSuspect, false, who, at});
   const auto state = state_of(connection, piece.job);
   if (!state.ok()) return state.error();
   return *state == JobState::kComplete ? move_job(connection, piece.job, JobState::kStopped, at) : Ok();
@@ -115,15 +133,16 @@ Status JobStore::note_sightings(std::span<const std::pair<AllocationId, Sighting
   });
 }
 
-Status JobStore::settle(PieceId piece, AllocationState verdict, const std::string& at) {
+Status JobStore::settle(PieceId piece, AllocationState verdict, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto found = read_piece(connection, piece);
     if (!found.ok()) return found.error();
-    if (verdict == AllocationState::kSuspect) return take_back(connection, *found, at);
+    if (verdict == AllocationState::kSuspect) return take_back(connection, *found, who, at);
     const bool known =
         verdict == AllocationState::kCut || verdict == AllocationState::kScrap || verdict == AllocationState::kReleased;
     if (!known || !move_piece(connection, piece, AllocationState::kSuspect, verdict, at))
       return piece_is_elsewhere(connection, piece, verdict);
+    note_verdict(connection, piece, {verdict, false, who, at});
     return follow_settled(connection, found->job, at);
   });
 }
@@ -147,9 +166,10 @@ Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, const AsSeen& said, co
           suspect.seen == wanted &&
           (!said.pieces || std::find(said.pieces->begin(), said.pieces->end(), suspect.mark) != said.pieces->end());
       (!settled ? out.left : said.there ? out.there : out.cut).push_back(suspect.mark);
-      if (settled)
-        move_piece(connection, suspect.piece, AllocationState::kSuspect, said.there.value_or(AllocationState::kCut),
-                   at);
+      if (!settled) continue;
+      const AllocationState verdict = said.there.value_or(AllocationState::kCut);
+      move_piece(connection, suspect.piece, AllocationState::kSuspect, verdict, at);
+      note_verdict(connection, suspect.piece, {verdict, true, who, at});
     }
     if (out.cut.empty() && out.there.empty()) return nothing_seen(job, suspects);
     append_to_chain(connection, {0, at, who, "job.settle-as-seen",

@@ -48,7 +48,7 @@ void bind_routes(Router& router, Cell& cell) {
   const JobServices jobs{
       *c.plans,
       *c.planner_worker,
-      c.config.planner_threads,
+      c.config.planner,
       c.tasks,
       *c.runner,
       *c.database,

@@ -153,7 +153,7 @@ void bind_alarm_routes(Router& router, const AlarmServices& services);
 struct JobServices {
   PlanService& plans;
   Worker& planner;
-  int planner_threads;
+  PlannerConfig planning;
   TaskRegistry& tasks;
   JobRunner& unit;
   DatabaseThread& database;

@@ -88,7 +88,8 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
   }
   auto job = read_job_request(request);
   if (!job) return reply(ApiReply::error(job.error()));
-  job->options.threads = s.planner_threads;
+  job->options.threads = s.planning.threads;
+  choose_as_configured(*job, s.planning);
   auto work = [s, job = std::move(*job)](const TaskReporter& task) {
     auto before = s.database.call([&](Repositories& r) { return made_before(r, job.keyed); });
     if (!before || !before->is_null()) return task.finish(before);
@@ -215,7 +216,7 @@ void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto id = request.path_number("id");
   if (!id) return reply(ApiReply::error(id.error()));
   auto body = RequestReader::body_of(request);
-  PlanService::Redo wanted{JobId{*id}, body.texts("pieces").value_or(std::vector<std::string>()), s.planner_threads};
+  PlanService::Redo wanted{JobId{*id}, body.texts("pieces").value_or(std::vector<std::string>()), s.planning.threads};
   wanted.lost = body.flag("lost").value_or(false);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply,
@@ -238,11 +239,12 @@ void settle(const JobServices& s, const ApiRequest& request, const Reply& reply)
                                                             {"released", db::AllocationState::kReleased},
                                                             {"suspect", db::AllocationState::kSuspect}};
   const std::string mark = request.path_param("mark");
-  change_job(s, request, reply, [mark, state = verdicts.at(word)](Repositories& r, JobId id) -> Status {
-    const auto piece = r.jobs.find_piece(id, mark);
-    if (!piece) return piece.error();
-    return r.jobs.settle(piece->id, state, utc_timestamp());
-  });
+  change_job(s, request, reply,
+             [mark, state = verdicts.at(word), who = request.caller.who](Repositories& r, JobId id) -> Status {
+               const auto piece = r.jobs.find_piece(id, mark);
+               if (!piece) return piece.error();
+               return r.jobs.settle(piece->id, state, utc_timestamp(), who);
+             });
 }
 
 // What scans saw of the job's suspect pieces is taken over, where they saw it clearly.

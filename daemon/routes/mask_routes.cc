@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "base/clock.h"
@@ -21,23 +22,18 @@ using nlohmann::json;
 
 // The newest first: the cursor of the next page is the last one's version.
 Result<json> masks_json(Repositories& r, const PanelId& id, const Page& page) {
-  if (auto panel = r.panels.find(id); !panel) return panel.error();
-  auto masks = r.panels.masks(id);
+  // No panel has so many versions.
+  const auto before = static_cast<int>(std::min<std::int64_t>(page.after, std::numeric_limits<int>::max()));
+  auto masks = r.panels.masks(id, before, page.limit + 1);
   if (!masks) return masks.error();
   json out = {{"panel", id.value}, {"versions", json::array()}};
-  auto shown = *masks;
-  if (page.after > 0) std::erase_if(shown, [&](const db::MaskRecord& mask) { return mask.version >= page.after; });
-  out["next"] = cut_to_page(shown, page, [](const db::MaskRecord& mask) { return mask.version; });
-  for (const auto& mask : shown) {
-    // The first that showed it comes last; only what took an earlier one back is the same in both files.
-    const auto first = std::find_if(masks->rbegin(), masks->rend(), [&](const db::MaskRecord& other) {
-      return other.map_file == mask.map_file && other.mask_file == mask.mask_file;
-    });
+  out["next"] = cut_to_page(*masks, page, [](const db::ListedMask& listed) { return listed.mask.version; });
+  for (const auto& [mask, first] : *masks) {
     out["versions"].push_back({{"version", mask.version},
                                {"made", mask.made_at},
                                {"usable_mm2", mask.usable ? json(mask.usable->count()) : json()},
                                {"painted", mask.seen_file != mask.mask_file},
-                               {"same_as", first->version != mask.version ? json(first->version) : json()}});
+                               {"same_as", first != mask.version ? json(first) : json()}});
   }
   return out;
 }

@@ -33,7 +33,8 @@ void plan_as_task(const JobServices& s, const Reply& reply, F make, std::size_t 
 void new_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
-  wanted->options.threads = s.planner_threads;
+  wanted->options.threads = s.planning.threads;
+  choose_as_configured(*wanted, s.planning);
   wanted->keyed.reset();  // a plan takes no wood: to make it twice harms nobody
   plan_as_task(
       s, reply,
@@ -68,7 +69,8 @@ void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& r
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   if (const Status squares = wants_no_guides(*wanted, "advice"); !squares)
     return reply(ApiReply::error(squares.error()));
-  wanted->options.threads = s.planner_threads;
+  wanted->options.threads = s.planning.threads;
+  choose_as_configured(*wanted, s.planning);
   start_task(
       s.tasks, s.planner, "advice", "waiting for the planner", reply,
       [s, wanted = std::move(*wanted)](const TaskReporter& task) {
@@ -94,6 +96,7 @@ void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& r
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   if (const Status squares = wants_no_guides(*wanted, "a sketch"); !squares)
     return reply(ApiReply::error(squares.error()));
+  choose_as_configured(*wanted, s.planning);
   s.sketches.ask(request, reply, [s, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
     const auto drawn = s.plans.sketch(wanted, r, gone);
     return drawn ? ApiReply::json(sketch_json(*drawn)) : ApiReply::error(drawn.error());
@@ -181,7 +184,7 @@ Result<PlanService::Change> read_change(const ApiRequest& request) {
 void change_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto change = read_change(request);
   if (!change) return reply(ApiReply::error(change.error()));
-  change->threads = s.planner_threads;
+  change->threads = s.planning.threads;
   plan_as_task(s, reply,
                [s, change = std::move(*change), who = request.caller.who](const TaskProgress& progress,
                                                                           const std::stop_token& stop) {

@@ -58,9 +58,8 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
 
 // The newest first: the cursor of the next page is the last one's number.
 Result<json> proposals_json(Repositories& r, bool all, const Page& page) {
-  auto proposals = r.proposals.list(all);
+  auto proposals = r.proposals.list(all, {page.after}, page.limit + 1);
   if (!proposals) return proposals.error();
-  if (page.after > 0) std::erase_if(*proposals, [&](const auto& one) { return one.id.value >= page.after; });
   json out = {{"proposals", json::array()}};
   out["next"] = cut_to_page(*proposals, page, [](const auto& last) { return last.id.value; });
   for (const auto& proposal : *proposals) out["proposals"].push_back(to_json(proposal));

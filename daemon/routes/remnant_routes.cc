@@ -60,7 +60,8 @@ Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockSe
 
 Result<json> panels_json(Repositories& r, const StockServices& s, const Page& page,
                          const std::optional<PanelSearch>& search) {
-  auto list = r.panels.list();
+  // A search looks at as many as it needs.
+  const auto list = r.panels.list(page.after, search ? -1 : page.limit + 1);
   if (!list) return list.error();
   const auto waiting = r.facts.panels_to_scan();
   if (!waiting) return waiting.error();
@@ -70,12 +71,13 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   if (!woods) return woods.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
-  for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
-    const db::PanelRecord& panel = (*list)[at];
+  std::int64_t at = page.after;
+  for (const db::PanelRecord& panel : *list) {
     if (out["panels"].size() == static_cast<std::size_t>(page.limit)) {
       out["next"] = at;
       break;
     }
+    ++at;
     std::optional<SquareMillimetres> fitting;
     if (search) {
       const auto found = found_in(r, s, panel, *search);
@@ -100,11 +102,11 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
 
 // Looks at the pictures of what the page may tell of, so that it is known when it is told.
 void count_panels(Repositories& r, const StockServices& s, const Page& page, const std::optional<PanelSearch>& search) {
-  const auto list = r.panels.list();
+  const auto list = r.panels.list(page.after, search ? -1 : page.limit);
   if (!list) return;
   int told = 0;
-  for (auto at = static_cast<std::size_t>(page.after); at < list->size() && told < page.limit; ++at) {
-    const db::PanelRecord& panel = (*list)[at];
+  for (const db::PanelRecord& panel : *list) {
+    if (told == page.limit) break;
     if (search)
       if (const auto found = found_in(r, s, panel, *search); !found || !*found) continue;
     static_cast<void>(s.figures.of(r, panel));

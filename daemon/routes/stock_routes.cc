@@ -129,14 +129,14 @@ void reply_panel(const StockServices& s, const ApiRequest& request, const Reply&
 
 Result<json> registration_json(Repositories& r, const PanelId& id, const Page& page) {
   if (auto panel = r.panels.find(id); !panel) return panel.error();
-  auto scans = r.panels.scans(id);
+  const auto newest = r.panels.last_scan(id, Face::kShow);
+  if (!newest) return newest.error();
+  auto scans = r.panels.scans(id, {page.after}, page.limit + 1);
   if (!scans) return scans.error();
   json out = {{"panel", id.value}, {"rms_mm", nullptr}, {"max_mm", nullptr}, {"scans", json::array()}};
   const auto rms_of = [](const db::ScanRecord& scan) { return scan.rms ? json(scan.rms->count()) : json(); };
   const auto max_of = [](const db::ScanRecord& scan) { return scan.max ? json(scan.max->count()) : json(); };
-  for (const auto& scan : *scans)
-    if (scan.face == Face::kShow) out["rms_mm"] = rms_of(scan), out["max_mm"] = max_of(scan);
-  std::erase_if(*scans, [&](const db::ScanRecord& scan) { return scan.id.value <= page.after; });
+  if (*newest) out["rms_mm"] = rms_of(**newest), out["max_mm"] = max_of(**newest);
   out["next"] = cut_to_page(*scans, page, [](const db::ScanRecord& scan) { return scan.id.value; });
   for (const auto& scan : *scans) {
     out["scans"].push_back({{"id", scan.id.value},
@@ -213,8 +213,12 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
     booked = std::move(*live);
   }
   return [&library, panel = *panel, booked = std::move(booked), wanted, etag = *etag](Repositories&) {
-    ApiReply reply = draw_panel(library, panel, booked, wanted);
-    if (reply.status == 200) reply.etag = etag;
+    auto known = library.drawn().find(etag);
+    ApiReply reply =
+        known ? ApiReply::bytes(*std::move(known), "image/png") : draw_panel(library, panel, booked, wanted);
+    if (reply.status != 200) return reply;
+    if (!known) library.drawn().keep(etag, reply.body);
+    reply.etag = etag;
     return reply;
   };
 }
@@ -298,9 +302,8 @@ void split_panel(const StockServices& s, const ApiRequest& request, const Reply&
 
 // The newest first: the cursor of the next page is the last one's number.
 Result<json> differences_json(Repositories& r, const PanelId& id, const Page& page) {
-  auto differences = r.differences.of(id);
+  auto differences = r.differences.of(id, {page.after}, page.limit + 1);
   if (!differences) return differences.error();
-  if (page.after > 0) std::erase_if(*differences, [&](const auto& one) { return one.id.value >= page.after; });
   json out = {{"panel", id.value}, {"differences", json::array()}};
   out["next"] = cut_to_page(*differences, page, [](const auto& last) { return last.id.value; });
   for (const auto& difference : *differences) out["differences"].push_back(to_json(difference));
@@ -323,7 +326,7 @@ void decide_difference(const StockServices& s, const ApiRequest& request, const 
                  const auto verdict = gone ? db::DifferenceVerdict::kWrittenOff : db::DifferenceVerdict::kAccepted;
                  const auto doubtful = r.differences.decide(id, number, verdict, who, note, utc_timestamp());
                  if (!doubtful) return doubtful.error();
-                 auto out = differences_json(r, id, {0, std::numeric_limits<int>::max()});
+                 auto out = differences_json(r, id, {0, std::numeric_limits<int>::max() - 1});
                  if (!out) return out;
                  (*out)["suspect"] = json::array();
                  for (const PieceId piece : *doubtful) {

@@ -145,6 +145,10 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   return job;
 }
 
+void choose_as_configured(JobRequest& request, const PlannerConfig& planner) {
+  if (planner.remnants_first && request.panels.empty() && !request.remnants_first) request.remnants_first = true;
+}
+
 Status wants_no_guides(const JobRequest& request, std::string_view what) {
   for (const Guide& guide : guides_of(request))
     if (guide.given) return unusable(fmt::format("{} does not heed {}: leave it out", what, guide.name));

@@ -12,6 +12,7 @@
 #include "base/ids.h"
 #include "base/result.h"
 #include "daemon/api/api_message.h"
+#include "daemon/config.h"
 #include "db/request_keys.h"
 #include "planner/edits/plan_edits.h"
 #include "planner/plan.h"
@@ -54,6 +55,10 @@ struct JobRequest {
 // it does not heed (edges, pinned vertices, a drawing), or the planner refuses an option whatever the picture and the
 // wood (planner::check_options).
 Result<JobRequest> read_job_request(const ApiRequest& request);
+
+// Where the request leaves the choice of panels to the cell, and does not say whether remnants come first, the
+// configuration does.
+void choose_as_configured(JobRequest& request, const PlannerConfig& planner);
 
 // For what draws squares whatever the layout: kInvalidArgument where the request says how a layout's pieces are to lie.
 // `what`: "a sketch".

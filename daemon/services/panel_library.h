@@ -23,6 +23,7 @@
 #include "calib/fiducials.h"
 #include "calib/registration.h"
 #include "daemon/orders/stored_picture.h"
+#include "daemon/services/drawn_pictures.h"
 #include "daemon/store/database_thread.h"
 #include "planner/stock.h"
 
@@ -63,6 +64,8 @@ class PanelLibrary {
     double scale = 1;
   };
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
+  // What was drawn of these.
+  const DrawnPictures& drawn() const { return drawn_; }
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
   // hundred million pixels only those are read that are looked at. The levels' sizes, and one tile, a JPEG file.
   // Where they are not there, or cannot be read, they are made, one map's after the other, which takes seconds; those
@@ -136,6 +139,7 @@ class PanelLibrary {
     int width_px = 0;
     SmallPicture picture;
   };
+  DrawnPictures drawn_;
   mutable std::mutex kept_mutex_;
   mutable std::list<KeptPicture> kept_;  // the last one asked for first; guarded by kept_mutex_
 };

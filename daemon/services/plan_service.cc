@@ -507,8 +507,9 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
   auto request = job_request_again(what->job.name, std::move(*picture), what->job.options_json);
   if (!request) return request.error();
   request->options.threads = wanted.threads;
-  request->panels.clear(), request->max_panels.reset(),
-      request->remnants_first.reset();  // whatever wood there is today
+  // Whatever wood there is today, in the order that the configuration says.
+  request->panels.clear(), request->max_panels.reset(), request->remnants_first.reset();
+  choose_as_configured(*request, config_.planner);
   planner::PlanEdits edits;
   edits.replanned = what->marks;
   edits.held = true;

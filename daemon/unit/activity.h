@@ -25,6 +25,7 @@
 #include "daemon/unit/piece_burn.h"
 #include "daemon/unit/run_planner.h"
 #include "daemon/unit/runner_options.h"
+#include "daemon/unit/work_record.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
@@ -82,6 +83,9 @@ class ActivityHost {
   virtual void abort(const std::string& reason) noexcept = 0;
   // The acting state before the last write, then the end. Nothing of the activity may run after ended().
   virtual void ending(Afterwards afterwards) = 0;
+  // That the job is no longer under way is written with that last write, in its transaction: a kill finds both or
+  // neither.
+  virtual WorkRecord::End work_ends() = 0;
   virtual void ended(Afterwards afterwards, const std::string& reason) = 0;
   // It could not be done after all, and nothing of it was burnt: the unit goes back to where it was.
   virtual void refused(const Error& error) = 0;

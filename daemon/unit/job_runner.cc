@@ -307,8 +307,7 @@ void JobRunner::stop(const Reply& reply) {
   enter(CellState::kStopping);
   answer(Error{ErrorCode::kCancelled, "stopped by the operator"});
   end_epoch();
-  record_.end(WorkRecord::Work::kJob);
-  stop_waiting_job();
+  view_.job ? record_.end_job(view_.job->id) : record_.end(WorkRecord::Work::kJob);
   enter(CellState::kStopped);
   reply(Ok());
 }
@@ -561,12 +560,6 @@ Status JobRunner::set_overrides(const LaserOverrides& wanted) {
 void JobRunner::end_overrides() {
   if (overrides_belong_to(view_.state) || parts().laser.status().overrides_wanted == LaserOverrides{}) return;
   static_cast<void>(parts().laser.set_overrides({}));  // a laser that is being reset forgets them itself
-}
-
-void JobRunner::stop_waiting_job() {
-  if (!view_.job) return;
-  // A job that never ran stays planned, which the store says by refusing; that is no fault.
-  parts().database.owe([job = view_.job->id](Repositories& r) { return r.jobs.stop_job(job, utc_timestamp()); });
 }
 
 // Before any run begins: the database is asked in order.

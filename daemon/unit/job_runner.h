@@ -168,6 +168,7 @@ class JobRunner : private ActivityHost {
   void prove_again();
   void rest(const std::string& reason);
   void ending(Afterwards afterwards) override;
+  WorkRecord::End work_ends() override { return record_.end_all_with(); }
   void ended(Afterwards afterwards, const std::string& reason) override;
   void refused(const Error& error) override;
   void go_back(const Activity& from, const std::string& reason);
@@ -182,7 +183,6 @@ class JobRunner : private ActivityHost {
   void owe_clear(const std::string& reason);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
-  void stop_waiting_job();
   void end_overrides();
   void recall_cuts();
   void show_cuts();

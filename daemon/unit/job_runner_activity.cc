@@ -194,7 +194,8 @@ void JobRunner::ending(Afterwards afterwards) {
 void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
   auto activity = retire();
   record_.end(WorkRecord::Work::kActivity);
-  // On its way to the disk before the cell is said to rest: only a kill within that one write finds work under way.
+  // A run's end is written with this already (work_ends). Else it is on its way to the disk before the cell is said to
+  // rest.
   if (afterwards == Afterwards::kStopped || afterwards == Afterwards::kComplete) record_.end_all();
   switch (afterwards) {
     case Afterwards::kBack:

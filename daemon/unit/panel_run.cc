@@ -207,10 +207,11 @@ void PanelRun::end() {
   const Afterwards afterwards = stopped ? Afterwards::kStopped : more_ ? Afterwards::kNextPanel : Afterwards::kComplete;
   host_.ending(afterwards);
   const bool goes_on = afterwards == Afterwards::kNextPanel;
-  const auto write = [run = *run_, goes_on, doubted = doubted_](Repositories& r) -> Status {
-    const std::string at = utc_timestamp();
-    if (Status told = doubted.empty() ? Ok() : r.jobs.make_suspect(doubted, at); !told) return told;
-    return r.jobs.finish_run(run, goes_on, at);
+  const std::optional<WorkRecord::End> work = goes_on ? std::nullopt : std::optional(host_.work_ends());
+  const auto write = [run = *run_, goes_on, work, doubted = doubted_](Repositories& r) -> Status {
+    Status finished = r.jobs.finish_run(run, goes_on, utc_timestamp(), {doubted, work && work->rests()});
+    if (finished && work) work->written();
+    return finished;
   };
   host_.commit(write, [this, afterwards](const Status& finished) {
     if (!finished) return host_.abort(fmt::format("the run could not be closed: {}", finished.error().message));

@@ -8,8 +8,10 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/ids.h"
 #include "base/result.h"
 #include "daemon/store/database_thread.h"
 
@@ -29,6 +31,25 @@ class WorkRecord {
   // start finds what has ended, and is Aborted for nothing.
   void end(Work work);
   void end_all();
+  // The operator stops a job while it waits: it ends with the work for it, in one write, or not at all. One that never
+  // ran stays planned. Nothing else begins before that is written.
+  void end_job(JobId job);
+  // All that is under way ends with something that others write.
+  class End {
+   public:
+    // On the database's thread: is the cell at rest once that is written? Not when newer work is on record.
+    bool rests() const { return *newest_ < number_; }
+    void written() const {
+      if (rests()) *newest_ = number_;
+    }
+
+   private:
+    friend class WorkRecord;
+    End(std::int64_t number, std::shared_ptr<std::int64_t> newest) : number_(number), newest_(std::move(newest)) {}
+    std::int64_t number_;
+    std::shared_ptr<std::int64_t> newest_;
+  };
+  End end_all_with();
   // An abort is owed to the database, which ends it all. Nothing else begins before it is written, or it would end
   // that.
   void forget();
@@ -38,6 +59,7 @@ class WorkRecord {
     Work work;
     std::string doing;
   };
+  std::string newest_doing() const { return under_way_.empty() ? std::string() : under_way_.back().doing; }
   void write_newest();
 
   DatabaseThread* database_;
@@ -45,7 +67,8 @@ class WorkRecord {
   // What is tried again may be overtaken by what was written since, and must not be written then: the number of the
   // newest that is written. On the database's thread.
   std::shared_ptr<std::int64_t> written_ = std::make_shared<std::int64_t>(0);
-  std::int64_t last_ = 0, forgotten_ = 0;  // forgotten_: of the last forget()
+  std::int64_t last_ = 0;
+  std::int64_t awaited_ = 0;  // of the last forget() or end_job(): nothing begins before it is written
 };
 
 }  // namespace veneer::daemon

@@ -1,11 +1,18 @@
-// The benchmarks' main: google benchmark's, plus the version of what it writes.
+// The benchmarks' main: google benchmark's, plus the version of what it writes, and a judgement of figures that have a
+// goal: it exits with 1 where one was missed.
 #include <benchmark/benchmark.h>
+
+#include <cstdio>
+
+#include "tests/bench/goals.h"
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::AddCustomContext("schema_version", "1");
-  const auto ran = benchmark::RunSpecifiedBenchmarks();
+  veneer::bench::Judge judge(*benchmark::CreateDefaultDisplayReporter(), veneer::bench::Goals::all().list());
+  const auto ran = benchmark::RunSpecifiedBenchmarks(&judge);
   benchmark::Shutdown();
-  return ran > 0 ? 0 : 1;
+  if (!judge.told().empty()) std::fprintf(stderr, "\n%s", judge.told().c_str());
+  return ran > 0 && !judge.any_missed() ? 0 : 1;
 }

@@ -148,7 +148,7 @@ inline std::vector<Step> a_day() {
   jobs("job of a plan", [=](JobStore store) { return store.create(PlanId{4}, kLater, request); });
   jobs("cancel", [](JobStore store) { return store.cancel({3}, kLater); });
 
-  // Plan 5, job 4 has pieces 8 and 9 on two panels; its runs are 5 to 7.
+  // Plan 5, job 4 has pieces 8 and 9 on two panels; its runs are 5 to 8.
   jobs("job", [=](JobStore store) {
     NewPlan plan = job_of({square_piece("D1", oak, 90, 10, 14), square_piece("D2", ash, 30, 10, 14)});
     plan.planned_on[1].mask_version = 2;
@@ -179,6 +179,10 @@ inline std::vector<Step> a_day() {
   run(4, ash);
   finish(6);
   jobs("stopped between panels", [](JobStore store) { return store.stop_job({4}, kLater); });
+  jobs("job under way", [](JobStore store) { return store.note_under_way("in the middle of job 4", kLater); });
+  run(4, ash);
+  finish(7);
+  jobs("stopped between panels, at rest", [](JobStore store) { return store.stop_job_and_rest({4}, kLater); });
   run(4, ash);
   mark(9);
   jobs("recovery", [](JobStore store) { return store.recover(kLater); });
@@ -364,7 +368,7 @@ inline std::vector<Step> a_day() {
   add("leased wood written off", [=](Database& db) {
     return Differences(db).decide(elm, {5}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
   });
-  // Job 5's first piece, in run 8, whose cuts are still kept at the day's end.
+  // Job 5's first piece, in run 9, whose cuts are still kept at the day's end.
   run(5, elm);
   jobs("cutting", [](JobStore store) -> Status {
     const auto pieces = store.pieces(JobId{5});
@@ -373,7 +377,7 @@ inline std::vector<Step> a_day() {
   jobs("cut and kept", [](JobStore store) -> Status {
     const auto pieces = store.pieces(JobId{5});
     if (!pieces.ok()) return pieces.error();
-    return store.book_and_keep({pieces->front().id, "", {8}, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kNow);
+    return store.book_and_keep({pieces->front().id, "", {9}, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kNow);
   });
   add("restored from a backup", [](Database& db) { return Panels(db).note_restoration(kNow, "test", kLater); });
   add("audit", [](Database& db) { return Audit(db).append({0, kLater, "test", "day.end", ""}); });

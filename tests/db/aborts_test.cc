@@ -80,6 +80,33 @@ TEST_F(Aborts, TheNewestThatWasUnderWayCountsUntilTheCellRests) {
   EXPECT_EQ(owed_at_start(), std::nullopt);
 }
 
+TEST_F(Aborts, WhatEndedWellWithWhatWasUnderWayIsNone) {
+  VENEER_ASSERT_OK(jobs.note_under_way("in the middle of job 1", kNow));
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  EXPECT_THAT(must(jobs.would_owe_clear()), Optional(HasSubstr("in the middle of job"))) << "it waits for a panel";
+  const RunId last = start(other);
+  cut(3);
+  VENEER_ASSERT_OK(jobs.finish_run(last, false, kLater, {{}, true}));
+  EXPECT_EQ(owed_at_start(), std::nullopt);
+  EXPECT_EQ(state(), JobState::kComplete);
+}
+
+TEST_F(Aborts, AJobThatIsStoppedWhileItWaitsEndsWithTheWorkForIt) {
+  VENEER_ASSERT_OK(jobs.note_under_way("in the middle of job 1", kNow));
+  VENEER_ASSERT_OK(jobs.stop_job_and_rest(job, kLater));
+  EXPECT_EQ(state(), JobState::kPlanned) << "it never ran";
+  EXPECT_EQ(must(jobs.would_owe_clear()), std::nullopt);
+  VENEER_ASSERT_OK(jobs.note_under_way("in the middle of job 1", kNow));
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  VENEER_ASSERT_OK(jobs.stop_job_and_rest(job, kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_EQ(owed_at_start(), std::nullopt);
+}
+
 // With the abort, in one transaction.
 TEST_F(Aborts, AnAbortEndsWhatWasUnderWay) {
   VENEER_ASSERT_OK(jobs.note_under_way("while the head was jogged", kNow));

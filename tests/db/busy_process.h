@@ -63,7 +63,7 @@ class BusyProcess {
     const auto next =
         row("SELECT a.piece FROM allocations AS a JOIN runs AS r ON r.job = a.job AND r.panel = a.panel WHERE "
             "r.ended_at IS NULL AND a.state = 'reserved'");
-    if (!next || below(12) == 0) return jobs_.finish_run(run, below(2) == 0, kLater);
+    if (!next || below(12) == 0) return jobs_.finish_run(run, below(2) == 0, kLater, {{}, below(2) == 0});
     return jobs_.mark_cutting({*next}, kNow);
   }
 
@@ -270,8 +270,12 @@ class BusyProcess {
 
   Status prepare() {
     const auto between = row("SELECT id FROM jobs WHERE state = 'running'");
-    if (between && below(4) == 0)
-      return below(2) == 0 ? jobs_.stop_job({*between}, kLater) : jobs_.abort_job({*between}, kLater);
+    if (between && below(4) == 0) {
+      const unsigned how = below(3);
+      return how == 0   ? jobs_.abort_job({*between}, kLater)
+             : how == 1 ? jobs_.stop_job({*between}, kLater)
+                        : jobs_.stop_job_and_rest({*between}, kLater);
+    }
     const unsigned what = below(22);
     if (what >= 20) return see_to_jobs();
     if (what >= 18) return change_stock();

@@ -146,6 +146,15 @@ TEST_F(DifferencesTest, WhatGrewIsEnteredAnew) {
   beside.shape = rectangle(21, 20, 19, 3);
   find({wider, larger, beside}, kLater);
   EXPECT_EQ(must(differences.of(panel)).size(), 5U);
+  // In pages: what comes behind the last of the page before.
+  std::vector<DifferenceId> paged, known;
+  for (const auto& one : must(differences.of(panel))) known.push_back(one.id);
+  for (DifferenceId before; paged.size() < known.size(); before = paged.back()) {
+    const auto page = must(differences.of(panel, before, 2));
+    ASSERT_EQ(page.size(), std::min<std::size_t>(2, known.size() - paged.size()));
+    for (const auto& one : page) paged.push_back(one.id);
+  }
+  EXPECT_EQ(paged, known);
   EXPECT_EQ(must(differences.open(panel)), 3);
 }
 

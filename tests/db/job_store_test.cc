@@ -453,6 +453,46 @@ TEST_F(JobStoreTest, AJobThatWaitsForAPanelCanBeStoppedOrAborted) {
   EXPECT_FALSE(jobs.abort_job(job, kLater).ok());
 }
 
+TEST_F(JobStoreTest, ARunEndsWithWhatIsInDoubtOfIt) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  const std::vector doubted{pieces[1].id};
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater, {doubted}));
+  EXPECT_EQ(must(jobs.find_piece(pieces[1].id)).state, PieceState::kSuspect);
+  EXPECT_EQ(must(jobs.find_piece(pieces[2].id)).state, PieceState::kCut);
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_FALSE(jobs.finish_run(run, false, kLater, {std::vector{pieces[2].id}}).ok()) << "it is over";
+  EXPECT_EQ(must(jobs.find_piece(pieces[2].id)).state, PieceState::kCut) << "all of it, or nothing";
+}
+
+// Who said what of which piece, and when.
+TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1}) VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the lid was opened", kNow));
+  const auto said = [&] {
+    std::vector<std::string> out;
+    SQLite::Statement rows(cell.database().connection(),
+                           "SELECT a.piece || ' ' || v.verdict || ' ' || v.as_seen || ' ' || v.who || ' ' || h.state "
+                           "FROM verdicts AS v JOIN allocations AS a ON a.id = v.allocation JOIN allocation_history AS "
+                           "h ON h.id = v.step AND h.allocation = a.id ORDER BY v.id");
+    while (rows.executeStep()) out.push_back(rows.getColumn(0).getString());
+    return out;
+  };
+  const auto line = [&](int piece, const std::string& rest) {
+    return fmt::format("{} {}", pieces[static_cast<std::size_t>(piece)].id.value, rest);
+  };
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater, "user anna"));
+  EXPECT_FALSE(jobs.settle(pieces[2].id, AllocationState::kScrap, kLater, "user anna").ok()) << "it is not suspect";
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kSuspect, kLater, "user bert"));
+  EXPECT_THAT(said(), ElementsAre(line(0, "scrap 0 user anna scrap"), line(0, "suspect 0 user bert suspect")));
+  const int version = must(cell.panels().find(panel)).mask_version;
+  const std::pair seen(must(jobs.find_piece(pieces[1].id)).allocation, Sighting{Seen::kCut, 0.98, version, kLater});
+  VENEER_ASSERT_OK(jobs.note_sightings({&seen, 1}));
+  must(jobs.settle_as_seen(job, {}, "user anna", kLater));
+  EXPECT_EQ(said().back(), line(1, "cut 1 user anna cut"));
+}
+
 TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
   const RunId run = start(panel);
   cut(0);

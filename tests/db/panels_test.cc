@@ -70,6 +70,46 @@ TEST_F(PanelsTest, RemembersAPanelItsScansAndItsFiducials) {
   EXPECT_EQ(must(panels.list()).size(), 1U);
 }
 
+TEST_F(PanelsTest, ListsComeInPages) {
+  const PanelId other{"P-0002"}, third{"P-0003"};
+  VENEER_ASSERT_OK(panels.add(sheet(id), {scan(id, Face::kShow), scan(id, Face::kBack)}, {}));
+  VENEER_ASSERT_OK(panels.add(sheet(other), {scan(other, Face::kShow)}, {}));
+  VENEER_ASSERT_OK(panels.add(sheet(third), {}, {}));
+  VENEER_ASSERT_OK(panels.add_scans(id, {scan(id, Face::kShow)}, {}));
+  const auto names = [](const std::vector<PanelRecord>& list) {
+    std::vector<PanelId> out;
+    for (const PanelRecord& panel : list) out.push_back(panel.id);
+    return out;
+  };
+  EXPECT_THAT(names(must(panels.list(0, 2))), ElementsAre(id, other));
+  EXPECT_THAT(names(must(panels.list(2, 2))), ElementsAre(third));
+  EXPECT_THAT(names(must(panels.list(3, 2))), ElementsAre());
+
+  const auto all = must(panels.scans(id));
+  ASSERT_EQ(all.size(), 3U);
+  const auto first = must(panels.scans(id, {}, 2)), rest = must(panels.scans(id, all[1].id, 2));
+  ASSERT_EQ(first.size(), 2U);
+  EXPECT_EQ(first[1].id, all[1].id);
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest[0].id, all[2].id);
+  EXPECT_EQ(must(panels.last_scan(id, Face::kShow))->id, all[2].id);
+  EXPECT_EQ(must(panels.last_scan(id, Face::kBack))->id, all[1].id);
+  EXPECT_FALSE(must(panels.last_scan(other, Face::kBack)).has_value());
+
+  MaskRecord again = must(panels.masks(id)).front();
+  again.map_file += ".2";
+  EXPECT_EQ(must(panels.add_mask(id, again, 1)), 2);
+  EXPECT_EQ(must(panels.revert_mask(id, 1, kLater)), 3);
+  const auto versions = must(panels.masks(id, 0, 2)), older = must(panels.masks(id, 2, 2));
+  ASSERT_EQ(versions.size(), 2U);
+  EXPECT_EQ(versions[0].mask.version, 3);
+  EXPECT_EQ(versions[0].first, 1) << "which it took back to";
+  EXPECT_EQ(versions[1].first, 2);
+  ASSERT_EQ(older.size(), 1U);
+  EXPECT_EQ(older[0].mask.version, 1);
+  EXPECT_EQ(panels.masks({"P-0099"}, 0, 2).error().code, ErrorCode::kNotFound);
+}
+
 TEST_F(PanelsTest, APictureIsKnownByItsContentAndThroughTheIndex) {
   const PanelId other{"P-0002"};
   ScanRecord mine = scan(id, Face::kShow), old = scan(other, Face::kShow);

@@ -58,6 +58,16 @@ TEST_F(ProposalsTest, ALaterScanOfTheSameSheetTakesTheirPlace) {
   EXPECT_FALSE(must(proposals().find(other)).decision);
   EXPECT_THAT(must(proposals().list(false)), SizeIs(2));
   EXPECT_THAT(must(proposals().list(true)), SizeIs(3));
+  // In pages: what comes behind the last of the page before.
+  const auto all = must(proposals().list(true)), page = must(proposals().list(true, {}, 2)),
+             rest = must(proposals().list(true, all[1].id, 2));
+  ASSERT_THAT(page, SizeIs(2));
+  ASSERT_THAT(rest, SizeIs(1));
+  EXPECT_EQ(page[0].id, all[0].id);
+  EXPECT_EQ(page[1].id, all[1].id);
+  EXPECT_EQ(rest[0].id, all[2].id);
+  EXPECT_THAT(must(proposals().list(false, {}, 1)), SizeIs(1));
+  EXPECT_THAT(must(proposals().list(false, must(proposals().list(false)).back().id, 9)), SizeIs(0));
   EXPECT_THAT(must(proposals().spent_files()), IsEmpty()) << "an open one has the same files";
   VENEER_EXPECT_OK(proposals().refuse(second, "local:1000", "dust", kLater));
   EXPECT_EQ(proposals().refuse(second, "local:1000", "", kLater).error().code, ErrorCode::kConflict);

@@ -174,6 +174,26 @@ TEST_F(SchemaPage, DrawsRulesThatAreThere) {
   for (const auto& rule : rules->arrows) EXPECT_TRUE(triggers.contains(rule)) << rule.first << ": " << rule.second;
 }
 
+// Names under which others look for what tables of other names hold.
+TEST_F(SchemaPage, ItsViewsTellOfEverythingThatHappened) {
+  fill(cell_);
+  SQLite::Database shell(cell_.file().string(), SQLite::OPEN_READONLY);
+  for (const char* view : {"artworks", "registrations", "events"}) {
+    SQLite::Statement rows(shell, std::string("SELECT * FROM ") + view);
+    EXPECT_TRUE(rows.executeStep()) << view;
+  }
+  EXPECT_EQ(shell.execAndGet("SELECT sum(plans) FROM artworks").getInt(),
+            shell.execAndGet("SELECT count(*) FROM plans").getInt());
+  EXPECT_EQ(shell.execAndGet("SELECT count(*) FROM registrations").getInt(),
+            shell.execAndGet("SELECT count(*) FROM scans").getInt());
+  const std::set<std::string> kinds = {"wood", "verdict", "assembly", "run",       "job",       "panel",
+                                       "scan", "mask",    "cell",     "treatment", "difference"};
+  std::set<std::string> told;
+  for (const auto& [kind, none] : pairs("SELECT kind, '' FROM events")) told.insert(kind);
+  EXPECT_EQ(told, kinds);
+  EXPECT_TRUE(pairs("SELECT kind, '' FROM events WHERE at IS NULL OR what = '' OR who IS NULL").empty());
+}
+
 // Without this program's functions.
 TEST_F(SchemaPage, ItsQueriesFindWhatTheySay) {
   fill(cell_);

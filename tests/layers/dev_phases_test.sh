@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# ./dev tells how long each phase took, and at the end all that failed. Compilers, tests and packages are stand-ins.
+# ./dev tells how long each phase took, and at the end all that failed, and tells tests whether they get disks of their
+# own. Compilers, tests and packages are stand-ins.
 set -euo pipefail
 dev="$(readlink -f "${1:?where is dev}")"
 place=$(mktemp -d)
@@ -20,6 +21,7 @@ TEXT
 cat >"$place/bin/ctest" <<TEXT
 #!/bin/sh
 until [ -s "$place/compiling" ]; do :; done
+echo "mounts: \${VENEER_MOUNTS-unset}"
 [ "\$BUILD" != endless ] || kill -TERM \$PPID
 exit 8
 TEXT
@@ -29,12 +31,31 @@ chmod +x "$place/bin/cmake" "$place/bin/ctest"
 run() {
   local status=0
   rm -f "$place/compiling"
-  told=$(BUILD=$1 PATH="$place/bin:$PATH" "$place/dev" test 2>&1) || status=$?
+  told=$(BUILD=$1 TRIAL=1 PATH="$place/bin:$PATH" "$place/dev" test 2>&1) || status=$?
   ((status == $2)) || { printf '%s: ended with %d instead of %d\n%s\n' "$1" "$status" "$2" "$told" >&2; exit 1; }
 }
 expect() {
   grep -qE "$1" <<<"$told" || { printf 'nothing like "%s" in:\n%s\n' "$1" "$told" >&2; exit 1; }
 }
+
+# mounts [VARIABLE=VALUE]: what tests are told of disks of their own, when a trial mount ends with $trial
+mkdir -p "$place/tests/support"
+printf '#!/bin/sh\nexit "$TRIAL"\n' >"$place/tests/support/may_mount.py"
+chmod +x "$place/tests/support/may_mount.py"
+mounts() {
+  rm -f "$place/compiling"
+  { env -u VENEER_MOUNTS BUILD=good TRIAL="$trial" PATH="$place/bin:$PATH" "$@" "$place/dev" test 2>&1 || true; } |
+    sed -n 's/^mounts: //p' | sort -u
+}
+expect_mounts() {
+  [[ $told == "$1" ]] || { echo "tests were told '$told' of mounts instead of '$1'" >&2; exit 1; }
+}
+trial=0
+told=$(mounts) && expect_mounts 1
+told=$(mounts VENEER_MOUNTS=) && expect_mounts ''
+trial=1
+told=$(mounts) && expect_mounts unset
+told=$(mounts VENEER_MOUNTS=1) && expect_mounts 1
 
 run good 1
 expect '^ +[0-9]+ s  configuring and building as shipped$'

@@ -83,6 +83,7 @@ TEST_F(AccountsAtTheCell, ANewCellPrintsOneLinkAndAnOldOneNone) {
   EXPECT_EQ(session(*secret)["who"], "console link 1 of the first start");
   EXPECT_FALSE(open({{"token", log.substr(at + 15, 43)}}).ok()) << "once";
   ASSERT_TRUE(daemon_.kill_and_start_again().ok());
+  ASSERT_TRUE(daemon_.wait_until_checked().ok());
   const std::string later = text_of(daemon_.log());
   EXPECT_EQ(later.find("/console#token=", at + 1), std::string::npos);
   EXPECT_EQ(session(*secret)["who"], "console link 1 of the first start") << "a session outlives the daemon";
@@ -128,6 +129,7 @@ TEST_F(AccountsAtTheCell, PeopleSignInElsewhereAndStaySoWhenTheDaemonIsKilled) {
   }));
 
   ASSERT_TRUE(daemon_.kill_and_start_again().ok());
+  ASSERT_TRUE(daemon_.wait_until_checked().ok());
   EXPECT_THAT(shell("away whoami").output, HasSubstr("You are user anna, and may do what an operator may"));
   EXPECT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "acknowledged"; })) << alarm();
   EXPECT_EQ(alarm().value("acknowledged_by", ""), "user anna");
@@ -157,6 +159,7 @@ TEST_F(AccountsAtTheCell, ProgramsHaveTokens) {
   EXPECT_THAT(shell("away whoami", token).output, HasSubstr("token press room of user anna"));
   EXPECT_THAT(shell("veneerctl token list").output, AllOf(HasSubstr("press room"), Not(HasSubstr(token))));
   ASSERT_TRUE(daemon_.kill_and_start_again().ok());
+  ASSERT_TRUE(daemon_.wait_until_checked().ok());
   EXPECT_EQ(session(token)["role"], "operator");
   EXPECT_THAT(shell("away recipe remove walnut cut", token).output, HasSubstr("this needs the maintainer role"));
   EXPECT_EQ(shell("veneerctl user role anna viewer").status, 0);

@@ -94,6 +94,7 @@ TEST(SmallDisk, StartsNoJobUntilThereIsRoom) {
     disk.fill_but(5'000'000);
     // It asks the disk each minute, and at its own start.
     if (const Status again = (*cell)->kill_and_start_again(); !again) return again.error().message;
+    if (const Status checked = (*cell)->wait_until_checked(); !checked) return checked.error().message;
     if (const auto reset = (*cell)->api().post("/commands/reset"); !reset) return reset.error().message;
     if (!(*cell)->wait_for(is_full)) return "on a full disk: " + start();
     disk.empty();

@@ -76,6 +76,7 @@ TEST_F(GuardianScenario, ADaemonThatIsStartedAgainWaitsForItsPredecessorsMachine
   ASSERT_TRUE(cell->kill_and_start_again().ok());
   EXPECT_GT(cell->laser.resets().size(), before) << "before it answers at all";
   EXPECT_FALSE(cell->laser.beam_on());
+  ASSERT_TRUE(cell->wait_until_checked().ok());
   EXPECT_EQ(refusal(), "");
   EXPECT_EQ(cell->state(), "Aborted") << "a pattern was broken off";
   EXPECT_EQ(cell->veneerctl({"clear"}).status, 0);

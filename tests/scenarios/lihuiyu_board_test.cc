@@ -139,6 +139,7 @@ TEST_F(LihuiyuBoardCell, APulledPlugIsSaidAndNothingComesBackByItself) {
 TEST_F(LihuiyuBoardCell, AKilledDaemonLeavesTheBoardDarkAndAbortedUntilAnOperatorsWord) {
   begin_large_pattern();
   ASSERT_TRUE(daemon.kill_and_start_again().ok());
+  ASSERT_TRUE(daemon.wait_until_checked().ok());
   EXPECT_TRUE(daemon.wait_for([&] { return at_rest(); })) << "each packet ends dark";
   const double burnt = burnt_mm();
   board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(false), 0; });

@@ -39,6 +39,15 @@ Status LoneDaemon::kill_and_start_again() {
   return start_process();
 }
 
+Status LoneDaemon::wait_until_checked() const {
+  const auto is_checked = [this] {
+    const auto status = api_->get("/status");
+    return status && (*status)["database"]["state"] == "good";
+  };
+  if (wait_for(is_checked)) return Ok();
+  return Error{ErrorCode::kTimeout, "veneerd does not find its database good"};
+}
+
 void LoneDaemon::end() {
   if (process_ && process_->running()) process_->terminate();
 }

@@ -36,8 +36,10 @@ class LoneDaemon {
   void end();
   void kill() { process_->kill(); }  // SIGKILL; returns when it is gone
   pid_t pid() const { return process_->pid(); }
-  // SIGKILL, and the same daemon again.
+  // SIGKILL, and the same daemon again, which answers but may still check its database.
   Status kill_and_start_again();
+  // Until what needs the database is done: it was found good.
+  Status wait_until_checked() const;
 
   const cli::ApiClient& api() const { return *api_; }
   std::string socket() const { return (dir_ / "d.sock").string(); }

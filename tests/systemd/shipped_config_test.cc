@@ -52,7 +52,8 @@ TEST(ShippedConfiguration, SaysTheDefaults) {
   EXPECT_EQ(shipped->panel.position_margin, built_in.panel.position_margin);
   EXPECT_EQ(shipped->panel.calibration_days, built_in.panel.calibration_days);
   EXPECT_EQ(shipped->log_level, built_in.log_level);
-  EXPECT_EQ(shipped->planner_threads, built_in.planner_threads);
+  EXPECT_EQ(shipped->planner.threads, built_in.planner.threads);
+  EXPECT_EQ(shipped->planner.remnants_first, built_in.planner.remnants_first);
 }
 
 TEST(ShippedConfiguration, AsksForWhatARealLaserNeedsOnceOneIsChosen) {

@@ -24,6 +24,20 @@ TEST_F(TileRoutes, TellWhichTilesAMapHas) {
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/map-tiles").status, 404);
 }
 
+// By the version of all that it is drawn of.
+TEST_F(TileRoutes, APictureOfAPanelIsKeptAsItWasDrawn) {
+  const auto drawn_of = [&](const std::string& panel, const std::string& query = "") {
+    return ask("GET", "/api/v1/panels/" + panel + "/map.png" + query);
+  };
+  const ApiReply drawn = drawn_of("P-0002");
+  ASSERT_EQ(drawn.status, 200) << drawn.body;
+  EXPECT_EQ(cell->panel_library.drawn().find(drawn.etag), drawn.body);
+  cell->panel_library.drawn().keep(drawn.etag, "as it was kept");
+  EXPECT_EQ(drawn_of("P-0002").body, "as it was kept") << "drawn at each request";
+  EXPECT_NE(drawn_of("P-0002", "?width=100").body, "as it was kept");
+  EXPECT_NE(drawn_of("P-0001").etag, drawn.etag) << "of another map";
+}
+
 TEST_F(TileRoutes, SendATileWithItsTag) {
   const ApiReply reply = tile("level=0&column=0&row=0");
   ASSERT_EQ(reply.status, 200) << reply.body;

@@ -194,6 +194,21 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
   EXPECT_EQ(options_json(*job)["forbid"], (json{"P-0001,10,20,5.5,6", "P-0003,1,2,3,4"}));
 }
 
+TEST(JobRequest, TheConfigurationSaysWhetherRemnantsComeFirstWhereTheRequestDoesNot) {
+  const auto chosen = [](const std::map<std::string, std::string>& query, bool configured) {
+    auto job = read(query);
+    EXPECT_TRUE(job.ok()) << job.error().message;
+    choose_as_configured(*job, {0, configured});
+    return job->remnants_first;
+  };
+  EXPECT_EQ(chosen({}, true), std::optional(true));
+  EXPECT_EQ(chosen({}, false), std::nullopt);
+  EXPECT_EQ(chosen({{"remnants_first", "0"}}, true), std::optional(false));
+  EXPECT_EQ(chosen({{"remnants_first", "1"}}, false), std::optional(true));
+  EXPECT_EQ(chosen({{"max_panels", "2"}}, true), std::optional(true));
+  EXPECT_EQ(chosen({{"panels", "P-0001"}}, true), std::nullopt) << "these are to be used";
+}
+
 TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   ApiRequest empty;
   EXPECT_THAT(read_job_request(empty).error().message, HasSubstr("the picture is missing"));

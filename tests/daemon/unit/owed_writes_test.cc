@@ -62,6 +62,54 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeAnAbortThatIsOwed) {
   EXPECT_EQ(owed(), "the program ended while the laser was homed");
 }
 
+// Or its row would end the newer work's, and the job that runs again would be stopped under it.
+TEST_F(OwedWritesTest, NoWorkBeginsBeforeTheEndOfAJobThatIsOwed) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(job_state(), db::JobState::kRunning);
+  bool full = true;
+  database_->owe([&full](Repositories&) -> Status {
+    return full ? Status(Error{ErrorCode::kStorage, "the disk is full"}) : Ok();
+  });
+  WorkRecord record(*database_);
+  const auto begin = [&] {
+    Status begun = Ok();
+    record.begin(WorkRecord::Work::kHoming, "while the laser was homed", [&begun](Status s) { begun = std::move(s); });
+    settle();
+    return begun;
+  };
+  const auto owed = [this] {
+    return database_->call([](Repositories& r) { return r.jobs.would_owe_clear(); }).value().value_or("");
+  };
+  record.end_job(JobId{1});
+  const Status early = begin();
+  ASSERT_FALSE(early.ok());
+  EXPECT_THAT(early.error().message, ::testing::HasSubstr("is not written yet: make room on the disk"));
+  EXPECT_EQ(owed(), "the program ended in the middle of job 1");
+  record.end(WorkRecord::Work::kHoming);
+  full = false;
+  ASSERT_TRUE(begin().ok());
+  EXPECT_EQ(job_state(), db::JobState::kStopped);
+  EXPECT_EQ(owed(), "the program ended while the laser was homed");
+}
+
+// Whoever writes the end of a job after newer work was begun lets that stand.
+TEST_F(OwedWritesTest, AnEndThatComesLateLeavesNewerWorkUnderWay) {
+  WorkRecord record(*database_);
+  const auto begin = [&](const std::string& doing) {
+    record.begin(WorkRecord::Work::kJob, doing, [](const Status& begun) { ASSERT_TRUE(begun.ok()); });
+    settle();
+  };
+  begin("in the middle of job 1");
+  const WorkRecord::End first = record.end_all_with();
+  EXPECT_TRUE(database_->call([&](Repositories&) { return first.rests(); }));
+  begin("in the middle of job 2");
+  EXPECT_FALSE(database_->call([&](Repositories&) { return first.rests(); }));
+  database_->call([&](Repositories&) { return first.written(), 0; });
+  const WorkRecord::End second = record.end_all_with();
+  EXPECT_TRUE(database_->call([&](Repositories&) { return second.rests(); }));
+}
+
 TEST_F(OwedWritesTest, AJobThatWasStoppedBetweenTwoPanelsUnderAFullDiskIsStopped) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());

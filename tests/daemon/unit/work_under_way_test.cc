@@ -173,6 +173,40 @@ TEST_F(WorkUnderWay, NorIsAJobThatIsComplete) {
   expect_stopped();
 }
 
+// Nothing of the runner runs after the write that ends the job.
+TEST_F(WorkUnderWay, KilledRightAfterAJobWasWrittenToBeCompleteItEndedWell) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bed_.lay("P-0002");
+  look();
+  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  while (job_state() != db::JobState::kComplete) turn();
+  ASSERT_NE(state(), CellState::kComplete);
+  expect_stopped();
+  EXPECT_EQ(job_state(), db::JobState::kComplete);
+}
+
+TEST_F(WorkUnderWay, NorIsOneThatWasStoppedAfterAPiece) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  laser_.finish();
+  while (job_state() != db::JobState::kStopped) turn();
+  ASSERT_NE(state(), CellState::kStopped);
+  expect_stopped();
+  EXPECT_EQ(job_state(), db::JobState::kStopped);
+}
+
+TEST_F(WorkUnderWay, NorOneThatWasStoppedWhileItWaitedForAPanel) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(state(), CellState::kSuspended);
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  expect_stopped();
+  EXPECT_EQ(job_state(), db::JobState::kStopped);
+}
+
 TEST_F(WorkUnderWay, WhatWasRefusedAfterAllIsNone) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   runner_->start_job(JobId{99}, "test", [](const Status&) {});
