@@ -33,8 +33,8 @@ const kCommands = [
   ["panel list --all", () => ["panels", [t("panels.retired")]]],
   ["panel list", () => ["panels", []]],
   // Jobs and pieces
-  [`job start ${kJob}`, (job) => ["run", [t("job.number", {n: job}), t("do.start")]]],
-  [`job settle ${kJob} --as-seen --there (scrap|released) --pieces (${kMarks})`, (job, verdict, marks) => ["run", [marks.split(" ").join(", "), t(`verdict.${verdict}`)]]],
+  [`job start ${kJob}`, (job) => [`run/${job}`, [t("job.number", {n: job}), t("do.start")]]],
+  [`job settle ${kJob} --as-seen --there (?:scrap|released) --pieces (${kMarks})`, (job, marks) => ["run", [t("suspects"), marks.split(" ").join(", ")]]],
   [`job settle ${kJob} ${kMark} (cut|scrap|released)`, (job, mark, verdict) => ["run", [mark, t(`verdict.${verdict}`)]]],
   [`job settle ${kJob} ${kMark} suspect`, (job, mark) => ["run", [mark, t("missing.take_back")]]],
   [`job settle ${kJob} ${kMark}`, (job, mark) => ["run", [t("suspects"), mark]]],
@@ -47,6 +47,7 @@ const kCommands = [
   [`job change ${kJob} --alternatives \\d+`, (plan) => ["new", [t("plan.number", {n: plan}), t("places.find")]]],
   [`job new --plan ${kJob}`, (plan) => ["new", [t("plan.number", {n: plan}), t("plan.job")]]],
   [`job release(?: ${kJob})?`, () => ["cell", [t("leases.back")]]],
+  ["job advise", () => ["new", [t("picture.advise")]]],
   ["job plan PICTURE", () => ["new", [t("picture.plan")]]],
   ["job plans", () => ["new", [t("plans")]]],
   ["job list", () => ["history", []]],
@@ -63,18 +64,19 @@ const kCommands = [
   ["token (?:list|revoke)", () => ["account", [t("account.tokens")]]],
 ].map(([words, place]) => ({words: new RegExp(`^(?:${words})(?![\\w-])`), place}));
 
-// What is left out of a command, or said of one.
+// What is left out of a command, or said of one. `of`: only where the same sentence has led to that screen already, since
+// other commands have such an option too.
 const kOptions = [
   [`--face (show|back)(?: --panel ${kPanel})?`, (face, panel) => scan(face, panel)],
   ["--lost", () => ["run", [t("lost.do")]]],
   ["--list", () => ["panels", [t("brush.painted")]]],
-  ["--anew", () => scan("", "", t("scan.anew"))],
-  ["--more", () => scan("", "", t("scan.more"))],
-].map(([words, place]) => ({words: new RegExp(`^(?:${words})(?![\\w-])`), place}));
+  ["--anew", () => scan("", "", t("scan.anew")), "#scan"],
+  ["--more", () => scan("", "", t("scan.more")), "#scan"],
+].map(([words, place, of]) => ({words: new RegExp(`^(?:${words})(?![\\w-])`), place, of}));
 
 const kOr = "(or released for scrap, when ";  // of the verdicts on what a scan saw
 
-const kTicks = /^(?:veneerctl by )?(?:--confirm "[^"]*" ?)+/;
+const kTicks = /^(?:[Vv]eneerctl by )?(?:--confirm "[^"]*" ?)+/;
 
 function placeOf(text, all) {
   for (const {words, place} of all) {
@@ -93,7 +95,7 @@ export function byPage(sentence) {
   let own = "";
   const take = (words) => { own += words; };
   const tell = (place) => {
-    own = own.replace(/\brun $/, "go to ");
+    own = own.replace(/\b(?:run|Run) $/, (run) => (run[0] === "R" ? "Go to " : "go to "));
     if (own) parts.push(own);
     own = "";
     parts.push({text: t("by.quoted", {what: place.text}), href: place.href});
@@ -103,17 +105,17 @@ export function byPage(sentence) {
     const rest = sentence.slice(at);
     const quoted = rest.match(/^`([^`]*)`/);
     if (quoted) {
-      const inner = quoted[1].replace(/^veneerctl /, ""), place = placeOf(inner, kCommands);
+      const inner = quoted[1].replace(/^veneerctl /i, ""), place = placeOf(inner, kCommands);
       if (place && place.length === inner.length) tell(place); else take(quoted[0]);
       at += quoted[0].length;
     } else if (kTicks.test(rest)) {
       const [all] = rest.match(kTicks), names = [...all.matchAll(/"([^"]*)"/g)].map(([, name]) => `“${name}”`);
       take(`the tick${names.length > 1 ? "s" : ""} ${names.join(", ")}${all.endsWith(" ") ? " " : ""}`);
       at += all.length;
-    } else if (/^veneerctl [a-z]/.test(rest) && (at === 0 || !/[\w`“„]/.test(sentence[at - 1]))) {
+    } else if (/^veneerctl [a-z]/i.test(rest) && (at === 0 || !/[\w`“„]/.test(sentence[at - 1]))) {
       const place = placeOf(rest.slice("veneerctl ".length), kCommands);
       // What follows one that the page does not know belongs to it.
-      const length = place ? "veneerctl ".length + place.length : rest.match(/^veneerctl (?:[a-z-]+ ?)*(?:--[^,;:.]*)?/)[0].length;
+      const length = place ? "veneerctl ".length + place.length : rest.match(/^veneerctl (?:[a-z-]+ ?)*(?:--[^,;:.]*)?/i)[0].length;
       if (place) tell(place); else take(rest.slice(0, length));
       at += length;
     } else if (rest.startsWith(kOr)) {
@@ -122,11 +124,11 @@ export function byPage(sentence) {
       take(", when ");
       at += kOr.length;
     } else if (/^--[a-z]/.test(rest) && (at === 0 || /[\s(]/.test(sentence[at - 1]))) {
-      const place = placeOf(rest, kOptions), [option] = rest.match(/^--[a-z-]+/);
+      const place = placeOf(rest, kOptions.filter(({of}) => !of || parts.some(({href}) => href === of))), [option] = rest.match(/^--[a-z-]+/);
       if (place) tell(place); else take(option);
       at += place ? place.length : option.length;
     } else {
-      const next = rest.slice(1).search(/`|veneerctl |--[a-z]|\(or released/);
+      const next = rest.slice(1).search(/`|veneerctl |--[a-z]|\(or released/i);
       const length = next < 0 ? rest.length : next + 1;
       take(rest.slice(0, length));
       at += length;

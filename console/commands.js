@@ -69,6 +69,14 @@ export function sameThing() {
   };
 }
 
+// A question stops the whole page, and what it is about may have become another thing meanwhile: the cell is asked
+// again once it is answered. `isShown()`: it is still what stood there.
+export async function isSure(words, isShown) {
+  if (!isShown() || !confirm(words)) return false;
+  await askStatus();
+  return !isStale() && isShown();
+}
+
 // ---- what is in the way ---------------------------------------------------------------------------------------------
 
 // The first of these links of the chain that blocks: {name, sentence, remedy}.
@@ -96,6 +104,8 @@ export function clearing() {
 let chosen = 0;  // what Start starts; 0 = the one under way, else the one that the next step leads to, else the oldest
 const target = sameThing();
 export function choose(job) { chosen = job; target.is(job); changed(); }
+// A way led to it, which is not yet seen.
+export function leadTo(job) { chosen = job; changed(); }
 
 // As Start is drawn now.
 export function startable() {

@@ -3,9 +3,14 @@ import {h} from "./dom.js";
 import {language, t} from "./words.js";
 
 const kNumber = /^-?(\d+([.,]\d*)?|[.,]\d+)$/;  // no sign for more than nothing, no exponent
+// 1.200 is twelve hundred to whoever writes 1,2, and the other way round: nobody is asked to guess which was meant.
+const kThousands = language === "de" ? /^-?[1-9]\d{0,2}\.\d{3}$/ : /^-?[1-9]\d{0,2},\d{3}$/;
 
 // NaN: it is none. Blank is none either.
-export const numberOf = (text) => (kNumber.test(String(text).trim()) ? Number(String(text).trim().replace(",", ".")) : NaN);
+export function numberOf(text) {
+  const typed = String(text).trim();
+  return kNumber.test(typed) && !kThousands.test(typed) ? Number(typed.replace(",", ".")) : NaN;
+}
 
 // As this page's language writes it.
 export const written = (value) => (language === "de" ? String(value).replace(".", ",") : String(value));
@@ -15,6 +20,7 @@ export function faultOf(text, {whole = false, least = -Infinity, most = Infinity
   const typed = String(text).trim();
   if (!typed) return optional ? "" : t("number.blank");
   const value = numberOf(typed);
+  if (kThousands.test(typed)) return t("number.thousands");
   if (!Number.isFinite(value)) return t("number.junk");
   if (whole && (!Number.isInteger(value) || /[.,]/.test(typed))) return t("number.whole");
   if (value < least) return t("number.least", {n: written(least)});

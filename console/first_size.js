@@ -7,14 +7,15 @@ const kShare = .4;     // of the free wood: webs, kerfs and corners into which n
 const kStep = 5;       // mm
 
 const mayBeCut = (panel) => !panel.retired && !panel.scan_again;
+export const waits = (panel) => !panel.retired && Boolean(panel.scan_again);
 
-// `longer`: the picture's longer side in its shorter ones. -> {size_mm: of the shorter side, patch_mm, no_wood: there are
-// panels, and nothing of them is free}
+// `longer`: the picture's longer side in its shorter ones. -> {size_mm: of the shorter side, patch_mm, of_wood: as much as
+// is free allows, lack: why none is: "" | "no_wood" | "scan_again": what there is waits for a scan}
 export function firstSize(panels, longer = 4 / 3) {
-  if (!panels.some((panel) => !panel.retired)) return {...kModest, no_wood: false};
+  if (!panels.length) return {...kModest, of_wood: false, lack: ""};
   const free = panels.filter(mayBeCut).reduce((all, panel) => all + (panel.free_mm2 || 0), 0);
-  if (!(free > 0)) return {...kLeast, no_wood: true};
+  if (!(free > 0)) return {...kLeast, of_wood: false, lack: panels.some(waits) ? "scan_again" : "no_wood"};
   const side = Math.floor(Math.sqrt(kShare * free / Math.max(1, longer)) / kStep) * kStep;
   const size_mm = Math.min(kLargest, Math.max(kLeast.size_mm, side));
-  return {size_mm, patch_mm: Math.max(kLeast.patch_mm, Math.round(size_mm * kModest.patch_mm / kModest.size_mm)), no_wood: false};
+  return {size_mm, patch_mm: Math.max(kLeast.patch_mm, Math.round(size_mm * kModest.patch_mm / kModest.size_mm)), of_wood: true, lack: ""};
 }

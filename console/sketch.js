@@ -22,6 +22,9 @@ let large = false;    // on a narrow screen it is a strip at the foot, unless so
 // The picture's size in pixels, once it is known; null where the browser cannot read it.
 export const pictureSize = (file) => (picture && picture.file === file && picture.bitmap ? {width: picture.bitmap.width, height: picture.bitmap.height} : null);
 
+// It is, or the browser cannot read it.
+export const isOpened = (file) => Boolean(picture && picture.file === file);
+
 export async function openPicture(file) {
   if (picture && picture.bitmap) picture.bitmap.close();
   picture = null;

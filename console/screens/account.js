@@ -5,10 +5,12 @@ import {changed, mayDo, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, fact, facts, hint} from "../parts.js";
 import {get, kAgainMs, signIn, signOut} from "../link.js";
+import {faultOf, numberField, numberOf} from "../fields.js";
 
 const kRoles = ["viewer", "operator", "maintainer", "admin"];
 let users = [], tokens = [], loaded = false;
 let days = "90";      // of the next token
+const kDays = {least: 1, most: 3650, whole: true};
 let madeToken = "";  // shown until the screen is left
 let told = "";       // what was done last
 

@@ -2,7 +2,7 @@
 import {h} from "../dom.js";
 import {asSentence, span, squareCm, t} from "../words.js";
 import {mayChange, model} from "../model.js";
-import {command, sameThing} from "../commands.js";
+import {command, isSure, sameThing} from "../commands.js";
 import {bar, button, card, empty, fact, facts, inEnglish, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
@@ -45,9 +45,9 @@ function attention() {
 const owedLook = sameThing();
 function owedPart(owed) {
   const isShown = () => JSON.stringify(model.cell.owed_look) === JSON.stringify(owed) && owedLook.isLooked();
-  const giveUp = () => { if (isShown() && confirm(t("owed.sure", {n: owed.pieces, panel: owed.panel, job: owed.job})) && isShown()) command("/commands/write-off-look"); };
+  const giveUp = async () => { if (await isSure(t("owed.sure", {n: owed.pieces, panel: owed.panel, job: owed.job}), isShown)) command("/commands/write-off-look"); };
   return [h("p.warn", {}, "▲ ", inEnglish(asSentence(owed.sentence))),
-    h("div.commands", {}, button(t("owed.write_off"), giveUp, {id: "write-off-look", wide: true, disabled: !mayChange() || !owedLook.isLooked()}))];
+    h("div.commands", {}, button(t("owed.write_off"), giveUp, {id: "write-off-look", wide: true, small: t("owed.write_off.small"), disabled: !mayChange() || !owedLook.isLooked()}))];
 }
 
 function workGoingOn() {

@@ -2,7 +2,8 @@
 
 const kUnits = [[/_mm2$/, (value) => `${round(value / 100)} cm²`], [/_um$/, (value) => `${round(value / 1000)} mm`], [/_mm_s$/, (value) => `${round(value)} mm/s`], [/_mm$/, (value) => `${round(value)} mm`],
                 [/_deg$/, (value) => `${round(value)}°`], [/_s$/, (value) => `${round(value)} s`], [/_bytes$/, (value) => `${value} bytes`]];
-const round = (value) => String(Number(value.toPrecision(4)));
+// To three decimals: what was asked for is told as it was.
+const round = (value) => String(Number(Math.abs(value) < .001 ? value.toPrecision(3) : value.toFixed(3)));
 const plain = (name) => name.replace(/_/g, " ").trim();
 
 function valueOf(value, unit) {
@@ -13,11 +14,14 @@ function valueOf(value, unit) {
 }
 const areNumbers = (value) => [value].flat().every((one) => typeof one === "number");
 
+const kThings = ["air", "more"];  // "no air", but "not assembled"
+
 // Nothing is said of what is not there; of what is so, its name alone.
 function partsOf(object) {
   return Object.entries(object).flatMap(([name, value]) => {
-    if (value === null || value === false || value === "" || (Array.isArray(value) && !value.length) || name === "schema_version") return [];
+    if (value === null || value === "" || (Array.isArray(value) && !value.length) || name === "schema_version") return [];
     if (value === true) return [plain(name)];
+    if (value === false) return [`${kThings.includes(name) ? "no" : "not"} ${plain(name)}`];
     const unit = kUnits.find(([ends]) => ends.test(name) && areNumbers(value));
     return [`${plain(unit ? name.replace(unit[0], "") : name)} ${valueOf(value, unit)}`];
   });
@@ -36,7 +40,7 @@ function saidBy(json) {
 }
 
 const kRequest = /^(GET|POST|PUT|PATCH|DELETE) (?:\/api\/v1)?(\/[^\s?]*)(?:\?(\S*))?(?: (\{.*\}))?(?: \((\d+) bytes\))?(.*)$/s;
-const kVerbs = {GET: "asked for", POST: "", PUT: "", PATCH: "", DELETE: "removed"};
+const kVerbs = {GET: "asked for", POST: "", PUT: "", PATCH: "", DELETE: "remove"};
 
 // A number stays a number, so that its unit is told.
 const typed = (text) => (/^-?\d+(\.\d+)?$/.test(text) ? Number(text) : text);

@@ -8,12 +8,12 @@ import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {askAll, kAgainMs} from "../link.js";
 import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
-import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
+import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
-import {firstSize} from "../first_size.js";
+import {firstSize, waits} from "../first_size.js";
 
 const wanted = {
-  file: null, url: "", drawing: null, name: "", size_mm: "", patch_mm: "", layout: "grid", wood: new Set(), max_panels: "",
+  file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
@@ -25,8 +25,8 @@ const begun = [];   // tasks of this tab, the newest first
 let grid = null, frame = null;  // grid_lines.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
 let typed = false;  // somebody has said how large
-let sizedFor = null;  // the picture beside which a size was proposed
-let noWood = false;
+let sizedFor = null;  // the picture beside which a size was proposed, of the wood that is free
+let lack = "";      // why no wood is free
 
 export function enter() {
   loadTools();
@@ -53,11 +53,11 @@ const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((pa
 function propose() {
   if (!model.cell || model.panels.length < (model.cell.panels || 0)) return;  // they are on their way
   const whole = pictureSize(wanted.file), crop = cropOf() || whole;
-  const {size_mm, patch_mm, no_wood} = firstSize(model.panels, crop ? Math.max(crop.width, crop.height) / Math.min(crop.width, crop.height) : undefined);
-  noWood = no_wood;
-  if (typed || (whole && sizedFor === wanted.file)) return;
+  const {size_mm, patch_mm, of_wood, lack: why} = firstSize(model.panels, crop ? Math.max(crop.width, crop.height) / Math.min(crop.width, crop.height) : undefined);
+  lack = why;
+  if (typed || (wanted.file && sizedFor === wanted.file)) return;
   Object.assign(wanted, {size_mm: String(size_mm), patch_mm: String(patch_mm)});
-  sizedFor = whole ? wanted.file : null;
+  sizedFor = of_wood && isOpened(wanted.file) ? wanted.file : null;
 }
 
 export function draw() {
@@ -201,7 +201,7 @@ function formCard() {
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", {id: "picture-size"}), number("patch_mm", {id: "picture-patch"})),
-      noWood && h("p.warn", {id: "no-wood"}, `▲ ${t("picture.no_wood")}`),
+      lack && h("p.warn", {id: "no-wood"}, `▲ ${t(`picture.${lack}`, {panels: model.panels.filter(waits).map(({id}) => id).join(", ")})}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),

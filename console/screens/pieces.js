@@ -113,7 +113,7 @@ function suspectsCard() {
 // ---- missing --------------------------------------------------------------------------------------------------------
 
 const redoing = new Map();  // job by the task that looks for its wood
-let redone = null;  // says what came of the last one: () => nodes
+let redone = null;  // says what came of the last one, and of which job: () => nodes
 
 // Other wood for these marks, or for all that are missing. `lost`: for one that was cut, which somebody says is lost.
 export async function redo(job, marks, {lost: isLost = false} = {}) {
@@ -124,15 +124,16 @@ export async function redo(job, marks, {lost: isLost = false} = {}) {
 
 // How much worse the picture gets is told before anything is cut.
 function followRedoing() {
-  for (const id of redoing.keys()) {
+  for (const [id, job] of redoing) {
     const task = model.tasks.get(id);
     if (!task || task.state === "running") continue;
     redoing.delete(id);
-    const {result, error} = task;
-    if (error) redone = () => ["▲ ", tWith("redo.failed", "why", asSentence(error.message))];
+    const {result, error} = task, of = () => `${t("job.number", {n: job})}: `;
+    redone = null;  // whoever gave it up has no answer, and none of before
+    if (error && task.state !== "cancelled") redone = () => ["▲ ", of(), tWith("redo.failed", "why", asSentence(error.message))];
     if (result && result.redone) {
       const change = 100 * (result.cost_per_pixel / result.cost_per_pixel_before - 1);
-      redone = () => `${t("redone", {n: result.redone.length, marks: result.redone[0].mark})} ${t("redone.cost", {share: Math.abs(change).toFixed(2), where: t(change > 0 ? "redone.farther" : "redone.nearer")})}`;
+      redone = () => `${of()}${t("redone", {n: result.redone.length, marks: result.redone[0].mark})} ${t("redone.cost", {share: Math.abs(change).toFixed(2), where: t(change > 0 ? "redone.farther" : "redone.nearer")})}`;
     }
     loadJobs();
   }

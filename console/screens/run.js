@@ -4,7 +4,7 @@ import {h, svg} from "../dom.js";
 import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
-import {allConfirmed, askedNames, choose, clearing, command, confirmName, confirmedNames, give, isConfirmed, mayClear, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
+import {allConfirmed, askedNames, choose, clearing, command, confirmName, confirmedNames, give, isConfirmed, leadTo, mayClear, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
 import {bar, button, card, empty, fact, facts, inEnglish, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
@@ -12,6 +12,9 @@ import {drawJobMap, jobKey, jobMap} from "./job_map.js";
 import {pieceCards} from "./pieces.js";
 import {sheetHands} from "./sheet_hands.js";
 import {faultOf, numberField, numberOf, written} from "../fields.js";
+
+// #run/3: with this job chosen, as a sentence of the cell's leads to it.
+export function enter(job) { if (job) leadTo(Number(job)); }
 
 export function draw() {
   if (!model.cell) return empty(t("connecting"));

@@ -2,7 +2,7 @@
 import {h} from "../dom.js";
 import {dayTime, squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
-import {command, sameThing} from "../commands.js";
+import {command, isSure, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
 import {button, card, empty, fact, facts, hint, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
@@ -16,14 +16,15 @@ export function draw() {
   const task = model.tasks.get(begun);
   const busy = Boolean(task && task.state === "running");
   followWaiting(task);
+  followSeries();
   return h("div.columns.two", {},
     h("div.column", {}, card(t("screen.scan"), h("p", {}, t("scan.how")),
       h("div.form", {},
         choice(t("scan.face"), wanted.face, [["show", t("face.show")], ["back", t("face.back")]], (face) => { wanted.face = face; }),
         choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], (panel) => { wanted.panel = panel; }),
         h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
-      h("div.commands", {}, button(t("scan.do"), () => scan(), {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
-      seriesPart(task, busy),
+      h("div.commands", {}, button(t("scan.do"), () => { if (!isOther()) scan(); }, {wide: true, id: "do-scan", disabled: !mayChange() || busy || isOther() || !series.isLooked()})),
+      seriesPart(busy),
       busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))), sheetHands("scanner", wanted.face)),
     h("div.column", {}, ...waiting.map((seen) => proposalCard(seen, task)), foundCard(task)));
 }
@@ -33,25 +34,35 @@ const choice = (label, value, options, take) => h("label", {}, label,
 
 // ---- a series of tiles ----------------------------------------------------------------------------------------------
 
-// Of the series whose next tile a scan would be, whoever began it: {tiles, panel, face}; null: there is none. A cell that
-// does not tell leaves what this page has scanned itself.
-export function openSeries(cell, task) {
-  if (cell && cell.open_scan !== undefined) return cell.open_scan;
-  const {result} = task || {};
-  return result && !result.panel && !result.proposal && result.tiles > 0 ? {tiles: result.tiles, panel: result.of || null, face: result.face || null} : null;
-}
-
+// The series whose next tile a scan would be, whoever began it: {tiles, panel, face}; null: there is none.
+const openSeries = () => (model.cell && model.cell.open_scan) || null;
 const series = sameThing();
 
+// A tile of another face would end it, and its tiles with it; one of another panel fits none of them.
+function isOther() {
+  const open = openSeries();
+  return Boolean(open) && (wanted.face !== open.face || Boolean(wanted.panel && open.panel && wanted.panel !== open.panel));
+}
+
+// What is chosen begins as the series is of, and is anybody's then.
+let chosenFor = "null";
+function followSeries() {
+  const open = openSeries(), now = JSON.stringify(open && [open.panel, open.face]);
+  series.drawn(JSON.stringify(open));
+  if (now === chosenFor) return;
+  chosenFor = now;
+  if (open) Object.assign(wanted, {face: open.face, panel: open.panel || ""});
+}
+
 // What is given up is what stood there when it was pressed, and no tile that came meanwhile.
-function seriesPart(task, busy) {
-  const open = openSeries(model.cell, task), kept = model.cell && model.cell.kept_scan, key = JSON.stringify(open);
-  series.drawn(key);
+function seriesPart(busy) {
+  const open = openSeries(), kept = model.cell && model.cell.kept_scan, key = JSON.stringify(open);
   if (!open) return kept ? hint(t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})) : null;
-  const asShown = () => series.isLooked() && JSON.stringify(openSeries(model.cell, model.tasks.get(begun))) === key;
-  const anew = () => { if (asShown() && confirm(t("scan.anew.sure", {n: open.tiles})) && asShown()) scan({anew: true}); };
+  const asShown = () => series.isLooked() && JSON.stringify(openSeries()) === key;
+  const anew = async () => { if (await isSure(t("scan.anew.sure", {n: open.tiles}), asShown)) scan({anew: true}); };
   return h("div.note", {"data-key": "series", role: "status"},
     h("p", {}, t("scan.open_series", {n: open.tiles, of: [open.panel, open.face && t(`face.${open.face}`)].filter(Boolean).join(", ") || t("scan.of_new")})),
+    isOther() && h("p.warn", {id: "scan-other"}, `▲ ${t("scan.other")}`),
     h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
 }
 
@@ -69,7 +80,7 @@ function foundCard(task) {
   const {result} = task;
   if (!result) return null;
   if (result.proposal) return null;  // it stands among those that wait
-  if (!result.panel) return card(t("scan.found"), h("p.big", {}, t("scan.tiles", {n: result.tiles})));
+  if (!result.panel) return null;  // a tile: the series tells of it
   return card(t("scan.found"),
     h("p.big", {}, t("scan.result", {panel: result.panel, face: t(`face.${result.face}`)}), result.new && `, ${t("scan.is_new")}`),
     picture(`/panels/${encodeURIComponent(result.panel)}/map.png?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),

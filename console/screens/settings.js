@@ -52,7 +52,7 @@ function recipesCard() {
       h("div", {}, [t("recipes.row", {speed: one.speed_mm_s, power: percent(one.power)}), one.passes > 1 ? t("recipes.passes", {n: one.passes}) : "",
         one.kerf_back_mm ? t("recipes.kerf", {back: one.kerf_back_mm, show: one.kerf_show_mm}) : ""].filter(Boolean).join(", "))),
     one.material && h("span.choices", {},
-      button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? written(Math.round(1000 * one.power) / 10) : one[name] === null || one[name] === undefined ? "" : kNumbers[name] ? written(one[name]) : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
+      button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? written(Number((100 * one.power).toPrecision(6))) : one[name] === null || one[name] === undefined ? "" : kNumbers[name] ? written(one[name]) : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
       button(t("recipes.remove"), async () => { if (confirm(t("recipes.remove_sure", {material: one.material}))) { await command(`/recipes/${encodeURIComponent(one.material)}/${one.operation}`, {method: "DELETE"}); enterRecipes(); } }, {disabled: !maySet(), needs: "maintainer"}))))));
 }
 

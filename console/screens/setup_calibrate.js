@@ -52,8 +52,10 @@ const cures = (place) => {
   return [blockedHint(lock), lock && lock.name === "machine" && h("div.commands", {}, resetButton())];
 };
 
-const act = (about, place, label, steps, more = {}) =>
-  button(label, () => doSteps(place, steps()), {disabled: !mayMeasure(place), next: mayMeasure(place) && !about.certificate(kKinds[place]) && !inTheWay(place), needs: "maintainer", wide: true, ...more});
+function act(about, place, label, steps, more = {}) {
+  const how = {disabled: !mayMeasure(place), next: !about.certificate(kKinds[place]), needs: "maintainer", wide: true, ...more};
+  return button(label, () => doSteps(place, steps()), {...how, next: how.next && !how.disabled});  // a shut one is no next step
+}
 
 // ---- scanner --------------------------------------------------------------------------------------------------------
 
@@ -64,8 +66,8 @@ export const scannerStep = step("scanner", "scanner", (about, place) => {
   return [[
     scans > 0 && h("p.fact", {role: "status"}, t("scanner.scans", {n: scans})),
     h("div.commands", {},
-      act(about, place, t("scanner.more"), () => [measure(place, "scanner", {more: true})], {next: scans === 0 && mayMeasure(place) && !about.certificate("scanner")}),
-      act(about, place, t("scanner.last"), () => [measure(place, "scanner")], {next: scans > 0 && mayMeasure(place), id: "do-scanner"}))]];
+      act(about, place, t("scanner.more"), () => [measure(place, "scanner", {more: true})], {next: scans === 0 && !about.certificate("scanner")}),
+      act(about, place, t("scanner.last"), () => [measure(place, "scanner")], {next: scans > 0, id: "do-scanner"}))]];
 });
 
 // ---- camera ---------------------------------------------------------------------------------------------------------
