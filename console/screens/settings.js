@@ -78,7 +78,7 @@ function recipeForm() {
 async function setRecipe(event) {
   event.preventDefault();
   if (faultOfRecipe()) return showRefusal(faultWords(faultOfRecipe()), language);
-  const body = {speed_mm_s: numberOf(wanted.speed_mm_s), power: numberOf(wanted.power) / 100, passes: numberOf(wanted.passes), air: wanted.air};
+  const body = {speed_mm_s: numberOf(wanted.speed_mm_s), power: Number((numberOf(wanted.power) / 100).toPrecision(12)), passes: numberOf(wanted.passes), air: wanted.air};
   for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf].trim()) body[kerf] = numberOf(wanted[kerf]);
   if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enterRecipes(); }
 }

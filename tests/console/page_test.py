@@ -610,5 +610,182 @@ class Cards(Page):
         self.assertEqual(more, some)
 
 
+# A cell that has something of everything, before an admin: every screen has all of its parts.
+EVERYTHING = """
+    const at = '2026-05-01T07:30:00Z', listed = (name, ...all) => ({[name]: all, next: null});
+    const square = (x, y, side) => [x, y, x + side, y, x + side, y + side, x, y + side];
+    const panel = {id: 'P-0001', name: 'walnut', parent: null, shelf: 'A1', woods: ['walnut', 'maple'], width_mm: 240, height_mm: 160, free_mm2: 2e4, cut_mm2: 900, reserved_mm2: 0, open_differences: 1,
+      retired: null, scan_again: null, mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
+      facts: {shelf: 'A1', veneer_mm: .6, substrate_mm: 1.5}, treatments: [{product: 'oil', on: '2026-05-01'}], remnant: {woods: [{material: 'walnut', free_mm2: 2e4}], square: {side_mm: 90.5}, circle: {diameter_mm: 99}},
+      area_book_mm2: {panel: 38400, free: 2e4, reserved: 0, cut: 900, kerf: 100, suspect: 0, scrap: 0, unusable: 17400},
+      zones: [1, 2].map((zone) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, outline_mm: [square(0, 0, 50)], outlines_mm: [square(0, 0, 50)]}))};
+    const job = {id: 3, name: 'bird', state: 'incomplete', cut: 1, suspect: 1, missing: 1, pieces: 3, archived: false, created: at, newest_plan: 5, plan: 5, now: '', next: 'redo what is missing', runs: [{id: 1, panel: 'P-0001', started: at, ended: at, result: 'done', who: 'anna', pose_rms_mm: .012}],
+      panels: [{panel: 'P-0001', cut: 1, pieces: 3}]};
+    const pieces = ['cut', 'suspect', 'scrap'].map((state, n) => ({id: n + 1, mark: `A1-${n + 1}`, state, panel: 'P-0001', panel_outline_mm: [square(10, 10, 9)], outline_mm: [square(10, 10, 9)], sighting: state === 'suspect' ? {seen: 'unclear', gone_share: .4, at} : null}));
+    const certificates = ['scanner', 'camera', 'axes', 'kerf'].flatMap((kind) => [2, 1].map((id) => ({id, kind, state: 'valid', issued: at, expires: at, made_on: 'x', rms_mm: .01, kerf_mm: .2, doubts: ['it was made of one scan']})));
+    const recipe = {speed_mm_s: 15, power: .8765, passes: 2, air: true, kerf_back_mm: .2, kerf_show_mm: .22};
+    Object.assign(window.answers, {
+      '/status': {}, '/panels/P-0001/ledger': listed('allocations', {id: 1, piece: 1, mark: 'A1-1', state: 'cut', outline_mm: [square(10, 10, 9)], area_mm2: 81}),
+      '/panels/P-0001/differences': listed('differences', {id: 4, kind: 'lost', place_mm: [10, 10], area_mm2: 30, pieces: [{mark: 'A1-1', job: 3}], decided: null}),
+      '/panels/P-0001/versions': listed('versions', {version: 1, at, who: 'anna', current: false}, {version: 2, at, who: 'anna', current: true}), '/panels/P-0001/scans': listed('scans'), '/panels/P-0001/mask': listed('edits'), '/panels/P-0001/edits': listed('edits'),
+      '/panels/P-0001': panel, '/panels': listed('panels', panel), '/jobs/3/pieces': listed('pieces', ...pieces), '/jobs/3': job, '/jobs': listed('jobs', job), '/plans': listed('plans'),
+      '/materials': listed('materials', {material: 'walnut'}), '/certificates': listed('certificates', ...certificates),
+      '/users': {users: [{name: 'anna', role: 'admin'}, {name: 'ben', role: 'viewer'}]}, '/tokens': {tokens: [{user: 'anna', name: 'shelf', role: 'viewer', expires_at: at}]},
+      '/recipes': {otherwise: {cut: recipe, engrave: recipe}, recipes: [{material: 'walnut', operation: 'cut', ...recipe}], next: null}, '/backups': {folder: '/x', backups: [{name: 'b', made_at: at, panels: 1, jobs: 1, pieces: 3, bytes: 5e6, missing: []}], next: null},
+      '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
+      '/setup': {collected: {view_heights_mm: [0, 0], grid_scans: 1}, panel_thickness_mm: 2.1}, '/alarms': listed('alarms', {id: 1, state: 'new', urgent: true, sentence: 'run veneerctl panel scan', about: 'x', since: at}),
+      '/bed/look': {grid_tags: 0, grid_has: 9, panels: [], tags: []},
+      '/audit': listed('entries', {id: 1, at, who: 'anna', what: 'api.scan', detail: 'POST /api/v1/scans {"more":false}'}),
+      '/devices/found': {lasers: [{port: 'usb:1', kind: 'lihuiyu', name: 'K40', named_by: 'usb', refusal: ''}], pictures: []}, '/scanners': {scanners: [{name: 'x:1', make: 'x', problem: ''}]},
+      '/devices': {choose: true, laser: {kind: 'sim', set_by: 'nobody'}, scanner: {kind: 'sim', set_by: 'nobody', dpi: 300}, camera: {kind: 'sim', set_by: 'nobody'}},
+    });
+    // The longest that fits: /jobs/3/pieces is not /jobs.
+    window.answers = Object.fromEntries(Object.entries(window.answers).sort(([a], [b]) => b.length - a.length));
+    model.role = 'admin';
+    model.session = {who: 'anna', role: 'admin', user: 'anna', expires_at: at, accounts: true};
+    Object.assign(model, {panels: [panel], jobs: [job]});
+    const about_all = {panels: 1, calibration: {scanner: 'valid', camera: 'missing', axes: 'expired', kerf: 'valid'}, laser: {connected: true, state: 'Idle', homed: true, position_mm: [1, 2], firmware: 'x', overrides_wanted: {feed: 90}, beam_on: false},
+      recut: {job: 3, panel: 'P-0001', pieces: 1}, owed_look: {job: 3, panel: 'P-0001', pieces: 2, sentence: 'the camera has not seen panel P-0001'}, open_scan: {tiles: 2, panel: 'P-0001', face: 'show'}, kept_scan: null,
+      confirm: ['exhaust'], interlocks: [{name: 'camera', state: 'warns', sentence: 'the camera is slow', remedy: 'See to it.', age_s: 3}], next_step: {step: 'redo', sentence: 'redo what is missing', command: 'veneerctl job redo 3', job: 3},
+      load: {panel: 'P-0001', found: true, face_up: 'back', how: 'back up', rms_mm: .01, frame_max_power: .03, focus_mm: 2, setups: 1, setup: 1, sentence: 'panel P-0001 is found'}, database: {state: 'good', sentence: ''}};
+    const faults = [];
+    addEventListener('unhandledrejection', ({reason}) => faults.push(String(reason && reason.stack || reason)));
+    addEventListener('error', ({message}) => faults.push(message));
+    // A screen as console.js shows it, often enough that what it asks for has come.
+    const type = (css, text) => { const field = main.querySelector(css); field.value = text; field.dispatchEvent(new Event(field.nodeName === 'SELECT' ? 'change' : 'input')); };
+    const sent = (part) => window.asked.filter(({path, method}) => method === 'POST' && path.includes(part)).map(({body}) => body);
+    const show = async (name, rest = [], fresh = {}, body = () => null) => {
+      const screen = await load(`screens/${name}.js`);
+      main.replaceChildren();
+      if (screen.enter) screen.enter(...rest);
+      for (let n = 0; n < 4; ++n) {
+        given_to({...about_all, ...fresh});
+        window.answers['/status'] = model.cell;
+        put(main, ...[screen.draw(...rest)].flat());
+        for (const one of main.querySelectorAll('details')) one.open = true;
+        if (screen.drawn) screen.drawn(main, ...rest);
+        await settled();
+      }
+      return body(screen);
+    };
+"""
+
+
+class Screens(Page):
+    def setUp(self):
+        self.speak("en")
+
+    def shown(self, script):
+        told = self.does(CELL + EVERYTHING + "const told = await (async () => {" + script + "})(); return {told, faults}")
+        self.assertEqual(told["faults"], [])
+        return told["told"]
+
+    def test_each_is_drawn_before_an_admin(self):
+        for language in ("en", "de"):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.shown("""
+                const screens = [['cell'], ['panels'], ['panels', 'P-0001'], ['scan'], ['new_picture'], ['run'], ['run', '3'], ['assembly'], ['assembly', '3'], ['alarms'], ['history'], ['history', '3'], ['calibration'], ['settings'], ['log'], ['account'],
+                                 ...['devices', 'print', 'scanner', 'camera', 'laser', 'kerf', 'recipes', 'wood', 'picture', 'cut'].map((step) => ['setup', step])];
+                const out = {};
+                for (const [name, ...rest] of screens) {
+                  try { await show(name, rest); } catch (fault) { faults.push(`${name}/${rest}: ${fault.stack}`); }
+                  out[[name, ...rest].join('/')] = [main.innerText.length, (main.innerText.match(/undefined|NaN|\\[object/) || [''])[0]];
+                }
+                return out""")
+            for screen, (length, odd) in told.items():
+                with self.subTest(f"{language} {screen}"):
+                    self.assertGreater(length, 30)
+                    self.assertEqual(odd, "")
+
+
+    # ---- numbers that go from a field to the cell
+
+    def numbers(self, screen, field, button, part, typed, prepare="", finish=""):
+        """For each of what is typed: the fault at the field, whether the button is shut, and what was sent."""
+        return self.does(CELL + EVERYTHING + """
+            const [screen, rest, css, press, part, texts] = given, out = [];
+            const page = await show(screen, rest, {}, (page) => page);
+            const draw = () => { given_to(about_all); window.answers['/status'] = model.cell; put(main, ...[page.draw(...rest)].flat()); };
+            """ + prepare + """
+            out.push(main.querySelector(css).value);
+            for (const text of texts) {
+              type(css, text);
+              draw();
+              """ + finish + """
+              const before = sent(part).length, button = main.querySelector(press), off = button.disabled;
+              const fault = main.querySelector(css).parentNode.querySelector('.number-fault');
+              const said = fault ? fault.innerText : '';
+              button.click();
+              await settled();
+              draw();
+              out.push([said, off, sent(part)[before] || null]);
+            }
+            if (faults.length) throw new Error(faults.join());
+            return out""", *screen, field, button, part, typed)
+
+    THOUSANDS = "▲ A point is the decimal mark here, and this may be thousands: write 1200 or 1.2."
+
+    def test_the_speed_of_a_recipe(self):
+        told = self.numbers(("settings", []), "#recipe-speed_mm_s", "#do-recipe", "/recipes/", ["1,200", "12,5"],
+                            "[...main.querySelectorAll('li[data-key=walnut-cut] button')][0].click(); draw(); const power = main.querySelector('#recipe-power').value; if (power !== '87.65') throw new Error('power ' + power);")
+        self.assertEqual(told, ["15", [self.THOUSANDS, True, None],
+                                ["", False, {"speed_mm_s": 12.5, "power": .8765, "passes": 2, "air": True, "kerf_back_mm": .2, "kerf_show_mm": .22}]])
+
+    def test_how_thick_a_panel_is(self):
+        told = self.numbers(("panels", ["P-0001"]), "#say-veneer_mm", "#do-say", "/facts", ["1,200", "0,7"])
+        self.assertEqual(told, ["0.6", [self.THOUSANDS, True, None], ["", False, {"veneer_mm": .7}]])
+
+    def test_how_far_a_machine_travels(self):
+        told = self.numbers(("setup", ["devices"]), "#choose-travel_x_mm", "button#choose-laser", "/devices/laser", ["1,200", "300,5"], """
+            main.querySelector('#look-devices').click();
+            await until(() => { draw(); return main.querySelector('input[value="usb:1"]') && !main.querySelector('#look-devices').disabled; });
+            main.querySelector('input[value="usb:1"]').click();
+            draw();
+            main.querySelector('#sure-laser').click();
+            draw();
+            type('#choose-travel_y_mm', '200');
+            draw();""")
+        self.assertEqual(told, ["", [self.THOUSANDS, True, None],
+                                ["", False, {"kind": "lihuiyu", "port": "usb:1", "confirmed": ["a laser is at this port"], "board": "m2", "travel_x_mm": 300.5, "travel_y_mm": 200}]])
+
+    def test_how_long_a_token_is_good(self):
+        told = self.numbers(("account", []), "input[name=days]", "#do-new-token", "/tokens/", ["0", "1,5", "30"], finish="main.querySelector('input[name=token]').value = 'shelf'; main.querySelector('select[name=user]').value = 'ben';")
+        self.assertEqual([told[0], told[1][0], told[1][2], told[2][0], told[2][2], told[3]],
+                         ["90", "▲ At least 1.", None, "▲ Only a whole number, without point or comma.", None, ["", False, {"role": "viewer", "days": 30}]])
+
+    def test_how_high_the_blocks_are(self):
+        told = self.numbers(("setup", ["camera"]), "label:has(> input[inputmode]) input", "#do-camera", "/calibration/camera", ["4", "31,5"])
+        self.assertEqual(told, ["30", ["▲ At least 5.", True, None], ["", False, {"height_mm": 31.5, "more": True}]])
+
+    def test_how_large_the_board_is(self):
+        told = self.numbers(("setup", ["laser"]), "#board-height", "#do-laser", "/calibration/laser", ["1,290", "290,5"],
+                            finish="for (const one of main.querySelectorAll('fieldset.confirm input')) if (!one.checked) one.click(); draw();")
+        self.assertEqual([told[0], told[1], told[2][:2]], ["290", [self.THOUSANDS, True, None], ["", False]])
+        self.assertEqual({name: told[2][2][name] for name in ("board_height_mm", "board_width_mm", "height_mm")}, {"board_height_mm": 290.5, "board_width_mm": 490, "height_mm": 2.1})
+
+    def test_no_shut_button_is_the_next_step(self):
+        told = self.shown("""
+            window.answers['/certificates'] = {certificates: [], next: null};
+            const out = {};
+            for (const step of ['scanner', 'camera', 'laser', 'kerf']) {
+              await show('setup', [step]);
+              out[step] = [...main.querySelectorAll('button.next')].map(({disabled}) => disabled);
+            }
+            return out""")
+        self.assertEqual(told, {"scanner": [False], "camera": [False], "laser": [], "kerf": []})
+
+    def test_a_way_to_a_job_chooses_it(self):
+        told = self.shown("""
+            const begin = () => main.querySelector('#do-start').innerText;
+            window.answers['/jobs'].jobs = model.jobs = [2, 3].map((id) => ({...job, id, state: 'planned', name: `job ${id}`}));
+            await show('run', [], {next_step: null});
+            const usual = begin();
+            await show('run', ['3'], {next_step: null});
+            return [usual, begin()]""")
+        self.assertIn("job 2", told[0])
+        self.assertIn("job 3", told[1])
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
