@@ -62,7 +62,7 @@ function seriesPart(busy) {
   const anew = async () => { if (await isSure(t("scan.anew.sure", {n: open.tiles}), asShown)) scan({anew: true}); };
   return h("div.note", {"data-key": "series", role: "status"},
     h("p", {}, t("scan.open_series", {n: open.tiles, of: [open.panel, open.face && t(`face.${open.face}`)].filter(Boolean).join(", ") || t("scan.of_new")})),
-    isOther() && h("p.warn", {id: "scan-other"}, `▲ ${t("scan.other")}`),
+    isOther() ? h("p.warn", {id: "scan-other"}, `▲ ${t("scan.other")}`) : h("p", {}, t("scan.next_tile")),
     h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
 }
 

@@ -356,6 +356,29 @@ class Cards(Page):
         self.assertEqual(told["said"], "▲ Auftrag 3: Es wurde kein anderes Holz reserviert: There is no panel in stock: scan one with „Scannen: Scannen“.")
         self.assertEqual(told["lang"], "en")
 
+    def test_what_came_of_a_redo_is_of_the_last_one(self):
+        told = self.does(CELL + """
+            const pieces = await load('screens/pieces.js');
+            model.jobs = [3, 4].map((id) => ({id, name: 'bird', state: 'incomplete', cut: 1, suspect: 0, missing: 1, pieces: 2}));
+            window.answers['/jobs?limit'] = {jobs: model.jobs, next: null};
+            window.answers['/pieces'] = {pieces: [], next: null};
+            window.answers['/status'] = model.cell;
+            let id = 9;
+            const out = [];
+            const end = async (job, task) => {
+              window.answers['/redo'] = {task: ++id};
+              await pieces.redo(job, null);
+              model.tasks.set(id, {id, ...task});
+              put(main, ...pieces.pieceCards());
+              out.push(main.querySelector('[data-key=redone]')?.innerText || '');
+            };
+            await end(3, {state: 'failed', error: {code: 'refused', message: 'nothing is free'}});
+            await end(4, {state: 'cancelled', error: {code: 'cancelled', message: 'it was cancelled'}});
+            await end(4, {state: 'done', result: {redone: [{mark: 'A1-1'}], cost_per_pixel: 1, cost_per_pixel_before: 1}});
+            return out""")
+        self.assertEqual(told[:2], ["▲ job 3: Other wood was not reserved: Nothing is free.", ""])
+        self.assertIn("job 4: A1-1 has other wood now.", told[2])
+
     def test_clear_is_about_what_was_shown(self):
         told = self.does(CELL + """
             const {clearing, mayClear} = await load('commands.js'), stopped = (reason) => ({state: 'Aborted', reason});
@@ -414,7 +437,7 @@ class Cards(Page):
             const draw = (fresh) => { given_to(fresh); window.answers['/status'] = model.cell; put(main, scan.draw()); return main.querySelector('#do-scan'); };
             const chosen = () => [...main.querySelectorAll('select')].map(({value}) => value);
             const choose = (n, value) => { const field = main.querySelectorAll('select')[n]; field.value = value; field.dispatchEvent(new Event('change')); };
-            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, ...chosen()];
+            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, main.innerText.includes('the next scan is the next tile'), ...chosen()];
             const none = look({open_scan: null}), atOnce = draw(open(1)).disabled;
             await until(() => !draw(open(1)).disabled);
             const begun = look(open(1));
@@ -427,10 +450,10 @@ class Cards(Page):
             const panel = look(open(1));
             choose(1, '');
             const itself = look(open(1)), another = look(open(1, {face: 'show', panel: null}));
-            return {none, atOnce, begun, sent: asked(), face, panel, itself, another: another.slice(2)}""")
-        self.assertEqual(seen, {"none": [False, False, "show", ""], "atOnce": True, "begun": [False, False, "back", "P-0002"],
-                                "sent": [{"face": "back", "more": False, "panel": "P-0002"}], "face": [True, True, "show", "P-0002"],
-                                "panel": [True, True, "back", "P-0001"], "itself": [False, False, "back", ""], "another": ["show", ""]})
+            return {none, atOnce, begun, sent: asked(), face, panel, itself, another: another.slice(3)}""")
+        self.assertEqual(seen, {"none": [False, False, False, "show", ""], "atOnce": True, "begun": [False, False, True, "back", "P-0002"],
+                                "sent": [{"face": "back", "more": False, "panel": "P-0002"}], "face": [True, True, False, "show", "P-0002"],
+                                "panel": [True, True, False, "back", "P-0001"], "itself": [False, False, True, "back", ""], "another": ["show", ""]})
 
     def test_a_tile_of_before_is_told_by_its_series_alone(self):
         seen = self.does(CELL + """
