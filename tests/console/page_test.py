@@ -713,13 +713,15 @@ class Screens(Page):
                 const out = {};
                 for (const [name, ...rest] of screens) {
                   try { await show(name, rest); } catch (fault) { faults.push(`${name}/${rest}: ${fault.stack}`); }
-                  out[[name, ...rest].join('/')] = [main.innerText.length, (main.innerText.match(/undefined|NaN|\\[object/) || [''])[0]];
+                  const small = [...main.querySelectorAll('button, select, summary, a[href^="#"], input[type=text], label:has(input)')].filter((one) => one.offsetParent && one.getBoundingClientRect().height < 44).map((one) => one.outerHTML);
+                  out[[name, ...rest].join('/')] = [main.innerText.length, (main.innerText.match(/undefined|NaN|\\[object/) || [''])[0], small];
                 }
                 return out""")
-            for screen, (length, odd) in told.items():
+            for screen, (length, odd, small) in told.items():
                 with self.subTest(f"{language} {screen}"):
                     self.assertGreater(length, 30)
                     self.assertEqual(odd, "")
+                    self.assertEqual(small, [], "smaller than 12 mm")
 
 
     # ---- numbers that go from a field to the cell
