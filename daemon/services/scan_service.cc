@@ -247,9 +247,11 @@ void ScanService::note_kept() {
   if (refused_) kept_ = Kept{tiles_.size(), utc_timestamp()};
 }
 
+// Whoever scans the next tile need not name the panel once more.
 void ScanService::note_open(const ScanRequest& request) {
   const std::lock_guard lock(kept_mutex_);
-  open_ = Open{request.panel, request.face, tiles_.size()};
+  const auto panel = request.panel || !open_ ? request.panel : open_->panel;
+  open_ = Open{panel, request.face, tiles_.size()};
 }
 
 std::optional<ScanService::Open> ScanService::open() const {

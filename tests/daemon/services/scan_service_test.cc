@@ -222,6 +222,12 @@ TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
   EXPECT_EQ(service.open()->tiles, 2U);
   EXPECT_EQ(service.open()->face, Face::kShow);
   EXPECT_FALSE(service.open()->panel);
+  more.panel = PanelId{"P-0001"};
+  ASSERT_TRUE(tile().ok());
+  more.panel.reset();
+  ASSERT_TRUE(tile().ok());
+  EXPECT_EQ(service.open()->tiles, 4U);
+  EXPECT_EQ(service.open()->panel, PanelId{"P-0001"}) << "an earlier tile has named it";
   // The last one was there already: without a word for it the series would stand open for good.
   scanner_.repeats = true;
   more.more = false;
@@ -230,6 +236,7 @@ TEST_F(ScanServiceTest, ATileIsNoOtherTileOnceMore) {
   const auto anew = tile();
   ASSERT_TRUE(anew.ok()) << anew.error().message;
   EXPECT_EQ(anew->tiles, 1U);
+  EXPECT_FALSE(service.open()->panel) << "of the series before";
 }
 
 // Nine tiles of a large panel are half an hour's work.
