@@ -4,6 +4,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "daemon/orders/panel_wood.h"
 
