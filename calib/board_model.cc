@@ -9,7 +9,6 @@
 namespace veneer::calib {
 namespace {
 
-constexpr double kScannerBlack = 8;             // grey levels added before a logarithm is taken
 constexpr double kNothing = 20;                 // grey levels of the brightest channel where nothing is seen
 constexpr double kRimFrom = 1.2, kRimTo = 6.5;  // mm from the sheet's edge
 constexpr int kFeatures = 5;

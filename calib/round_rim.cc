@@ -154,34 +154,53 @@ bool is_nothing_seen(const BoardView& view, const ScrewSpot& circle) {
   return 2 * black > all;
 }
 
-// Red less green and green less blue, as the scanner saw them: of what lies between two distances from `centre`.
-std::array<double, 2> hue_between(const BoardView& view, const cv::Point2d& centre, double from, double to) {
-  std::array<double, 2> sum{};
-  double count = 0;
-  const cv::Rect around = cv::Rect(static_cast<int>(centre.x - to), static_cast<int>(centre.y - to),
-                                   static_cast<int>(2 * to) + 1, static_cast<int>(2 * to) + 1) &
-                          cv::Rect({}, view.planes[0].size());
-  for (int r = around.y; r < around.br().y; ++r)
-    for (int c = around.x; c < around.br().x; ++c) {
+struct SeenColour {
+  Value value{};    // as the scanner saw it, not as told from the board
+  double seen = 0;  // share of the place that is wood
+};
+
+// The mean of what lies on the strip between two distances from `centre`.
+SeenColour colour_between(const BoardView& view, const cv::Mat& strip, const cv::Point2d& centre, double from,
+                          double to) {
+  SeenColour out;
+  double all = 0, count = 0;
+  const int top = static_cast<int>(std::floor(centre.y - to)), left = static_cast<int>(std::floor(centre.x - to));
+  const cv::Rect bounds({}, strip.size());
+  for (int r = top; r <= centre.y + to; ++r)
+    for (int c = left; c <= centre.x + to; ++c) {
       const double at = std::hypot(c + 0.5 - centre.x, r + 0.5 - centre.y);
       if (at < from || at > to) continue;
-      sum[0] += view.planes[1].at<float>(r, c), sum[1] += view.planes[2].at<float>(r, c), count += 1;
+      all += 1;
+      if (!bounds.contains({c, r}) || strip.at<std::uint8_t>(r, c) == 0) continue;
+      count += 1;
+      for (std::size_t k = 0; k < 3; ++k) out.value[k] += view.planes[k].at<float>(r, c);
     }
+  if (count == 0) return out;
   // The planes are told from the board, whose own hue nothing else has lost.
-  return {sum[0] / std::max(1.0, count) + view.board[1], sum[1] / std::max(1.0, count) + view.board[2]};
+  for (std::size_t k = 0; k < 3; ++k) out.value[k] = out.value[k] / count + view.board[k];
+  out.seen = count / all;
+  return out;
 }
 
-// Whether the wood around a circle has a hue of which little is left within: a hole's dark is grey. Dark wood has a
-// hue, and in wood that has none nothing can be told by it.
-bool has_lost_colour(const BoardView& view, const ScrewSpot& circle) {
-  constexpr double kLeft = 0.75;                          // share of the wood's hue
-  constexpr double kHasHue = 0.15;                        // logarithm
-  constexpr double kInner = 0.8, kFrom = 0.4, kTo = 1.4;  // of the radius; mm beyond it
-  const double radius = circle.diameter / 2, px = view.px_per_mm;
-  const auto within = hue_between(view, circle.centre, 0, kInner * radius),
-             beyond = hue_between(view, circle.centre, radius + kFrom * px, radius + kTo * px);
-  const double wood = std::hypot(beyond[0], beyond[1]);
-  return wood > kHasHue && std::hypot(within[0], within[1]) < kLeft * wood;
+double hue_of(const Value& value) { return std::hypot(value[1], value[2]); }
+
+// What a colour becomes in so much less light that its lightness is `lightness`: what the scanner's black adds takes
+// hue from what is dark.
+Value dimmed(const Value& value, double lightness) {
+  const double green = value[0] - (value[1] - value[2]) / 3;
+  Value levels = {green - value[2], green, green + value[1]};  // blue, green, red
+  for (double& level : levels) level = std::max(0.0, std::exp(level) - kScannerBlack);
+  const auto in_light = [&](double light) {
+    Value out;
+    for (std::size_t k = 0; k < 3; ++k) out[k] = std::log(light * levels[k] + kScannerBlack);
+    return Value{(out[0] + out[1] + out[2]) / 3, out[2] - out[1], out[1] - out[0]};
+  };
+  double least = 0, most = 1;
+  for (int i = 0; i < 20; ++i) {
+    const double light = (least + most) / 2;
+    (in_light(light)[0] < lightness ? least : most) = light;
+  }
+  return in_light(most);
 }
 
 }  // namespace
@@ -238,7 +257,6 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
   best.dark = profiles.dark(clearest) && profiles.darkest_within(clearest);
   best.soft = profiles.sharpness(clearest, px) < kSoft;
   best.nothing_seen = is_nothing_seen(view, best.circle);
-  best.grey = has_lost_colour(view, best.circle);
   for (int at = static_cast<int>(2 * largest); at > clearest; --at)
     if (const double step = profiles.step(at, kLitSides);
         step > kOutermost && step >= profiles.step(at - 1, kLitSides)) {
@@ -246,6 +264,19 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
       break;
     }
   return best;
+}
+
+bool is_grey_in_dark_wood(const BoardView& view, const cv::Mat& strip, const ScrewSpot& circle) {
+  constexpr double kLeft = 0.75;                          // share of the hue that the wood would have
+  constexpr double kDark = 4.75;                          // logarithm of the lightness; oak and pine are paler
+  constexpr double kMostWood = 0.5;                       // of what is looked at
+  constexpr double kInner = 0.8, kFrom = 0.4, kTo = 1.4;  // of the radius; mm beyond it
+  const double radius = circle.diameter / 2, px = view.px_per_mm;
+  const SeenColour within = colour_between(view, strip, circle.centre, 0, kInner * radius),
+                   wood = colour_between(view, strip, circle.centre, radius + kFrom * px, radius + kTo * px);
+  if (within.seen < kMostWood || wood.seen < kMostWood) return false;
+  if (wood.value[0] > kDark || within.value[0] > wood.value[0] || hue_of(wood.value) < kHasHue) return false;
+  return hue_of(within.value) < kLeft * hue_of(dimmed(wood.value, within.value[0]));
 }
 
 }  // namespace veneer::calib

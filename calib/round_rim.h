@@ -32,7 +32,6 @@ struct RoundRim {
   bool dark = false;  // darker within than the wood around it, and clearly darkest in its middle
   bool soft = false;  // it fades over much of a millimetre, as knots do; a rim is as sharp as the optics
   bool nothing_seen = false;  // most of its middle is the scanner's black
-  bool grey = false;          // within, much of the hue is gone that the wood around it has: dark wood has a hue
 };
 
 // What is darkest in its middle is so by this much: less is noise.
@@ -40,5 +39,12 @@ constexpr double kClearlyDarker = 0.05;  // logarithm
 
 // The outermost clear rim about `spot`, its centre up to half of its size away.
 RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot& spot);
+
+// A hue below this is none to tell anything by.
+constexpr double kHasHue = 0.15;  // logarithm, length of both opponent colours
+// Whether a circle lies in dark wood, is darker than that, and has less of a hue than the wood would have if it were as
+// dark: a hole's dark is grey, a knot's is the wood's own. `strip` is 255 on the wood; never where half of what lies
+// around the circle is no wood.
+bool is_grey_in_dark_wood(const BoardView& view, const cv::Mat& strip, const ScrewSpot& circle);
 
 }  // namespace veneer::calib

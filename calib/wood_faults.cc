@@ -239,17 +239,12 @@ std::vector<ScrewSpot> find_blank_spots(const BoardView& view, const cv::Mat& st
   strip(box).convertTo(wood, CV_32F, 1.0 / 255);
   const auto mean_of = [&](const cv::Mat& values) {
     cv::Mat out;
-    cv::boxFilter(values, out, CV_32F, {side, side}, {-1, -1}, true, cv::BORDER_CONSTANT);
+    cv::boxFilter(values, out, CV_32F, {side, side}, {-1, -1}, true, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
     return out;
   };
   const cv::Mat known = (strip(box) != 0) & (mean_of(wood) > kMostWood);
-  const cv::Mat& lightness = view.planes[0](box);
-  const cv::Mat mean = mean_of(lightness), square = mean_of(lightness.mul(lightness));
-  cv::Mat spread = square - mean.mul(mean), hue;
-  cv::sqrt(cv::max(spread, 0.0F), spread);
-  const cv::Mat red = mean_of(view.planes[1](box)) + view.board[1],
-                green = mean_of(view.planes[2](box)) + view.board[2];
-  cv::magnitude(red, green, hue);
+  cv::Mat hue;
+  cv::magnitude(mean_of(view.planes[1](box)) + view.board[1], mean_of(view.planes[2](box)) + view.board[2], hue);
   const auto usual = [&](const cv::Mat& values) {
     std::vector<float> all;
     for (int r = 0; r < values.rows; r += 3)
@@ -259,9 +254,13 @@ std::vector<ScrewSpot> find_blank_spots(const BoardView& view, const cv::Mat& st
     std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2));
     return static_cast<double>(all[all.size() / 2]);
   };
-  const double usual_spread = usual(spread), usual_hue = usual(hue);
+  const double usual_hue = usual(hue);
+  if (usual_hue < kHasHue) return {};
+  const cv::Mat lightness = view.planes[0](box), mean = mean_of(lightness);
+  cv::Mat spread = mean_of(lightness.mul(lightness)) - mean.mul(mean);
+  cv::sqrt(cv::max(spread, 0.0F), spread);
   // 1 = as usual.
-  spread /= std::max(1e-6, usual_spread), hue /= std::max(1e-6, usual_hue);
+  spread /= std::max(1e-6, usual(spread)), hue /= usual_hue;
   cv::Mat left = cv::max(spread, hue);
   left.setTo(1, ~known);
   std::vector<ScrewSpot> out;
@@ -282,9 +281,9 @@ enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or
 // Steps of a rim: of a foreign patch, of what is a circle anyway, of what is odd, of what needs no other sign.
 constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
 
-// A knot is wood: it fades into what is around it, and has its hue. What is as black as if nothing were there, or has
-// lost the hue, may be an opening with a worn or charred rim.
-bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen && !rim.grey; }
+// A knot is wood: it fades into what is around it. What is as black as if nothing were there may be an opening with a
+// worn or charred rim.
+bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen; }
 
 // Whether a patch is clearly darker in its middle than towards its sides. A knot is; an opening is shaded along its
 // sides, and what lies beneath is lit in the middle: it is never a knot, however soft its rim.
@@ -449,6 +448,9 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (const RoundRim& rim : rims)
     cv::circle(calm, rim.circle.centre, static_cast<int>(rim.circle.diameter / 2 + kStripRim * px), cv::Scalar(0),
                cv::FILLED);
+  sizes.clear();
+  sizes.shrink_to_fit();
+  const std::size_t known_before = rims.size();
   // A hole's own shade may hide its rim in figured wood: what is odd reaches as far as it was odd.
   for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) {
     RoundRim rim = find_rim(view, scale, spot);
@@ -456,9 +458,14 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
     leave_out(view, spot, rim, rims);
   }
-  for (const ScrewSpot& spot : find_blank_spots(view, calm, box)) {
+  // Without what is around them: holes overlap.
+  cv::Mat unknown = calm.clone();
+  for (std::size_t i = known_before; i < rims.size(); ++i)
+    cv::circle(unknown, rims[i].circle.centre, static_cast<int>(rims[i].circle.diameter / 2), cv::Scalar(0),
+               cv::FILLED);
+  for (const ScrewSpot& spot : find_blank_spots(view, unknown, box)) {
     const RoundRim rim = find_rim(view, scale, spot);
-    if (rim.step >= kOddRim && rim.grey && !is_knot(rim)) rims.push_back(rim);
+    if (rim.step >= kOddRim && is_grey_in_dark_wood(view, strip, rim.circle)) rims.push_back(rim);
   }
   out.round = clearest_of(std::move(rims));
   for (const ScrewSpot& hole : find_lid_holes(view, strip, box)) {

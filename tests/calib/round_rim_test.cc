@@ -17,6 +17,7 @@ using drawn::kEbony;
 using drawn::kOak;
 using drawn::kPadauk;
 using drawn::kSilver;
+using drawn::kWalnut;
 using drawn::kWenge;
 using drawn::put_disc;
 using drawn::put_knot;
@@ -37,6 +38,11 @@ class RoundRim : public ::testing::Test {
     const cv::Mat strip = place_of(board_.strips[0], seen.bgr.size());
     const calib::RimScale scale(view, strip, cv::boundingRect(strip));
     return find_rim(view, scale, {at * drawn::kPxPerMm, diameter * drawn::kPxPerMm});
+  }
+  bool is_grey(const cv::Point2d& at, double diameter) const {
+    const auto view = calib::view_board(map_, cv::Mat::zeros(map_.bgr.size(), CV_8UC1));
+    return is_grey_in_dark_wood(view, place_of(board_.strips[0], map_.bgr.size()),
+                                {at * drawn::kPxPerMm, diameter * drawn::kPxPerMm});
   }
   static void expect_circle(const calib::RoundRim& rim, const cv::Point2d& centre, double diameter,
                             const std::string& what) {
@@ -98,7 +104,7 @@ TEST_F(RoundRim, IsSoftWhereAKnotFadesAndSharpWhereAHoleEnds) {
 const cv::Scalar kBoards[] = {{126, 163, 190}, {44, 58, 96}, {190, 150, 110}, {235, 235, 235}};
 const cv::Scalar kSunkHole(17, 21, 27);
 
-// Told by the wood's own hue, whatever hue the board has.
+// Told by the wood's own hue, whatever hue the board has. Brown in grey wood is none.
 TEST_F(RoundRim, IsGreyWhereAHoleEndsTheHueOfTheWood) {
   for (const auto& board : kBoards)
     for (const auto& wood : {kWenge, kPadauk}) {
@@ -106,21 +112,42 @@ TEST_F(RoundRim, IsGreyWhereAHoleEndsTheHueOfTheWood) {
       lay(wood, 0.1);
       put_disc(map_, {30, 30}, 4.5, kSunkHole);
       put_knot(map_, {58, 30}, 4.5, 5, 0.45);
-      EXPECT_TRUE(look({30, 30}, 4.5).grey) << "a hole in " << wood << " on " << board;
-      EXPECT_FALSE(look({58, 30}, 4.5).grey) << "a knot in " << wood << " on " << board;
+      EXPECT_TRUE(is_grey({30, 30}, 4.5)) << "a hole in " << wood << " on " << board;
+      EXPECT_FALSE(is_grey({58, 30}, 4.5)) << "a knot in " << wood << " on " << board;
     }
 }
 
-// It has more of a hue than the wood around it, and not less because a brown board has as much.
-TEST_F(RoundRim, IsNeverGreyAroundABrownKnotInGreyWood) {
-  for (const auto& board : kBoards) {
-    board_.bgr = board;
-    lay(kSilver, 0.05);
-    put_knot(map_, {45, 30}, 5, 6, {0.28, 0.38, 0.5});
-    const calib::RoundRim rim = look({45, 30}, 5);
-    EXPECT_GT(rim.step, 2) << board;
-    EXPECT_FALSE(rim.grey) << board;
-  }
+// What the scanner's black adds takes hue from what is dark: a knot keeps as much as its wood would.
+TEST_F(RoundRim, IsNotGreyAroundAKnotThatKeepsLittleOfTheLight) {
+  for (const auto& wood : {kWenge, kPadauk, kWalnut, kOak})
+    for (const double left : {0.6, 0.4, 0.2, 0.15}) {
+      lay(wood, 0.1);
+      put_knot(map_, {45, 30}, 5, 5, left);
+      EXPECT_FALSE(is_grey({45, 30}, 4)) << wood << left;
+    }
+}
+
+TEST_F(RoundRim, IsGreyOnlyWhereItIsDarkerThanDarkWood) {
+  lay(kOak, 0.1);
+  put_disc(map_, {45, 30}, 4.5, kSunkHole);
+  EXPECT_FALSE(is_grey({45, 30}, 4.5)) << "what is dark in pale wood is told by its rim";
+  lay(kWalnut, 0.1);
+  put_disc(map_, {30, 30}, 4.5, kSunkHole);
+  put_disc(map_, {58, 30}, 4.5, {86, 99, 122});
+  EXPECT_TRUE(is_grey({30, 30}, 4.5));
+  EXPECT_FALSE(is_grey({58, 30}, 4.5)) << "a paler fleck";
+}
+
+// What lies beside the strip says nothing of its wood.
+TEST_F(RoundRim, IsToldFromTheStripsOwnWood) {
+  board_.bgr = {40, 90, 200};
+  lay(kSilver * 0.4, 0.05);
+  put_disc(map_, {45, 12}, 3, kSunkHole);
+  EXPECT_FALSE(is_grey({45, 12}, 3)) << "an orange board beside grey wood";
+  lay(kWenge, 0.05);
+  put_disc(map_, {15.5, 10.5}, 3, kSunkHole);
+  EXPECT_FALSE(is_grey({15.5, 10.5}, 3)) << "too little of the wood is there";
+  EXPECT_FALSE(is_grey({5, 5}, 3)) << "beside the strip";
 }
 
 // A foreign patch may be wider than any rim that is looked for.

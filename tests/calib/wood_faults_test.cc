@@ -176,6 +176,28 @@ TEST_F(WoodFaults, LeavesABrownKnotInGreyWoodOnAnyBoard) {
   }
 }
 
+// A dead knot in pale wood is black-brown, and grey beside its wood.
+TEST_F(WoodFaults, LeavesADeadKnotInPaleWood) {
+  const cv::Scalar dead(42, 46, 50);
+  for (const auto& wood : {drawn::kPine, kOak}) {
+    lay(wood, 0.05);
+    put_knot(map_, {32, 28}, 5, 6, {dead[0] / wood[0], dead[1] / wood[1], dead[2] / wood[2]});
+    put_knot(map_, {58, 34}, 4.6, 5, {dead[0] / wood[0], dead[1] / wood[1], dead[2] / wood[2]});
+    EXPECT_LT(lost(look()), 0.004) << wood;
+  }
+}
+
+// The scanner's black takes hue from what is dark, and a dark knot has no other hue than its wood.
+TEST_F(WoodFaults, LeavesAKnotThatKeepsLittleOfTheLight) {
+  for (const auto& wood : {kOak, drawn::kPadauk, drawn::kWalnut}) {
+    const double left = 0.2;
+    lay(wood, 0.05);
+    put_knot(map_, {32, 28}, 5, 6, left);
+    put_knot(map_, {58, 34}, 4.6, 5, left);
+    EXPECT_LT(lost(look()), 0.004) << wood;
+  }
+}
+
 // As dark as the wood's own bands, and without a knot's hue.
 TEST_F(WoodFaults, FindsASunkHoleInDarkFigureOnAnyBoard) {
   for (const cv::Scalar& board : {cv::Scalar(126, 163, 190), cv::Scalar(44, 58, 96), cv::Scalar(235, 235, 235)})

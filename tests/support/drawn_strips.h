@@ -31,7 +31,7 @@ constexpr double kPxPerMm = 6;
 
 // Woods of workshops.
 inline const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31), kWenge(37, 52, 74),
-    kPadauk(38, 66, 164);
+    kPadauk(38, 66, 164), kWalnut(58, 82, 118), kPine(140, 185, 215);
 
 calib::WorkMap draw(const DrawnBoard& board);
 // 255 on the strip.
