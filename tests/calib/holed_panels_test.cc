@@ -23,6 +23,9 @@ TEST(HoledPanels, NoScrewHoleIsTakenForWood) {
   fmt::print("{}{}", workshop::hole_table_head(), workshop::hole_table_line("sample", all));
   EXPECT_GT(all.holes, 50);
   EXPECT_EQ(all.beside, 0);
+  // A mask that takes nothing takes no hole either.
+  EXPECT_GT(all.wood_taken, 0.985 * all.wood);
+  EXPECT_LE(all.asked, 1);
 }
 
 }  // namespace

@@ -65,5 +65,7 @@ int main(int argc, char** argv) {
   fmt::print("{}", workshop::hole_table_line("all", all));
   json["schema_version"] = 1, json["seed"] = seed, json["all"] = to_json(all);
   if (!out.empty()) std::ofstream(out) << json.dump(2) << '\n';
-  return all.refused == 0 && all.in_part == 0 ? 0 : 1;
+  // A mask that takes nothing takes no hole either.
+  const bool takes_wood = all.wood_taken > 0.985 * all.wood;
+  return all.refused == 0 && all.in_part == 0 && all.beside == 0 && takes_wood ? 0 : 1;
 }

@@ -344,23 +344,29 @@ Residual edge_of_all(const ClaimedJob& job, const std::vector<FoundPiece>& found
   return edge.result();
 }
 
-// Whether the sheet truly has a hole within the piece: a rim that its edge grazes by less than edges err is none.
-bool is_holed(const FoundPiece& piece) {
+// Whether a hole of the sheet lies within this outline: a rim that grazes it by less than edges err is none.
+bool holds(const std::vector<Vec2>& outline, Vec2 centre, double diameter) {
   constexpr double kGrazed = 0.05;  // mm
   std::vector<cv::Point2f> edge;
-  edge.reserve(piece.cut->contour.size());
-  for (const Vec2& p : piece.cut->contour) edge.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y));
-  const auto lies_within = [&](const sim::TrueHole& hole) {
-    const cv::Point2f centre(static_cast<float>(hole.centre.x), static_cast<float>(hole.centre.y));
-    return cv::pointPolygonTest(edge, centre, true) > kGrazed - hole.diameter_mm / 2;
-  };
-  return std::ranges::any_of(piece.sheet->screw_holes, lies_within) ||
-         std::ranges::any_of(piece.sheet->holes, lies_within);
+  edge.reserve(outline.size());
+  for (const Vec2& p : outline) edge.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y));
+  const cv::Point2f at(static_cast<float>(centre.x), static_cast<float>(centre.y));
+  return cv::pointPolygonTest(edge, at, true) > kGrazed - diameter / 2;
+}
+
+// A hole through the sheet that bites a piece's edge is a part of the cut-out's edge: the claimed one tells of it.
+bool is_holed(const FoundPiece& piece, const ClaimedPiece& claimed) {
+  return std::ranges::any_of(
+             piece.sheet->screw_holes,
+             [&](const sim::TrueHole& hole) { return holds(piece.cut->contour, hole.centre, hole.diameter_mm); }) ||
+         std::ranges::any_of(piece.sheet->holes, [&](const sim::TrueHole& hole) {
+           return holds(claimed.panel_outline, piece.panel_from_sheet(hole.centre), hole.diameter_mm);
+         });
 }
 
 void count_holed(const ClaimedJob& job, const std::vector<FoundPiece>& found, JobProof& proof) {
   for (const FoundPiece& piece : found) {
-    if (!is_holed(piece)) continue;
+    if (!is_holed(piece, job.pieces[piece.cut_as])) continue;
     ++proof.holed_pieces;
     proof.notes.push_back("the piece cut as " + job.pieces[piece.cut_as].mark + " has a hole of the panel in it");
   }

@@ -49,7 +49,7 @@ struct JobProof {
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
   std::size_t wrong_by_correlation = 0;  // of pieces of a few blocks, and so also of many that are right
-  std::size_t holed_pieces = 0;          // cut where the panel has a screw hole
+  std::size_t holed_pieces = 0;          // cut where the panel has a hole, by more than the 0.05 mm that edges err
   std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans
   std::optional<double> picture_ssim;    // nothing without a preview
   std::optional<double> picture_ssim_joints_filled;
