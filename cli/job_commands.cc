@@ -50,6 +50,7 @@ void add_redo(CLI::App& job, CommandContext& context) {
   const auto lost = std::make_shared<bool>(false);
   redo->add_flag("--lost", *lost, "Those named that are cut are lost: without this they are good, and refused");
   redo->callback([id, pieces, lost, &context] {
+    if (*lost && pieces->empty()) throw CLI::ValidationError("--lost without a PIECE: name the pieces that are lost");
     json body = json::object();
     if (*lost) body["lost"] = true;
     if (!pieces->empty()) body["pieces"] = *pieces;

@@ -148,8 +148,8 @@ std::string open_scan_words(const json& open) {
   return fmt::format(
       "{} of the {} face of {} {} scanned, and more is to come: veneerctl panel scan{} ends it with the "
       "last part, --more goes on, --anew gives up what is there",
-      tiles == 1 ? "1 part" : fmt::format("{} parts", tiles), face, panel.empty() ? "a new panel" : panel,
-      tiles == 1 ? "is" : "are", named);
+      tiles == 1 ? "1 part" : fmt::format("{} parts", tiles), face,
+      panel.empty() ? "a panel that was not named" : panel, tiles == 1 ? "is" : "are", named);
 }
 
 // What a person has to know and do before Unsuspend.

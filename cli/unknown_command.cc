@@ -57,7 +57,8 @@ std::string words_of(const std::vector<const CLI::App*>& path) {
 std::string unknown_option(const CLI::App& app) {
   const auto path = path_of(app);
   const std::vector<std::string> left = app.remaining(true);
-  if (left.empty() || left.front().size() < 2 || left.front()[0] != '-' || std::isdigit(left.front()[1]) != 0)
+  if (left.empty() || left.front().size() < 2 || left.front()[0] != '-' || left.front() == "--" ||
+      std::isdigit(static_cast<unsigned char>(left.front()[1])) != 0)
     return "";
   const std::string option = left.front().substr(0, left.front().find('='));
   std::vector<std::string> names;

@@ -169,10 +169,6 @@ double cutting_seconds(const planner::Plan& plan) {
   return all.count();
 }
 
-}  // namespace
-
-namespace {
-
 // Of a square in any turn; a grid's patches are about square.
 bool is_larger_than_every_panel(const planner::Artwork& artwork, const std::vector<planner::StockPanel>& stock,
                                 const planner::PlanOptions& options) {
@@ -183,14 +179,15 @@ bool is_larger_than_every_panel(const planner::Artwork& artwork, const std::vect
   });
 }
 
-// A plan that keeps some of an earlier one has its size and patches from there.
-Result<std::vector<planner::FittingSize>> sizes_that_fit(const MakePlan& order, const planner::Artwork& artwork,
-                                                         const std::vector<planner::StockPanel>& stock,
-                                                         const planner::PlanOptions& options, Duration planned,
-                                                         const TaskProgress& progress) {
+// Not of a plan that keeps some of an earlier one, which has its size and patches from there.
+Result<planner::FoundSizes> sizes_that_fit(const MakePlan& order, const planner::Artwork& artwork,
+                                           const std::vector<planner::StockPanel>& stock,
+                                           const planner::PlanOptions& options, Duration planned,
+                                           const TaskProgress& progress) {
+  constexpr std::chrono::minutes kLongest(3);
   const SteadyClock clock;
   planner::FittingLimits limits;
-  limits.time = std::max(limits.time, planned);
+  limits.time = std::max(limits.time, std::min<Duration>(planned, kLongest));
   if (order.limit_s > 0) {  // the answer, and reading the wood, take their time as well
     const auto left = std::chrono::duration<double>(order.limit_s) / 2 - planned;
     limits.time = std::min(limits.time, std::chrono::duration_cast<Duration>(left));
@@ -199,21 +196,28 @@ Result<std::vector<planner::FittingSize>> sizes_that_fit(const MakePlan& order, 
                                 [&](double f, std::string_view text) { progress(0.88 + 0.1 * f, std::string(text)); });
 }
 
+// For a smaller picture other panels may be chosen than those on which its sizes were tried.
+bool size_chooses_panels(const JobWood& wood) {
+  return (wood.max_panels && *wood.max_panels < wood.panels.size()) || wood.remnants_first.value_or(false);
+}
+
+std::string remedy_of(const JobWood& wood, const std::vector<planner::FittingSize>& sizes) {
+  return size_chooses_panels(wood)
+             ? fmt::format("try it {}, for which other panels may be chosen", planner::words_of(sizes))
+             : fmt::format("it fits {}, which was tried", planner::words_of(sizes));
+}
+
 // What is missing is told whatever comes of the search for something that fits.
-Error refusal_of(const planner::Shortage& shortage, std::size_t pieces,
-                 const Result<std::vector<planner::FittingSize>>& fitting) {
-  if (!fitting) {
-    if (fitting.error().code == ErrorCode::kCancelled) return fitting.error();
-    return {ErrorCode::kRefused, "nothing is reserved: " + planner::sentence_of(shortage, pieces)};
-  }
-  const std::string missing = "nothing is reserved: " + planner::what_is_missing(shortage, pieces);
-  if (fitting->empty())
-    return {ErrorCode::kRefused,
-            missing +
-                "; no smaller size or patches were found in which it fits, so add a panel, or see what "
-                "veneerctl job advise says"};
-  return {ErrorCode::kRefused,
-          fmt::format("{}: plan it {}, as was tried and fits, or add a panel", missing, planner::words_of(*fitting))};
+Error refusal_of(const JobWood& wood, const planner::Shortage& shortage, std::size_t pieces,
+                 const Result<planner::FoundSizes>& fitting) {
+  const auto refused = [](const std::string& why) { return Error{ErrorCode::kRefused, "nothing is reserved: " + why}; };
+  if (!fitting || fitting->tried == 0) return refused(planner::sentence_of(shortage, pieces));
+  const std::string missing = planner::what_is_missing(shortage, pieces);
+  if (fitting->sizes.empty())
+    return refused(missing +
+                   "; no smaller size or patches were found in which it fits, so add a panel, or see what "
+                   "veneerctl job advise says");
+  return refused(fmt::format("{}: {}; or add a panel", missing, remedy_of(wood, fitting->sizes)));
 }
 
 }  // namespace
@@ -242,15 +246,14 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
         !is_larger_than_every_panel(artwork, *stock, *options))
       return plan.error();
     const auto fitting = sizes_that_fit(order, artwork, *stock, *options, planned, progress);
-    if (!fitting || fitting->empty()) return plan.error();
-    return Error{plan.error().code,
-                 fmt::format("{}; {} it fits, as was tried", plan.error().message, planner::words_of(*fitting))};
+    if (!fitting || fitting->sizes.empty()) return plan.error();
+    return Error{plan.error().code, fmt::format("{}; {}", plan.error().message, remedy_of(order.wood, fitting->sizes))};
   }
   if (plan->shortage) {
     if (*earlier)
       return Error{ErrorCode::kRefused,
                    "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
-    return refusal_of(*plan->shortage, plan->pieces.size(),
+    return refusal_of(order.wood, *plan->shortage, plan->pieces.size(),
                       sizes_that_fit(order, artwork, *stock, *options, planned, progress));
   }
 

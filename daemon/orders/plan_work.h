@@ -64,8 +64,9 @@ struct PlanMade {
   double cutting_s = 0;    // of the whole plan, estimated; 0 where it cannot be
 };
 // kRefused when the wood does not fill the picture; the sentence says which tones are missing, and at which size or
-// with which patches it does, where one was found in as long as the plan took, or 30 s
-// (planner/suggest/fitting_size.h). Otherwise as planner::make_plan and load_job_wood say.
+// with which patches it does, where one was found in as long as the plan took, 30 s at least and 3 min at most
+// (planner/suggest/fitting_size.h); where nothing could be tried, what is reckoned from areas. Otherwise as
+// planner::make_plan and load_job_wood say.
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
 }  // namespace veneer::daemon

@@ -47,6 +47,12 @@ struct PatternOrder {
   std::vector<std::string> confirmed;
 };
 
+// Looks take their time: whoever ordered may have cancelled meanwhile, and the bed may not be as it was.
+Status still_wanted(const CalibrationServices& s, const TaskReporter& task, const Consent& given) {
+  const Status wanted = not_cancelled(task);
+  return wanted ? s.unit.still_holds(given) : wanted;
+}
+
 // Looks on the camera's worker before anything moves or is burnt. That takes its time, and what was confirmed was said
 // of the bed as it lay before: `given`.
 void look_first(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order, const Consent& given,
@@ -57,9 +63,7 @@ void look_first(const CalibrationServices& s, const TaskReporter& task, const Pa
                   travel, board, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
               if (!ready) return task.fail(ready.error());
               s.on_reactor([s, task, given, then = std::move(then)] {
-                if (task.stop_token().stop_requested())
-                  return task.fail({ErrorCode::kCancelled, "the calibration was cancelled before anything was burnt"});
-                if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
+                if (const Status wanted = still_wanted(s, task, given); !wanted) return task.fail(wanted.error());
                 then();
               });
             });
@@ -78,8 +82,9 @@ void home_and_burn(const CalibrationServices& s, const TaskReporter& task, const
   const bool told_of_the_lid = s.unit.is_connected();
   look_first(s, task, order, given, [s, task, order, given, told_of_the_lid] {
     s.unit.look_for_stock(order.confirmed, [s, task, order, given, told_of_the_lid](const Status& clear) {
+      // A look that was cancelled may fail as well: then that it was cancelled is what is told.
+      if (const Status wanted = still_wanted(s, task, given); !wanted) return task.fail(wanted.error());
       if (!clear) return task.fail(clear.error());
-      if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
       when_homed(s.unit, task, order.who, [s, task, order, given, told_of_the_lid] {
         Consent homed = s.unit.consent();
         // A laser that was not connected has told of its lid for the first time.

@@ -189,8 +189,9 @@ struct LaserServices {
   std::function<void(std::function<void()>)> on_reactor;
 };
 // The laser on its own: homes it first unless the cell is Idle, then goes on. Refused at once where a Reset is not
-// possible; an operator's command must stand behind it.
+// possible; an operator's command must stand behind it. A task that was cancelled homes nothing.
 Status may_home(const JobRunner& unit);
+Status not_cancelled(const TaskReporter& task);  // kCancelled once its stop is requested
 void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then);
 void bind_laser_routes(Router& router, const LaserServices& services);
 

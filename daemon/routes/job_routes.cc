@@ -219,6 +219,9 @@ void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   PlanService::Redo wanted{JobId{*id}, body.texts("pieces").value_or(std::vector<std::string>()), s.planning.threads};
   wanted.lost = body.flag("lost").value_or(false);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (wanted.lost && wanted.pieces.empty())
+    return reply(
+        ApiReply::error({ErrorCode::kInvalidArgument, "nothing is said to be lost: name the pieces that are lost"}));
   start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply,
              [s, wanted = std::move(wanted), who = request.caller.who](const TaskReporter& task) {
                auto outcome = s.plans.redo(

@@ -195,7 +195,13 @@ Status may_home(const JobRunner& unit) {
                            state == CellState::kAborted ? "Clear it first" : "end what it is about first")};
 }
 
+Status not_cancelled(const TaskReporter& task) {
+  if (!task.stop_token().stop_requested()) return Ok();
+  return Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+}
+
 void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then) {
+  if (const Status wanted = not_cancelled(task); !wanted) return task.fail(wanted.error());
   if (unit.view().state == CellState::kIdle) return then();
   task.progress(0.1, "homing the laser");
   unit.command(CellCommand::kReset, who,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/camera_fit.h"
 #include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {
@@ -130,17 +131,23 @@ const char* what_is_wrong(CertificateState state) {
   return "is not calibrated yet";
 }
 
-// Of the printed sheet on the bed, as the fit wants it: four views, at two heights that differ by 5 mm at least.
-constexpr std::size_t kViews = 4, kFlatViews = 2;
-constexpr Millimetres kTwoHeights{5};
-
-bool is_flat(Millimetres height) { return height < kTwoHeights; }
+// Of the printed sheet on the bed, as the fit wants it: so many views, at heights that lie far enough apart.
+const calib::CameraFitLimits kFit;
+constexpr std::size_t kFlatViews = 2;
 
 // What was laid and taken already counts: `taken` is not empty.
 NextStep next_view(CertificateState state, const std::vector<Millimetres>& taken) {
+  const auto [lowest, highest] = std::ranges::minmax(taken);
+  const bool reaches = highest - lowest >= kFit.min_height_range;
+  // A sheet flat on the bed differs enough from those on blocks as high as that; two heights of blocks do as well.
+  const bool low_is_flat = lowest < kFit.min_height_range;
+  const auto is_flat = [&, low = lowest](Millimetres height) {
+    return low_is_flat && height - low < kFit.min_height_range;
+  };
+  const auto views = static_cast<std::size_t>(kFit.min_views);
   const auto flat_views = static_cast<std::size_t>(std::ranges::count_if(taken, is_flat));
-  const bool flat_is_next = flat_views < kFlatViews, was_flat = is_flat(taken.back());
-  const bool is_last = taken.size() + 1 >= kViews && (flat_is_next ? flat_views < taken.size() : true);
+  const bool flat_is_next = (low_is_flat || !reaches) && flat_views < kFlatViews, was_flat = is_flat(taken.back());
+  const bool is_last = taken.size() + 1 >= views && (flat_is_next ? flat_views < taken.size() : true);
   const char* lay = flat_is_next ? was_flat ? "lay the printed grid elsewhere on the bed, turned a little"
                                             : "lay the printed grid flat on the bed"
                     : was_flat   ? "lay the printed grid on blocks of one height"
@@ -148,12 +155,14 @@ NextStep next_view(CertificateState state, const std::vector<Millimetres>& taken
   std::string height = flat_is_next ? "0" : "HEIGHT";
   for (const Millimetres one : taken)
     if (is_flat(one) == flat_is_next) height = fmt::format("{:g}", one.count());
-  const std::string taken_are = taken.size() >= kViews ? fmt::format("{} views are", taken.size())
-                                : taken.size() == 1    ? fmt::format("1 of the {} views is", kViews)
-                                                       : fmt::format("{} of the {} views are", taken.size(), kViews);
-  const char* missing = flat_views == taken.size() ? ", none of them at another height"
-                        : flat_views == 0          ? ", none of them flat on the bed"
-                                                   : "";
+  const std::string taken_are = taken.size() >= views ? fmt::format("{} views are", taken.size())
+                                : taken.size() == 1   ? fmt::format("1 of the {} views is", views)
+                                                      : fmt::format("{} of the {} views are", taken.size(), views);
+  const std::string missing = reaches ? ""
+                              : lowest != highest
+                                  ? fmt::format(", all within {:g} mm of height", kFit.min_height_range.count())
+                              : flat_views > 0 ? ", none of them at another height"
+                                               : ", none of them flat on the bed";
   return {Step::kCalibrateCamera,
           fmt::format("The camera {}, and {} taken{}: {}, and take {}.", what_is_wrong(state), taken_are, missing, lay,
                       is_last ? "the last one" : "the next one"),

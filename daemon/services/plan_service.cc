@@ -522,7 +522,8 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
     if (const Status apart = keeps_web(r, made->plan.options_json, made->plan.pieces); !apart) return apart.error();
     const auto pieces = r.jobs.pieces(wanted.job);
     if (!pieces) return pieces.error();
-    if (const Status none = none_is_good(*pieces, wanted.job, what->marks); !wanted.lost && !none) return none.error();
+    if (!wanted.lost)
+      if (const Status none = none_is_good(*pieces, wanted.job, what->marks); !none) return none.error();
     return r.jobs.redo(wanted.job, made->plan, utc_timestamp());
   });
   if (!plan) return plan.error();

@@ -25,22 +25,28 @@ bool UntoldFailures::hears(std::int64_t task, const Listens& listens) const {
 void UntoldFailures::began(std::int64_t task, bool is_over, const Caller& by, const Listens& listens) {
   if (is_over && !untold_.contains(task)) return;
   asked_[task] = by;
-  if (untold_.contains(task) && hears(task, listens)) untold_.erase(task), asked_.erase(task);
+  const auto untold = untold_.find(task);
+  if (untold == untold_.end() || (!untold->second.told.contains(by.who) && !hears(task, listens))) return;
+  untold_.erase(untold), asked_.erase(task);
 }
 
 void UntoldFailures::ended(const TaskView& task, TimePoint now, const Listens& listens) {
   if (is_refusal(task) && !hears(task.id, listens))
-    untold_[task.id] = {task, now};
+    untold_[task.id] = {task, now, {}};
   else
     asked_.erase(task.id);
 }
 
 void UntoldFailures::told(const TaskView& task, const std::string& who) {
-  if (!untold_.contains(task.id)) return;
+  const auto untold = untold_.find(task.id);
+  if (untold == untold_.end()) return;
   const auto by = asked_.find(task.id);
-  if (by == asked_.end() || by->second.who != who) return;
-  untold_.erase(task.id);
-  asked_.erase(by);
+  if (by == asked_.end()) {
+    untold->second.told.insert(who);
+  } else if (by->second.who == who) {
+    untold_.erase(untold);
+    asked_.erase(by);
+  }
 }
 
 std::vector<TaskView> UntoldFailures::take_before(TimePoint then) {

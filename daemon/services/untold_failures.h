@@ -3,12 +3,14 @@
 //
 // Whoever asked is told when he has the task's end: he asks for the task, or listens to the event stream when it ends.
 // Over the Unix socket a stream tells nothing: callers there are known by their user alone, and another program of that
-// user may listen.
+// user may listen. Over TCP and TLS it is an account that listens, not a program: what another program of the same
+// account hears counts as told.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,7 @@ class UntoldFailures {
   // To be told of every task that ends, after the event stream. A refusal is kept until it is told; anything else is
   // forgotten.
   void ended(const TaskView& task, TimePoint now, const Listens& listens);
-  // `who` was sent this task as it stands.
+  // `who` was sent this task as it stands; perhaps before it was known who had asked for it.
   void told(const TaskView& task, const std::string& who);
   // Those that nobody was told of although they ended before `then`; they are kept no longer.
   std::vector<TaskView> take_before(TimePoint then);
@@ -41,6 +43,7 @@ class UntoldFailures {
   struct Untold {
     TaskView task;
     TimePoint since;
+    std::set<std::string> told;  // while it is not known who asked
   };
   bool hears(std::int64_t task, const Listens& listens) const;
 

@@ -430,8 +430,9 @@ Status JobRunner::may_burn_pattern(const LaserJob& strokes, const std::vector<st
   const Status able = view_.state == CellState::kIdle ? check_machine(laser) : check_before_homing(laser);
   if (!able) return able;
   if (strokes.strokes.empty() || limits_.travel.empty()) return Ok();
-  // From where homing leaves the head nobody knows yet.
-  const Point<MachineFrame> from = laser.homed ? laser.position : strokes.strokes.front().path.front();
+  // Unless the cell is Idle it is homed first, and from where that leaves the head nobody knows yet.
+  const Point<MachineFrame> from =
+      view_.state == CellState::kIdle ? laser.position : strokes.strokes.front().path.front();
   const PieceBurn all{{}, {}, strokes, 0};
   return check_strokes({&all, 1}, limits_, options_.keep_out, from);
 }

@@ -47,12 +47,14 @@ class Tries {
       const Millimetres middle(std::floor((low + high).count() / 2));
       if (middle <= low) break;
       const auto fits = try_it(middle, patch, until);
+      if (!fits && best && fits.error().code != ErrorCode::kCancelled) break;
       if (!fits) return fits.error();
       (*fits ? low : high) = middle;
       if (*fits) best = FittingSize{middle, patch};
     }
     return best;
   }
+  int tried() const { return tried_; }
 
  private:
   Result<bool> try_it(Millimetres size, Millimetres patch, TimePoint until) {
@@ -74,10 +76,11 @@ class Tries {
         },
         over.get_token());
     if (stop_.stop_requested()) return cancelled();
-    if (plan) return !over.stop_requested() && !plan->shortage;
-    const ErrorCode code = plan.error().code;
-    if (code == ErrorCode::kCancelled || code == ErrorCode::kInvalidArgument) return false;
-    return plan.error();
+    if (!plan && plan.error().code == ErrorCode::kCancelled) return false;
+    if (!plan && plan.error().code != ErrorCode::kInvalidArgument) return plan.error();
+    if (plan && over.stop_requested()) return false;
+    ++tried_;
+    return plan && !plan->shortage;
   }
 
   const Artwork& artwork_;
@@ -86,6 +89,7 @@ class Tries {
   const Clock& clock_;
   const Progress& progress_;
   const std::stop_token& stop_;
+  int tried_ = 0;
 };
 
 }  // namespace
@@ -96,29 +100,28 @@ std::optional<Millimetres> smaller_patch(const PlanOptions& options, Millimetres
   return half;
 }
 
-Result<std::vector<FittingSize>> fitting_sizes(const Artwork& artwork, std::span<const StockPanel> stock,
-                                               const PlanOptions& options, const FittingLimits& limits,
-                                               const Clock& clock, const Progress& progress,
-                                               const std::stop_token& stop) {
+Result<FoundSizes> fitting_sizes(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options,
+                                 const FittingLimits& limits, const Clock& clock, const Progress& progress,
+                                 const std::stop_token& stop) {
   const TimePoint begun = clock.now(), until = begun + limits.time;
   const std::optional<Millimetres> half = smaller_patch(options, limits.least_patch);
   Tries tries(artwork, stock, options, clock, progress, stop);
-  std::vector<FittingSize> out;
+  std::vector<FittingSize> sizes;
   const auto as_they_are = tries.largest(options.patch, Millimetres(0), false, half ? begun + limits.time / 2 : until);
   if (!as_they_are) return as_they_are.error();
-  if (*as_they_are) out.push_back(**as_they_are);
-  if (!half) return out;
-  const auto smaller = tries.largest(*half, out.empty() ? Millimetres(0) : out.front().size, true, until);
-  if (!smaller) return smaller.error();
-  if (*smaller) out.push_back(**smaller);
-  return out;
+  if (*as_they_are) sizes.push_back(**as_they_are);
+  if (!half) return FoundSizes{std::move(sizes), tries.tried()};
+  const auto smaller = tries.largest(*half, sizes.empty() ? Millimetres(0) : sizes.front().size, true, until);
+  if (!smaller && (sizes.empty() || smaller.error().code == ErrorCode::kCancelled)) return smaller.error();
+  if (smaller && *smaller) sizes.push_back(**smaller);
+  return FoundSizes{std::move(sizes), tries.tried()};
 }
 
 std::string words_of(const std::vector<FittingSize>& sizes) {
   std::vector<std::string> words;
   for (const FittingSize& one : sizes)
-    words.push_back(fmt::format("of {:g} mm with patches of {:g} mm", one.size.count(), one.patch.count()));
-  return fmt::format("at a size {}", fmt::join(words, ", or "));
+    words.push_back(fmt::format("{:g} mm and patches of {:g} mm", one.size.count(), one.patch.count()));
+  return fmt::format("with its shorter side {}", fmt::join(words, ", or "));
 }
 
 }  // namespace veneer::planner

@@ -20,6 +20,7 @@ using nlohmann::json;
 using testing::ApiServer;
 using testing::ask;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::Outcome;
 using testing::veneerctl;
 using testing::Veneerctl;
@@ -105,6 +106,9 @@ TEST(Veneerctl, AnUnknownOptionIsNamedWithTheNearestOneOfItsCommand) {
             "veneerctl: unknown option -q: `veneerctl job list --help` lists those there are\n");
   EXPECT_THAT(said({"plan", "--target", "a", "--pannel=b", "--out", "c"}), HasSubstr("did you mean --panel?"))
       << "which is required";
+  EXPECT_THAT(said({"job", "list", "--", "first"}), Not(HasSubstr("unknown option")));
+  EXPECT_THAT(said({"job", "list", "-\xc3\xa4"}), HasSubstr("unknown option -\xc3\xa4"));
+  EXPECT_THAT(said({"job", "redo", "1", "--lost"}), HasSubstr("name the pieces that are lost"));
   EXPECT_THAT(said({"job", "strat", "--al"}), HasSubstr("perhaps `veneerctl job start` is meant"));
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/routes/cell_routes.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/store/calibration.h"
 #include "tests/support/routed_cell.h"
@@ -13,7 +14,6 @@ namespace veneer::daemon {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 class CalibrationRoutes : public testing::RoutedCell {
  protected:
@@ -93,7 +93,20 @@ TEST_F(CalibrateLaserUnhomed, RefusesWithoutAPictureOfTheBed) {
   ASSERT_TRUE(cell->database->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
   const TaskView task = ended(calibrate(300, 300));
   ASSERT_EQ(task.state, TaskState::kFailed);
-  EXPECT_THAT(task.error->message, Not(HasSubstr("calibrate camera"))) << "the certificate is there";
+  EXPECT_THAT(task.error->message, HasSubstr("no picture matches"))
+      << "the certificate is there, and the camera is asked";
+  expect_nothing_moved();
+}
+
+// As in the midst of a look at the bed that takes its time.
+TEST_F(CalibrateLaserUnhomed, ATaskThatWasCancelledHomesNothing) {
+  const TaskReporter task = cell->tasks.start("calibrate laser", "looking at the bed");
+  ASSERT_TRUE(cell->tasks.cancel(task.id()).ok());
+  bool homed = false;
+  when_homed(*cell->runner, task, "uid 1000", [&homed] { homed = true; });
+  reactor.restart(), reactor.poll();
+  EXPECT_EQ(cell->tasks.find(task.id())->state, TaskState::kCancelled);
+  EXPECT_FALSE(homed);
   expect_nothing_moved();
 }
 

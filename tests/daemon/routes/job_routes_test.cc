@@ -305,5 +305,12 @@ TEST_F(JobRoutes, EveryChangeIsInTheAuditLogWithWhoAskedForIt) {
   EXPECT_EQ(entries[0].what, "api.cancelJob.refused");
 }
 
+TEST_F(JobRoutes, NothingIsLostThatNobodyNames) {
+  const ApiReply refused = ask("POST", "/api/v1/jobs/1/redo", {{"lost", true}});
+  EXPECT_EQ(refused.status, 400) << refused.body;
+  EXPECT_THAT(refused.body, ::testing::HasSubstr("name the pieces that are lost"));
+  EXPECT_TRUE(cell->tasks.list().empty());
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -5,6 +5,8 @@
 
 #include <set>
 
+#include "calib/camera_fit.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -90,6 +92,15 @@ TEST(NextStep, TheCamerasViewsThatAreTakenCount) {
   EXPECT_THAT(after({0, 0, 0}).command, ::testing::EndsWith("--height-mm HEIGHT"));
   EXPECT_THAT(after({0, 0, 30, 30, 30}).sentence, HasSubstr("5 views are taken: lay the printed grid"))
       << "only the one that ends it is missing";
+  // The range of heights decides, as in the fit.
+  const double range = calib::CameraFitLimits().min_height_range.count();
+  EXPECT_THAT(after({0, 0, 0.7 * range}).sentence,
+              HasSubstr("all within 5 mm of height: lay the printed grid on block"));
+  EXPECT_THAT(after({0.7 * range, 1.3 * range, 1.3 * range}).sentence, HasSubstr("all within 5 mm of height"));
+  EXPECT_THAT(
+      after({2 * range, 4 * range, 4 * range}).sentence,
+      HasSubstr("3 of the 4 views are taken: lay the printed grid elsewhere on its blocks, turned a little, and "
+                "take the last one"));
 }
 
 TEST(NextStep, ACertificateThatNoLongerHoldsSaysWhy) {

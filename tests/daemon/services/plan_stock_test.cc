@@ -112,17 +112,21 @@ TEST_F(PlanStockTest, TooLittleWoodIsToldByItsTonesAndWithASizeThatFits) {
   EXPECT_THAT(
       job.error().message,
       ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
-                              "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\): plan it at a size of [0-9]+ mm with "
-                              "patches of [0-9.]+ mm(, or of [0-9]+ mm with patches of [0-9.]+ mm)?, as was tried and "
-                              "fits, or add a panel"));
+                              "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\): it fits with its shorter side [0-9]+ "
+                              "mm and patches of [0-9.]+ mm(, or [0-9]+ mm and patches of [0-9.]+ mm)?, which was "
+                              "tried; or add a panel"));
   EXPECT_EQ(jobs(), 0U);
   // Somebody takes the cell at its word.
   double size = 0, patch = 0;
   const std::string& said = job.error().message;
-  ASSERT_EQ(
-      std::sscanf(said.c_str() + said.find("at a size"), "at a size of %lf mm with patches of %lf mm", &size, &patch),
-      2);
+  ASSERT_EQ(std::sscanf(said.c_str() + said.find("with its"), "with its shorter side %lf mm and patches of %lf mm",
+                        &size, &patch),
+            2);
   EXPECT_LT(size, 20);
+  JobRequest chosen = request;
+  chosen.remnants_first = true;
+  EXPECT_THAT(plan(chosen).error().message, ::testing::HasSubstr(": try it with its shorter side"))
+      << "for a smaller picture other panels may be chosen";
   request.size = Millimetres(size), request.options.patch = Millimetres(patch);
   const auto smaller = plan(request);
   EXPECT_TRUE(smaller.ok()) << smaller.error().message;

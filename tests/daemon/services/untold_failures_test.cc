@@ -84,5 +84,14 @@ TEST_F(UntoldFailuresTest, MayEndBeforeItIsKnownWhoAsked) {
   EXPECT_THAT(untold(), ElementsAre(2)) << "and what is no refusal is not kept";
 }
 
+TEST_F(UntoldFailuresTest, AreNotThoseThatWereToldBeforeItIsKnownWhoAsked) {
+  end(failed_task(1)), end(failed_task(2));
+  failures.told(failed_task(1), "uid 1000");
+  failures.told(failed_task(2), "uid 1001");
+  for (const std::int64_t task : {1, 2})
+    failures.began(task, true, {Role::kOperator, "uid 1000", TransportKind::kUnix}, listens());
+  EXPECT_THAT(untold(), ElementsAre(2)) << "somebody else looked";
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -124,6 +124,22 @@ TEST_F(PatternTest, IsRefusedBeforeTheLaserIsHomedWhereThatCanBeKnown) {
   EXPECT_TRUE(may({"exhaust"}).ok());
 }
 
+TEST_F(PatternTest, IsReachedFromWhereHomingLeavesTheHeadUnlessTheCellIsIdle) {
+  Box<MachineFrame> clamp;
+  clamp.add(point<MachineFrame>(5, 20)), clamp.add(point<MachineFrame>(60, 25));
+  options_.keep_out = {{"clamp", clamp}};
+  make_runner();
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.position = point<MachineFrame>(10, 5);
+  ASSERT_TRUE(burn(0).ok());
+  ASSERT_EQ(state(), CellState::kComplete);
+  laser_.position = point<MachineFrame>(30, 40);
+  EXPECT_TRUE(runner_->may_burn_pattern(pattern(0.2), {}).ok()) << "it will not begin from behind the clamp";
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.position = point<MachineFrame>(30, 40);
+  EXPECT_THAT(runner_->may_burn_pattern(pattern(0.2), {}).error().message, HasSubstr("clamp"));
+}
+
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   bed_.stock = Error{ErrorCode::kUnavailable, "the camera does not answer"};

@@ -36,7 +36,8 @@ class FittingSizes : public ::testing::Test {
   std::vector<FittingSize> found(const Artwork& artwork, const StockPanel& panel, const PlanOptions& options) {
     const auto out = fitting_sizes(artwork, {&panel, 1}, options, limits, clock);
     EXPECT_TRUE(out.ok()) << out.error().message;
-    return out.ok() ? *out : std::vector<FittingSize>();
+    EXPECT_TRUE(!out.ok() || out->tried > 0);
+    return out.ok() ? out->sizes : std::vector<FittingSize>();
   }
   // Every time it is looked at, a second has passed.
   class Running final : public Clock {
@@ -99,7 +100,8 @@ TEST_F(FittingSizes, AreLookedForNoLongerThanAllowed) {
   limits.time = std::chrono::seconds(1);
   const auto none = fitting_sizes(artwork, {&panel, 1}, of_patch(12_mm), limits, Running());
   ASSERT_TRUE(none.ok()) << none.error().message;
-  EXPECT_THAT(*none, IsEmpty());
+  EXPECT_THAT(none->sizes, IsEmpty());
+  EXPECT_EQ(none->tried, 0) << "which says nothing of the wood";
   std::stop_source asked;
   asked.request_stop();
   const auto stopped = fitting_sizes(artwork, {&panel, 1}, of_patch(12_mm), limits, clock, {}, asked.get_token());
@@ -116,9 +118,9 @@ TEST_F(FittingSizes, LeaveTheIndexOfTheWoodAsItIs) {
 }
 
 TEST_F(FittingSizes, AreToldInWords) {
-  EXPECT_EQ(words_of({{45_mm, 10_mm}}), "at a size of 45 mm with patches of 10 mm");
+  EXPECT_EQ(words_of({{45_mm, 10_mm}}), "with its shorter side 45 mm and patches of 10 mm");
   EXPECT_EQ(words_of({{45_mm, 11_mm}, {60_mm, Millimetres(5.5)}}),
-            "at a size of 45 mm with patches of 11 mm, or of 60 mm with patches of 5.5 mm");
+            "with its shorter side 45 mm and patches of 11 mm, or 60 mm and patches of 5.5 mm");
 }
 
 }  // namespace
