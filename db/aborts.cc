@@ -15,13 +15,13 @@ void note(SQLite::Database& connection, bool cleared, const std::string& who, co
   insert.exec();
 }
 
+}  // namespace
+
 void note_activity(SQLite::Database& connection, bool under_way, const std::string& doing, const std::string& at) {
   SQLite::Statement insert(connection, "INSERT INTO activities (under_way, doing, at) VALUES (?, ?, ?)");
   SQLite::bind(insert, under_way ? 1 : 0, doing, at);
   insert.exec();
 }
-
-}  // namespace
 
 void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at) {
   note(connection, false, kDaemon, reason, at);

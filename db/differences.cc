@@ -79,8 +79,8 @@ std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& 
                          "SELECT d.id, d.kind, d.place_um, d.shape_um, d.area_um2, d.pieces, d.found_at, v.verdict, "
                          "v.who, v.note, v.at FROM differences AS d LEFT JOIN difference_verdicts AS v ON v.id = "
                          "(SELECT max(id) FROM difference_verdicts WHERE difference = d.id) WHERE d.panel = ? " +
-                             which + " LIMIT ?");
-  SQLite::bind(rows, panel.value, limit);
+                             which + fmt::format(" LIMIT {}", limit));
+  rows.bind(1, panel.value);
   std::vector<DifferenceRecord> out;
   while (rows.executeStep()) {
     DifferenceRecord& difference = out.emplace_back();

@@ -46,5 +46,6 @@ std::optional<std::string> clear_owed(SQLite::Database& connection);
 // What the cell is doing; nothing at rest.
 std::optional<std::string> under_way(SQLite::Database& connection);
 void note_rest(SQLite::Database& connection, const std::string& at);
+void note_activity(SQLite::Database& connection, bool under_way, const std::string& doing, const std::string& at);
 
 }  // namespace veneer::db

@@ -402,9 +402,9 @@ Status JobStore::stop_job(JobId job, const std::string& at) {
   });
 }
 
-Status JobStore::stop_job_and_rest(JobId job, const std::string& at) {
+Status JobStore::stop_job_and_rest(JobId job, const std::string& at, const std::string& doing) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    note_rest(connection, at);
+    doing.empty() ? note_rest(connection, at) : note_activity(connection, true, doing, at);
     if (!expect_waiting(connection, job, JobState::kStopped)) return Ok();
     return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
   });

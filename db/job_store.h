@@ -238,14 +238,14 @@ class JobStore {
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);
-  // The cell rests from now on, and the job is stopped if it waited; any other job stays as it is.
-  Status stop_job_and_rest(JobId job, const std::string& at);
+  // The cell rests from now on, or `doing` goes on, and the job is stopped if it waited; any other job stays as it is.
+  Status stop_job_and_rest(JobId job, const std::string& at, const std::string& doing = "");
   // What a scan of a panel saw of its suspect wood. Wood that is not suspect any more is left out.
   Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). Or he takes back that a piece
   // is scrap (kSuspect), as long as it has no other wood and its panel is in stock; that wood is whole he cannot take
   // back, for it may be somebody else's by now. The job follows.
-  Status settle(PieceId piece, AllocationState verdict, const std::string& at, const std::string& who = "veneerd");
+  Status settle(PieceId piece, AllocationState verdict, const std::string& at, const std::string& who);
   // An operator takes over what scans saw of the job's suspect pieces. Those seen gone are cut. Of those seen in the
   // panel no scan sees whether a kerf was begun: he looks at each, names them, and says what they are; a piece that a
   // scan saw there meanwhile is not among them, and stays suspect. What a scan saw that was taken back since, or saw

@@ -206,6 +206,11 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
   const auto etag = etag_of(r, *panel, wanted);
   if (!etag) return ApiReply::error(etag.error());
   if (etag_matches(wanted.if_none_match, *etag)) return ApiReply::not_modified(*etag);
+  if (auto known = library.drawn().find(*etag)) {
+    ApiReply reply = ApiReply::bytes(*std::move(known), "image/png");
+    reply.etag = *etag;
+    return reply;
+  }
   std::vector<db::AllocationRecord> booked;
   if (wanted.stock) {
     auto live = r.ledger.live_allocations(wanted.panel);
@@ -213,11 +218,9 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
     booked = std::move(*live);
   }
   return [&library, panel = *panel, booked = std::move(booked), wanted, etag = *etag](Repositories&) {
-    auto known = library.drawn().find(etag);
-    ApiReply reply =
-        known ? ApiReply::bytes(*std::move(known), "image/png") : draw_panel(library, panel, booked, wanted);
+    ApiReply reply = draw_panel(library, panel, booked, wanted);
     if (reply.status != 200) return reply;
-    if (!known) library.drawn().keep(etag, reply.body);
+    library.drawn().keep(etag, reply.body);
     reply.etag = etag;
     return reply;
   };

@@ -14,7 +14,7 @@ std::optional<std::string> DrawnPictures::find(const std::string& version) const
 }
 
 void DrawnPictures::keep(const std::string& version, const std::string& file) const {
-  if (file.size() > most_bytes_ / 4) return;
+  if (file.size() > most_bytes_ / 2) return;
   const std::lock_guard lock(mutex_);
   std::erase_if(drawn_, [&](const Drawn& one) { return one.version == version; });
   drawn_.push_front({version, file});

@@ -12,12 +12,12 @@ namespace veneer::daemon {
 
 class DrawnPictures {
  public:
-  static constexpr std::size_t kMostBytes = 16 << 20;  // some five pictures of panels
+  static constexpr std::size_t kMostBytes = 32 << 20;  // some ten pictures of panels
   explicit DrawnPictures(std::size_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
 
   // The file, as it was kept.
   std::optional<std::string> find(const std::string& version) const;
-  // One that would take more than a quarter of the room is not kept.
+  // One that would take more than half of the room is not kept.
   void keep(const std::string& version, const std::string& file) const;
 
  private:

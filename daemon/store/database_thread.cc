@@ -74,7 +74,10 @@ void DatabaseThread::owe(std::function<Status(Repositories&)> write, std::functi
 void DatabaseThread::pay() {
   while (!owed_.empty()) {
     const Status written = caught([this] { return owed_.front().write(*repositories_); });
-    if (!written && !has_settled(written.error().code)) return;
+    if (!written && !has_settled(written.error().code)) {
+      why_owed_ = written.error().message;
+      return;
+    }
     if (owed_.front().settled)
       boost::asio::post(reactor_, [settled = std::move(owed_.front().settled), written] { settled(written); });
     owed_.pop_front();

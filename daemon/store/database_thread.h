@@ -165,6 +165,8 @@ class DatabaseThread {
     });
   }
 
+  // On the database's thread: why the last write that is owed, and is not written yet, was refused.
+  const std::string& why_owed() const { return why_owed_; }
   // A write that nobody waits for and that must not be lost: what the disk or another program refuses is tried again
   // before whatever is asked of the database later, until it is written, or said never to be (has_settled). The end of
   // the process ends that too, and its next start recovers. `tried`: on the reactor, after the first attempt;
@@ -204,6 +206,7 @@ class DatabaseThread {
     std::function<void(const Status&)> settled;
   };
   std::deque<Owed> owed_;
+  std::string why_owed_;  // on the database's thread
   Worker worker_;
 };
 

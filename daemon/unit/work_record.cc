@@ -1,18 +1,29 @@
 #include "daemon/unit/work_record.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "base/clock.h"
 
 namespace veneer::daemon {
+namespace {
+
+// What is under way from now on; "": nothing.
+Status note_doing(Repositories& r, const std::string& doing, const std::string& at) {
+  return doing.empty() ? r.jobs.note_at_rest(at) : r.jobs.note_under_way(doing, at);
+}
+
+}  // namespace
 
 void WorkRecord::begin(Work work, const std::string& doing, Reply written) {
   under_way_.push_back({work, doing});
   database_->async(
-      [doing, number = ++last_, awaited = awaited_, newest = written_](Repositories& r) -> Status {
+      [doing, number = ++last_, awaited = awaited_, newest = written_,
+       database = database_](Repositories& r) -> Status {
         if (*newest < awaited)
           return Error{ErrorCode::kStorage,
-                       "how the work before ended is not written yet: make room on the disk, and try again"};
+                       fmt::format("how the work before ended is not written yet: {}", database->why_owed())};
         Status noted = r.jobs.note_under_way(doing, utc_timestamp());
         if (noted) *newest = number;
         return noted;
@@ -44,12 +55,13 @@ void WorkRecord::end_job(JobId job) {
   awaited_ = ++last_;
   database_->owe([job, doing = newest_doing(), number = last_, newest = written_](Repositories& r) {
     const std::string at = utc_timestamp();
-    if (*newest > number) return r.jobs.stop_job(job, at);
-    if (!doing.empty())
-      if (Status noted = r.jobs.note_under_way(doing, at); !noted) return noted;
-    // A job that never ran is refused, which is no fault.
-    Status stopped = doing.empty() ? r.jobs.stop_job_and_rest(job, at) : r.jobs.stop_job(job, at);
-    if (stopped || has_settled(stopped.error().code)) *newest = number;
+    // Nothing newer is written before it (begin()). A job that never ran stays as it is.
+    Status stopped = r.jobs.stop_job_and_rest(job, at, doing);
+    if (!stopped && !has_settled(stopped.error().code)) return stopped;
+    // Where it is refused for good nothing of it was written, and the work for the job has ended all the same.
+    if (!stopped)
+      if (Status noted = note_doing(r, doing, at); !noted) return noted;
+    *newest = number;
     return stopped;
   });
 }
@@ -62,7 +74,7 @@ WorkRecord::End WorkRecord::end_all_with() {
 void WorkRecord::write_newest() {
   database_->owe([doing = newest_doing(), number = ++last_, newest = written_](Repositories& r) {
     if (*newest > number) return Ok();
-    Status noted = doing.empty() ? r.jobs.note_at_rest(utc_timestamp()) : r.jobs.note_under_way(doing, utc_timestamp());
+    Status noted = note_doing(r, doing, utc_timestamp());
     if (noted) *newest = number;
     return noted;
   });

@@ -33,15 +33,22 @@ void Judge::ReportRuns(const std::vector<Run>& runs) {
   }
 }
 
+void Judge::expect_all() {
+  for (const Goal& goal : goals_)
+    if (!judged_.contains(&goal)) miss(goal);
+}
+
+void Judge::miss(const Goal& goal) {
+  ++missed_;
+  told_ += fmt::format("{:<36} {:<14} not measured, wanted {} {}: MISSED\n", goal.benchmark, goal.figure, goal.most,
+                       goal.unit);
+}
+
 void Judge::judge(const Run& run, const Goal& goal) {
   const auto counter = run.counters.find(goal.figure);
   const bool is_time = goal.figure == "time";
-  if (run.error_occurred || (!is_time && counter == run.counters.end())) {
-    ++missed_;
-    told_ += fmt::format("{:<36} {:<14} not measured, wanted {} {}: MISSED\n", goal.benchmark, goal.figure, goal.most,
-                         goal.unit);
-    return;
-  }
+  judged_.insert(&goal);
+  if (run.error_occurred || (!is_time && counter == run.counters.end())) return miss(goal);
   const double measured = is_time ? run.GetAdjustedRealTime() : static_cast<double>(counter->second);
   const bool kept = measured <= goal.most;  // not a number is not kept
   if (!kept) ++missed_;

@@ -4,6 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,15 +37,19 @@ class Judge final : public benchmark::BenchmarkReporter {
   void ReportRuns(const std::vector<Run>& runs) override;
   void Finalize() override { shown_.Finalize(); }
 
+  // All benchmarks were to run: a goal of which none was measured is missed.
+  void expect_all();
   // A line for each figure that has a goal; "" where none was measured.
   std::string told() const { return told_; }
   bool any_missed() const { return missed_ > 0; }
 
  private:
   void judge(const Run& run, const Goal& goal);
+  void miss(const Goal& goal);
 
   benchmark::BenchmarkReporter& shown_;
   const std::vector<Goal>& goals_;
+  std::set<const Goal*> judged_;
   std::string told_;
   int missed_ = 0;
 };

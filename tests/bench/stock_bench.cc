@@ -137,6 +137,7 @@ class Stock {
 
  private:
   Stock() {
+    fmt::print(stderr, "Of {} panels x {} pieces\n", panels_, kCutFromEach);
     const char* kept = std::getenv("VENEER_BENCH_STOCK");  // NOLINT(concurrency-mt-unsafe): nothing sets it
     if (kept == nullptr) temporary_.emplace(testing::TempDirectory::Place::kDisk);
     folder_ = kept == nullptr ? temporary_->path() : fs::path(kept);

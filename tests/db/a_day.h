@@ -61,7 +61,7 @@ inline std::vector<Step> a_day() {
     jobs("finish", [number](JobStore store) { return store.finish_run({number}, true, kLater); });
   };
   const auto settle = [&](int piece, AllocationState verdict) {
-    jobs("settle", [=](JobStore store) { return store.settle({piece}, verdict, kLater); });
+    jobs("settle", [=](JobStore store) { return store.settle({piece}, verdict, kLater, "user anna"); });
   };
 
   add("panel", [=](Database& db) {

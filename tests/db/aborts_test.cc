@@ -136,7 +136,7 @@ TEST_F(Aborts, AJobIsNamedForItsMissingPiecesOnceNothingOfItIsLeftToCut) {
   const RunId run = start(panel);
   for (const int i : {0, 1}) cut(i);
   VENEER_ASSERT_OK(jobs.abort_run(run, std::vector{id(2)}, "stop", kLater));
-  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kScrap, kLater, "user anna"));
   EXPECT_THAT(lost(), IsEmpty()) << "a piece is still to be cut";
   cut_on_other();
   ASSERT_EQ(state(), JobState::kComplete);
@@ -154,33 +154,34 @@ TEST_F(Aborts, ThatAPieceIsLostIsTakenBackWhileItHasNoOtherWood) {
   for (const int i : {0, 1}) cut(i);
   VENEER_ASSERT_OK(jobs.abort_run(run, std::vector{id(2)}, "stop", kLater));
   cut_on_other();
-  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kScrap, kLater, "user anna"));
   ASSERT_EQ(state(), JobState::kComplete);
-  EXPECT_THAT(jobs.settle(id(0), AllocationState::kSuspect, kLater).error().message,
+  EXPECT_THAT(jobs.settle(id(0), AllocationState::kSuspect, kLater, "user anna").error().message,
               HasSubstr("piece A1 of job 1 is cut, and only that a piece is lost is taken back"));
-  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kSuspect, kLater));
+  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kSuspect, kLater, "user anna"));
   EXPECT_EQ(state(), JobState::kStopped) << "somebody has to look again";
   EXPECT_EQ(states()[2], PieceState::kSuspect);
-  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kReleased, kLater));
+  VENEER_ASSERT_OK(jobs.settle(id(2), AllocationState::kReleased, kLater, "user anna"));
   EXPECT_EQ(state(), JobState::kComplete);
-  EXPECT_EQ(jobs.settle(id(2), AllocationState::kSuspect, kLater).error().code, ErrorCode::kConflict)
+  EXPECT_EQ(jobs.settle(id(2), AllocationState::kSuspect, kLater, "user anna").error().code, ErrorCode::kConflict)
       << "its wood may be another piece's by now";
 }
 
 TEST_F(Aborts, ButNotOnceItHasOtherWoodOrItsPanelIsGone) {
   const RunId run = start(panel);
   VENEER_ASSERT_OK(jobs.abort_run(run, std::vector{id(0), id(1)}, "stop", kLater));
-  for (const int i : {0, 1}) VENEER_ASSERT_OK(jobs.settle(id(i), AllocationState::kScrap, kLater));
+  for (const int i : {0, 1}) VENEER_ASSERT_OK(jobs.settle(id(i), AllocationState::kScrap, kLater, "user anna"));
   must(jobs.redo(job, job_of({square_piece("A1", other, 60, 60, 14)}), kLater));
-  EXPECT_FALSE(jobs.settle(id(0), AllocationState::kSuspect, kLater).ok());
+  EXPECT_FALSE(jobs.settle(id(0), AllocationState::kSuspect, kLater, "user anna").ok());
   EXPECT_EQ(states()[0], PieceState::kReserved);
   EXPECT_FALSE(execute(cell.database(), "UPDATE allocations SET state = 'suspect' WHERE state = 'scrap'").ok())
       << "whoever writes";
   VENEER_ASSERT_OK(jobs.cancel(job, kLater));
   VENEER_ASSERT_OK(cell.panels().retire(panel, "warped", kLater));
-  EXPECT_THAT(jobs.settle(id(1), AllocationState::kSuspect, kLater).error().message, HasSubstr("was retired"));
+  EXPECT_THAT(jobs.settle(id(1), AllocationState::kSuspect, kLater, "user anna").error().message,
+              HasSubstr("was retired"));
   VENEER_ASSERT_OK(cell.panels().restore(panel, "flat again", kLater));
-  VENEER_EXPECT_OK(jobs.settle(id(1), AllocationState::kSuspect, kLater));
+  VENEER_EXPECT_OK(jobs.settle(id(1), AllocationState::kSuspect, kLater, "user anna"));
 }
 
 // ---- what scans saw -------------------------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ class BitFlipTest : public ::testing::Test {
         VENEER_ASSERT_OK(done);
         commits_.push_back(rows_in(cell.database().connection()));
       };
-      committed(cell.jobs().settle(PieceId{5}, AllocationState::kCut, kLater));
+      committed(cell.jobs().settle(PieceId{5}, AllocationState::kCut, kLater, "user anna"));
       committed(cell.jobs().cancel(JobId{3}, kLater));
       committed(cell.ledger().write_off(PanelId{"P-0001"}, Region<PanelFrame>(square(360, 200, 20)), "a knot", kLater));
       log_ = read_file(file_.string() + "-wal");

@@ -229,7 +229,7 @@ class BusyProcess {
       return below(2) == 0 ? jobs_.note_under_way("while the head was jogged", kNow) : jobs_.note_at_rest(kNow);
     if (what == 8)  // called lost by mistake
       if (const auto lost = row("SELECT piece FROM piece_states WHERE state = 'scrap'"))
-        return jobs_.settle({*lost}, AllocationState::kSuspect, kLater);
+        return jobs_.settle({*lost}, AllocationState::kSuspect, kLater, "user anna");
     if (what == 3) return jobs_.forget_cuts();
     if (what == 4) return dropped(jobs_.archive_done(kLater));
     if (what == 5)
@@ -293,7 +293,7 @@ class BusyProcess {
         constexpr AllocationState kVerdicts[] = {AllocationState::kCut, AllocationState::kScrap,
                                                  AllocationState::kReleased};
         if (below(3) == 0) return settle_as_seen(PieceId{*piece});
-        return jobs_.settle({*piece}, kVerdicts[below(3)], kLater);
+        return jobs_.settle({*piece}, kVerdicts[below(3)], kLater, "user anna");
       }
     if (what == 5) {
       const PlannedPatch wood = somewhere("");

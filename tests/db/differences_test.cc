@@ -165,7 +165,7 @@ TEST_F(DifferencesTest, WoodThatIsGoneIsWrittenOffBesideWhatIsBooked) {
   // It was to be cut from wood that is not there.
   EXPECT_EQ(must(decide(1, DifferenceVerdict::kWrittenOff)), std::vector<PieceId>{piece});
   EXPECT_EQ(must(cell.jobs().find_piece(piece)).state, PieceState::kSuspect);
-  VENEER_EXPECT_OK(cell.jobs().settle(piece, AllocationState::kScrap, kLater));
+  VENEER_EXPECT_OK(cell.jobs().settle(piece, AllocationState::kScrap, kLater, "user anna"));
   const auto live = must(cell.ledger().live_allocations(panel));
   ASSERT_EQ(live.size(), 2U);
   EXPECT_EQ(live[1].state, AllocationState::kScrap);

@@ -85,7 +85,7 @@ inline void fill(CellDatabase& cell) {
                               kLater}));
   const std::pair seen(pieces[4].allocation, Sighting{Seen::kCut, 0.98, 1, kLater});
   VENEER_ASSERT_OK(jobs.note_sightings({&seen, 1}));
-  VENEER_ASSERT_OK(jobs.settle(pieces[3].id, AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[3].id, AllocationState::kScrap, kLater, "user anna"));
   VENEER_ASSERT_OK(jobs.assemble(first, std::vector{pieces[1].mark, pieces[2].mark}, true, "local:1000", kLater));
   VENEER_ASSERT_OK(jobs.assemble(first, std::vector{pieces[2].mark}, false, "local:1000", kLater));
   must(jobs.redo(first, job_of({square_piece("A1-4", oak, 20, 190, 14)}), kLater));

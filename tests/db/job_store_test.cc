@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "db/audit.h"
+#include "db/guard.h"
 #include "tests/db/planned_job.h"
 
 namespace veneer::db {
@@ -39,7 +40,7 @@ TEST_F(JobStoreTest, TellsWhatBecameOfAPieceStepByStep) {
   cut(0);
   VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, "t2"));
   VENEER_ASSERT_OK(jobs.abort_run(run, {}, "stop", "t3"));
-  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, "t4"));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, "t4", "user anna"));
   const auto told = [&](PieceId piece) {
     std::string out;
     for (const PieceStep& step : must(jobs.history(piece)))
@@ -89,7 +90,7 @@ TEST_F(JobStoreTest, WhatAScanSawOfASuspectPieceIsKeptUntilSomebodyDecides) {
   EXPECT_FALSE(sighting(1)) << "it is not suspect";
   EXPECT_EQ(states()[0], PieceState::kSuspect) << "nothing is decided by it";
   EXPECT_FALSE(saw(0, {Seen::kCut, 1.5, 3, kLater}).ok());
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater, "user anna"));
   EXPECT_FALSE(sighting(0));
   const std::vector<PieceId> strayed = {pieces[0].id};
   VENEER_ASSERT_OK(jobs.make_suspect(strayed, kLater));
@@ -125,7 +126,7 @@ TEST_F(JobStoreTest, APieceIsTickedOffOnceItIsCutAndUntilItIsMadeAgain) {
   const std::vector<PieceId> strayed = {pieces[0].id};
   VENEER_ASSERT_OK(jobs.make_suspect(strayed, kLater));
   EXPECT_FALSE(assembled(0)) << "nobody knows what it is now";
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater, "user anna"));
   EXPECT_TRUE(assembled(0)) << "it lies where it lay";
   EXPECT_EQ(jobs.assemble(job, std::vector<std::string>{"Z9"}, true, "anna", kNow).error().code, ErrorCode::kNotFound);
 }
@@ -217,7 +218,7 @@ TEST_F(JobStoreTest, NothingIsMadeAgainThatHasItsWood) {
   VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
   VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the link was lost", kLater));
   EXPECT_THAT(again(square_piece("A2", panel, 70, 40, 14)).error().message, HasSubstr("job settle"));
-  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater, "user anna"));
   must(cell.panels().add_mask(panel, {0, "map", "mask", "hash", kLater}, 1));
   EXPECT_EQ(again(square_piece("A2", panel, 70, 40, 14)).error().code, ErrorCode::kConflict) << "scanned since";
   // Nothing of all this came to pass.
@@ -333,7 +334,7 @@ TEST_F(JobStoreTest, AnAbortMakesNeighboursSuspectWhoseverTheyAre) {
   EXPECT_EQ(must(jobs.pieces(second))[0].state, PieceState::kSuspect);
   EXPECT_EQ(must(jobs.find(second)).state, JobState::kPlanned);
   // A person looks, and the other job goes on with what is left of it.
-  VENEER_EXPECT_OK(jobs.settle(foreign, AllocationState::kReleased, kLater));
+  VENEER_EXPECT_OK(jobs.settle(foreign, AllocationState::kReleased, kLater, "user anna"));
   VENEER_EXPECT_OK(jobs.cancel(second, kLater));
 }
 
@@ -349,7 +350,7 @@ TEST_F(JobStoreTest, APieceOfACompleteJobCanBecomeSuspectAndBeSettled) {
   const std::vector<PieceId> neighbours = {done};
   VENEER_ASSERT_OK(jobs.abort_run(run, {}, "off its path", kLater, neighbours));
   EXPECT_EQ(must(jobs.pieces(second))[0].state, PieceState::kSuspect);
-  VENEER_EXPECT_OK(jobs.settle(done, AllocationState::kScrap, kLater));
+  VENEER_EXPECT_OK(jobs.settle(done, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_EQ(must(jobs.find(second)).state, JobState::kComplete);
 }
 
@@ -364,17 +365,17 @@ TEST_F(JobStoreTest, TheRemainingPiecesRunAfterAnAbort) {
   cut_on_other();
   // The suspect piece still waits for an operator's eye.
   EXPECT_EQ(state(), JobState::kStopped);
-  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_EQ(state(), JobState::kComplete);
 }
 
 TEST_F(JobStoreTest, SettlingNeedsASuspectPieceAndAVerdict) {
-  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kCut, kNow).ok());
+  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kCut, kNow, "user anna").ok());
   const RunId run = start(panel);
   VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
   VENEER_ASSERT_OK(jobs.abort_run(run, {}, "power", kLater));
-  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kReserved, kNow).ok());
-  VENEER_EXPECT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kNow));
+  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kReserved, kNow, "user anna").ok());
+  VENEER_EXPECT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kNow, "user anna"));
   EXPECT_EQ(state(), JobState::kAborted);
 }
 
@@ -468,6 +469,7 @@ TEST_F(JobStoreTest, ARunEndsWithWhatIsInDoubtOfIt) {
 // Who said what of which piece, and when.
 TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
   const RunId run = start(panel);
+  cut(2);
   for (const int i : {0, 1}) VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
   VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the lid was opened", kNow));
   const auto said = [&] {
@@ -491,6 +493,25 @@ TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
   VENEER_ASSERT_OK(jobs.note_sightings({&seen, 1}));
   must(jobs.settle_as_seen(job, {}, "user anna", kLater));
   EXPECT_EQ(said().back(), line(1, "cut 1 user anna cut"));
+
+  // Once of each step, the newest, and of wood that was suspect.
+  const auto say_again = [&](int piece, const char* step) -> std::string {
+    const WritePermission permission(cell.database().guard());
+    try {
+      cell.database().connection().exec(fmt::format(
+          "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT a.id, {}(h.id), a.state, 0, 'user "
+          "anna', 't' FROM allocations AS a JOIN allocation_history AS h ON h.allocation = a.id AND h.state = a.state "
+          "WHERE a.piece = {} GROUP BY a.id",
+          step, pieces[static_cast<std::size_t>(piece)].id.value));
+    } catch (const SQLite::Exception& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(say_again(1, "max"), HasSubstr("UNIQUE"));
+  EXPECT_THAT(say_again(2, "max"), HasSubstr("a verdict is of a piece")) << "it was not suspect";
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater, "user anna"));
+  EXPECT_THAT(say_again(0, "min"), HasSubstr("a verdict is of a piece")) << "something became of it since";
 }
 
 TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {

@@ -48,7 +48,7 @@ TEST_F(JobsInSight, AnArchivedJobComesBackWhenSomethingIsToBeDoneForIt) {
   EXPECT_FALSE(must(jobs.find(job)).archived);
   EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("has suspect pieces"));
   EXPECT_TRUE(must(jobs.archive_done(kLater)).empty());
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater, "user anna"));
   EXPECT_THAT(must(jobs.archive_done(kLater)), ElementsAre(job));
   EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "none was left in sight";
   must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
@@ -104,7 +104,7 @@ TEST_F(JobsInSight, ThePiecesToCutAndTheSuspectOnesAreCounted) {
   EXPECT_EQ(counted(), std::pair(3, 1)) << "one of the three is being cut";
   VENEER_ASSERT_OK(jobs.book_piece(pieces[1].id, kNow));
   VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_EQ(counted(), std::pair(2, 0));
   must(jobs.redo(job, made_again({square_piece("A1", other, 60, 60, 14)}), kLater));
   EXPECT_EQ(counted(), std::pair(3, 0));

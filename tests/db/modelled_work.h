@@ -143,7 +143,7 @@ class ModelledWork : public ModelledPlans {
     ModelPiece* piece = mostly_a_piece([from](const ModelPiece& p) { return p.state == from; });
     if (piece == nullptr) return;
     const bool allowed = piece->state == from && !(back && known_[piece->panel].retired);
-    RC_ASSERT(cell_.jobs().settle(piece->id, verdict, kLater).ok() == allowed);
+    RC_ASSERT(cell_.jobs().settle(piece->id, verdict, kLater, "user anna").ok() == allowed);
     if (!allowed) return;
     if (back) return doubt_again(*piece);
     piece->state = verdict;

@@ -147,6 +147,8 @@ INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, latti
     {31, "INSERT INTO aborts (cleared, who, reason, at) VALUES (0, 'veneerd', 'STOP by anna', 't25');"},
     {32, "INSERT INTO activities (under_way, doing, at) VALUES (1, 'while the head was jogged', 't26');"},
     {34, R"sql(
+UPDATE allocations SET state = 'suspect', changed_at = 't27' WHERE id = 21;
+UPDATE allocations SET state = 'cut', changed_at = 't27' WHERE id = 21;
 INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at)
 SELECT 21, max(id), 'cut', 0, 'local:1000', 't27' FROM allocation_history WHERE allocation = 21;)sql"},
 };

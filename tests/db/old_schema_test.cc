@@ -93,7 +93,7 @@ TEST_P(OldSchema, KeepsItsRows) {
   const auto refused = jobs.create(job_of({square_piece("B1", {"P-0001"}, 15, 0, 14)}), kNow);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
-  VENEER_EXPECT_OK(jobs.settle({14}, AllocationState::kReleased, kNow));
+  VENEER_EXPECT_OK(jobs.settle({14}, AllocationState::kReleased, kNow, "user anna"));
   VENEER_EXPECT_OK(jobs.cancel({7}, kNow));
   EXPECT_EQ(must(jobs.create(job_of({square_piece("B1", {"P-0001"}, 45, 20, 14)}), kNow)).value, 8);
   const auto wood = must(Ledger(database).allocations({"P-0001"}, {0}, 10));

@@ -172,7 +172,7 @@ TEST_F(PartsTest, APartWaitsUntilItsParentsSuspectPiecesAreSettled) {
   EXPECT_EQ(early.error().message,
             "piece A1 of job 1, which was cut from panel P-0001, is suspect: say first what became of it with "
             "`veneerctl job settle 1 A1`, then scan the part again");
-  VENEER_ASSERT_OK(jobs.settle({1}, AllocationState::kCut, kLater));
+  VENEER_ASSERT_OK(jobs.settle({1}, AllocationState::kCut, kLater, "user anna"));
   VENEER_EXPECT_OK(panels.add_part(part, {}, {tag(1), tag(2)}, as_it_lay));
 }
 

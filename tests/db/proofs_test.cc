@@ -70,7 +70,7 @@ TEST_F(Proofs, WhatAPersonSaidIsNotOwed) {
   cut(1);
   VENEER_ASSERT_OK(jobs.make_suspect(std::vector{id(0)}, kNow));
   EXPECT_THAT(owed(), ElementsAre(id(1)));
-  VENEER_ASSERT_OK(jobs.settle(id(0), AllocationState::kCut, kNow));
+  VENEER_ASSERT_OK(jobs.settle(id(0), AllocationState::kCut, kNow, "user anna"));
   EXPECT_THAT(owed(), ElementsAre(id(1)));
 }
 
@@ -82,9 +82,9 @@ TEST_F(Proofs, ACompleteJobIsStoppedWhenAPieceOfItBecomesSuspect) {
   ASSERT_EQ(state(), JobState::kComplete);
   VENEER_ASSERT_OK(jobs.make_suspect(std::vector{pieces[0].id, pieces[1].id}, kLater));
   EXPECT_EQ(state(), JobState::kStopped) << "somebody has to say what became of them";
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater, "user anna"));
   EXPECT_EQ(state(), JobState::kStopped);
-  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_EQ(state(), JobState::kComplete);
 }
 

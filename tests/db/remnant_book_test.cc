@@ -119,7 +119,7 @@ TEST(KeptCuts, AreThoseOfTheLastRunAlsoAfterARestart) {
   EXPECT_EQ(kept[0].strokes_json, R"([{"speed":12}])");
   EXPECT_EQ(must(cell.jobs().find_piece({2})).state, PieceState::kCut);
 
-  VENEER_ASSERT_OK(cell.jobs().settle({3}, AllocationState::kReleased, kLater));
+  VENEER_ASSERT_OK(cell.jobs().settle({3}, AllocationState::kReleased, kLater, "user anna"));
   const JobId next = must(cell.jobs().create(job_of({square_piece("B1", panel, 120, 40, 14)}), kNow));
   const RunId second = must(cell.jobs().start_run(next, panel, {}, 0.05_mm, kNow));
   EXPECT_THAT(must(cell.jobs().kept_cuts()), IsEmpty()) << "another panel may lie there";

@@ -154,7 +154,7 @@ TEST_F(PieceRoutes, ALaterRunThatPutAPieceInDoubtDidNotCutIt) {
     if (!run) return run.error();
     const PieceId beside = (*pieces)[0].id;
     if (Status ended = r.jobs.abort_run(*run, {}, "off its path", kPlannedAt, {&beside, 1}); !ended) return ended;
-    return r.jobs.settle(beside, db::AllocationState::kCut, kPlannedAt);
+    return r.jobs.settle(beside, db::AllocationState::kCut, kPlannedAt, "user anna");
   });
   const json piece = get("/pieces/1");
   EXPECT_EQ(piece["state"], "cut");

@@ -38,6 +38,18 @@ TEST_F(TileRoutes, APictureOfAPanelIsKeptAsItWasDrawn) {
   EXPECT_NE(drawn_of("P-0001").etag, drawn.etag) << "of another map";
 }
 
+TEST_F(TileRoutes, AKeptPictureOfStockIsNotSentWhenItsWoodHasChanged) {
+  const auto stock = [&] { return ask("GET", "/api/v1/panels/P-0001/stock.png"); };
+  const ApiReply drawn = stock();
+  ASSERT_EQ(drawn.status, 200) << drawn.body;
+  EXPECT_EQ(cell->panel_library.drawn().find(drawn.etag), drawn.body);
+  ASSERT_EQ(post("/panels/P-0001/revert").status, 200);  // its first scan's mask
+  const ApiReply after = stock();
+  ASSERT_EQ(after.status, 200) << after.body;
+  EXPECT_NE(after.etag, drawn.etag);
+  EXPECT_NE(after.body, drawn.body);
+}
+
 TEST_F(TileRoutes, SendATileWithItsTag) {
   const ApiReply reply = tile("level=0&column=0&row=0");
   ASSERT_EQ(reply.status, 200) << reply.body;

@@ -19,7 +19,9 @@ TEST(DrawnPictures, AreFoundByTheirVersionAndTheOldestGiveWay) {
   EXPECT_EQ(drawn.find("e"), std::string(25, 'e'));
   drawn.keep("a", "anew");
   EXPECT_EQ(drawn.find("a"), "anew");
-  drawn.keep("huge", std::string(26, 'h'));
+  drawn.keep("large", std::string(50, 'l'));
+  EXPECT_EQ(drawn.find("large"), std::string(50, 'l'));
+  drawn.keep("huge", std::string(51, 'h'));
   EXPECT_EQ(drawn.find("huge"), std::nullopt) << "it would leave no room for others";
 }
 

@@ -184,9 +184,10 @@ TEST_F(PlanServiceTest, MakesAllThatIsMissingAgainAndNothingElse) {
     if (Status over = r.jobs.finish_run(*run, false, now); !over) return over;
     const std::vector<PieceId> doubted{before[0].id, before[1].id, before[2].id};
     if (Status suspect = r.jobs.make_suspect(doubted, now); !suspect) return suspect;
-    if (Status lost = r.jobs.settle(before[0].id, db::AllocationState::kScrap, now); !lost) return lost;
-    if (Status whole = r.jobs.settle(before[1].id, db::AllocationState::kReleased, now); !whole) return whole;
-    return r.jobs.settle(before[2].id, db::AllocationState::kCut, now);
+    if (Status lost = r.jobs.settle(before[0].id, db::AllocationState::kScrap, now, "user anna"); !lost) return lost;
+    if (Status whole = r.jobs.settle(before[1].id, db::AllocationState::kReleased, now, "user anna"); !whole)
+      return whole;
+    return r.jobs.settle(before[2].id, db::AllocationState::kCut, now, "user anna");
   });
   ASSERT_TRUE(settled.ok()) << settled.error().message;
 

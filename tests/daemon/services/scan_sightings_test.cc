@@ -58,7 +58,8 @@ TEST_F(ScanSightings, AreOfTheDayOnWhichThePictureWasTaken) {
 TEST_F(ScanSightings, OfAPictureFromBeforeItBecameSuspectAnewAreNone) {
   ASSERT_TRUE(database_
                   ->call([](Repositories& r) {
-                    return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, "2026-05-04T10:00:00.000Z");
+                    return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, "2026-05-04T10:00:00.000Z",
+                                         "user anna");
                   })
                   .ok());
   become_suspect("2026-05-04T11:00:00.000Z");

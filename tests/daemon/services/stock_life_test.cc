@@ -170,7 +170,7 @@ class StockLife : public ::testing::Test {
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (state_of(places[i]) != AllocationState::kSuspect) continue;
       const auto verdict = below(2) == 0 ? AllocationState::kCut : AllocationState::kScrap;
-      VENEER_ASSERT_OK(cell_.jobs().settle(records[i].id, verdict, kLater));
+      VENEER_ASSERT_OK(cell_.jobs().settle(records[i].id, verdict, kLater, "user anna"));
       state_of(places[i]) = verdict;
     }
   }

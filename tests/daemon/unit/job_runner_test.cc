@@ -238,7 +238,7 @@ TEST_F(JobRunnerTest, AJobWithNothingToCutSaysWhatIsLeftToDo) {
   const auto last = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); })->back().id;
   ASSERT_TRUE(database_
                   ->call([last](Repositories& r) {
-                    return r.jobs.settle(last, db::AllocationState::kScrap, "2026-05-01T08:00:00Z");
+                    return r.jobs.settle(last, db::AllocationState::kScrap, "2026-05-01T08:00:00Z", "user anna");
                   })
                   .ok());
   EXPECT_THAT(refused(), HasSubstr("1 is missing: find other wood with veneerctl job redo 1"));
@@ -334,9 +334,11 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
             "0 of 3 pieces of job 1 are cut, 1 is suspect and 2 are still to be cut: Clear, Reset, look at the "
             "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
             "start 1)");
-  ASSERT_TRUE(
-      database_->call([](Repositories& r) { return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, kThen); })
-          .ok());
+  ASSERT_TRUE(database_
+                  ->call([](Repositories& r) {
+                    return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, kThen, "user anna");
+                  })
+                  .ok());
   runner_->job_changed(JobId{1});
   settle();
   ASSERT_TRUE(command(CellCommand::kClear).ok());

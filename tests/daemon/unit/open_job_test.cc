@@ -109,7 +109,9 @@ TEST_F(OpenJobTest, AsksForASuspectPieceAndForWoodThatIsLost) {
   cut_on("P-0002", {3});
   change([](Repositories& r) { return r.jobs.make_suspect({{PieceId{2}}}, tests::kThen); });
   EXPECT_THAT(refused().message, HasSubstr("but 1 is suspect: look at it"));
-  change([](Repositories& r) { return r.jobs.settle(PieceId{2}, db::AllocationState::kScrap, tests::kThen); });
+  change([](Repositories& r) {
+    return r.jobs.settle(PieceId{2}, db::AllocationState::kScrap, tests::kThen, "user anna");
+  });
   EXPECT_THAT(refused().message, HasSubstr("1 is missing: find other wood with veneerctl job redo 1"));
 }
 

@@ -335,7 +335,8 @@ TEST_F(OwedProofTest, WhatAPersonSaidIsNotDoubtedAgain) {
   ASSERT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
   ASSERT_TRUE(database_
                   ->call([](Repositories& r) {
-                    return r.jobs.settle(r.jobs.pieces(JobId{1})->front().id, db::AllocationState::kCut, kThen);
+                    return r.jobs.settle(r.jobs.pieces(JobId{1})->front().id, db::AllocationState::kCut, kThen,
+                                         "user anna");
                   })
                   .ok());
   restart();

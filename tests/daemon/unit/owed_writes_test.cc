@@ -4,6 +4,7 @@
 
 #include "daemon/unit/work_record.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
+#include "tests/db/unguarded.h"
 
 namespace veneer::daemon {
 namespace {
@@ -14,6 +15,12 @@ class OwedWritesTest : public JobRunnerTest {
  protected:
   Status cancel() {
     return database_->call([](Repositories& r) { return r.jobs.cancel(JobId{1}, kThen); });
+  }
+  void exec(const char* sql) {
+    database_->call([sql](Repositories& r) {
+      db::exec_unguarded(r.connection.connection(), sql);
+      return 0;
+    });
   }
 };
 
@@ -49,7 +56,7 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeAnAbortThatIsOwed) {
   };
   begin();
   ASSERT_FALSE(begun.ok());
-  EXPECT_THAT(begun.error().message, ::testing::HasSubstr("is not written yet: make room on the disk"));
+  EXPECT_THAT(begun.error().message, ::testing::HasSubstr("is not written yet: the disk is full"));
   record.end(WorkRecord::Work::kHoming);
   full = false;
   begin();
@@ -84,13 +91,48 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeTheEndOfAJobThatIsOwed) {
   record.end_job(JobId{1});
   const Status early = begin();
   ASSERT_FALSE(early.ok());
-  EXPECT_THAT(early.error().message, ::testing::HasSubstr("is not written yet: make room on the disk"));
+  EXPECT_THAT(early.error().message, ::testing::HasSubstr("is not written yet: the disk is full"));
   EXPECT_EQ(owed(), "the program ended in the middle of job 1");
   record.end(WorkRecord::Work::kHoming);
   full = false;
   ASSERT_TRUE(begin().ok());
   EXPECT_EQ(job_state(), db::JobState::kStopped);
   EXPECT_EQ(owed(), "the program ended while the laser was homed");
+}
+
+// Or the next start would be Aborted for a job that nobody works at.
+TEST_F(OwedWritesTest, AnEndOfAJobThatIsRefusedForGoodEndsTheWorkForItAllTheSame) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(job_state(), db::JobState::kRunning);
+  exec("CREATE TEMP TRIGGER refused BEFORE UPDATE OF state ON jobs BEGIN SELECT RAISE(ABORT, 'refused'); END");
+  WorkRecord(*database_).end_job(JobId{1});
+  EXPECT_EQ(job_state(), db::JobState::kRunning) << "nothing refused it";
+  EXPECT_FALSE(database_->call([](Repositories& r) { return r.jobs.would_owe_clear(); }).value().has_value());
+}
+
+TEST_F(OwedWritesTest, AnEndOfAJobThatIsTriedAgainLeavesOtherWorkOnRecordOnce) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(job_state(), db::JobState::kRunning);
+  const auto noted = [this] {
+    return database_->call([](Repositories& r) {
+      return r.connection.connection()
+          .execAndGet("SELECT count(*) FROM activities WHERE doing = 'while the head was jogged'")
+          .getInt();
+    });
+  };
+  WorkRecord record(*database_);
+  record.begin(WorkRecord::Work::kJog, "while the head was jogged", [](const Status& s) { ASSERT_TRUE(s.ok()); });
+  settle();
+  // No constraint: it is tried again.
+  exec("CREATE TEMP TRIGGER busy BEFORE UPDATE OF state ON jobs BEGIN SELECT json('{'); END");
+  record.end_job(JobId{1});
+  noted(), noted();
+  EXPECT_EQ(noted(), 1);
+  exec("DROP TRIGGER busy");
+  EXPECT_EQ(noted(), 2);
+  EXPECT_EQ(job_state(), db::JobState::kStopped);
 }
 
 // Whoever writes the end of a job after newer work was begun lets that stand.

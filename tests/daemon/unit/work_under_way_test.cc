@@ -54,6 +54,12 @@ class WorkUnderWay : public JobRunnerTest {
     restart();
     EXPECT_EQ(state(), CellState::kStopped);
   }
+  // Turn by turn, for what runs after it is not to run.
+  bool job_becomes(db::JobState wanted) {
+    constexpr int kMostTurns = 1000;
+    for (int i = 0; i < kMostTurns && job_state() != wanted; ++i) turn();
+    return job_state() == wanted;
+  }
   void expect_stopped() {
     restart();
     EXPECT_EQ(state(), CellState::kStopped) << reason();
@@ -180,7 +186,7 @@ TEST_F(WorkUnderWay, KilledRightAfterAJobWasWrittenToBeCompleteItEndedWell) {
   bed_.lay("P-0002");
   look();
   runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
-  while (job_state() != db::JobState::kComplete) turn();
+  ASSERT_TRUE(job_becomes(db::JobState::kComplete));
   ASSERT_NE(state(), CellState::kComplete);
   expect_stopped();
   EXPECT_EQ(job_state(), db::JobState::kComplete);
@@ -192,7 +198,7 @@ TEST_F(WorkUnderWay, NorIsOneThatWasStoppedAfterAPiece) {
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   ASSERT_TRUE(command(CellCommand::kStop).ok());
   laser_.finish();
-  while (job_state() != db::JobState::kStopped) turn();
+  ASSERT_TRUE(job_becomes(db::JobState::kStopped));
   ASSERT_NE(state(), CellState::kStopped);
   expect_stopped();
   EXPECT_EQ(job_state(), db::JobState::kStopped);
