@@ -285,6 +285,11 @@ constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim =
 // worn or charred rim.
 bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen; }
 
+// A sunk hole in dark wood may fade as softly as a knot does, but has lost the wood's hue.
+bool is_sound_knot(const BoardView& view, const cv::Mat& strip, const RoundRim& rim) {
+  return is_knot(rim) && !is_grey_in_dark_wood(view, strip, rim.circle);
+}
+
 // Whether a patch is clearly darker in its middle than towards its sides. A knot is; an opening is shaded along its
 // sides, and what lies beneath is lit in the middle: it is never a knot, however soft its rim.
 bool is_darkest_within(const cv::Mat& lightness, const cv::Mat& patch) {
@@ -439,7 +444,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
   for (const ScrewSpot& circle : find_circles(view, strip, box)) {
     const RoundRim rim = find_rim(view, scale, circle);
-    if (rim.step < kFaintRim || is_knot(rim)) continue;
+    if (rim.step < kFaintRim || is_sound_knot(view, strip, rim)) continue;
     if (rim.step > kClearestRim || oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle))
       leave_out(view, circle, rim, rims);
   }
@@ -454,7 +459,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   // A hole's own shade may hide its rim in figured wood: what is odd reaches as far as it was odd.
   for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) {
     RoundRim rim = find_rim(view, scale, spot);
-    if (rim.step < kOddRim || is_knot(rim)) continue;
+    if (rim.step < kOddRim || is_sound_knot(view, strip, rim)) continue;
     rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
     leave_out(view, spot, rim, rims);
   }

@@ -21,18 +21,22 @@ class PanelCell : public testing::RoutedCell {
       panel.id = {id}, panel.name = id, panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
       const auto picture =
           cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "all");
-      if (!picture) throw std::runtime_error(picture.error().message);
-      panel.map_file = panel.mask_file = picture->file, panel.map_hash = picture->sha256;
+      const auto map =
+          cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC3, cv::Scalar::all(255)), "panels", "map");
+      if (!picture || !map) throw std::runtime_error("the panel's pictures are not stored");
+      panel.map_file = map->file, panel.mask_file = picture->file, panel.map_hash = map->sha256;
       panel.usable = kWhole;
       change([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
     }
     // A second scan of the first one sees half of its wood only.
+    const auto map = cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC3, cv::Scalar::all(254)),
+                                                       "panels", "second-map");
     const auto less =
         cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(0)), "panels", "less");
-    if (!less) throw std::runtime_error(less.error().message);
+    if (!less || !map) throw std::runtime_error("the second scan's pictures are not stored");
     change([&](Repositories& r) -> Status {
       const auto version =
-          r.panels.add_mask({"P-0001"}, {0, less->file, less->file, less->sha256, kThen, SquareMillimetres(100)}, 1);
+          r.panels.add_mask({"P-0001"}, {0, map->file, less->file, map->sha256, kThen, SquareMillimetres(100)}, 1);
       return version ? Ok() : Status(version.error());
     });
   }
