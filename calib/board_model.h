@@ -9,10 +9,10 @@
 
 namespace veneer::calib {
 
-// A map in logarithms, so that light and shade add: lightness, and two opponent colours (red less green, green less
-// blue). Zero is the board in its own light; the unit is the board's own spread, `spread` of which is one logarithm.
 constexpr double kScannerBlack = 8;  // grey levels added before a logarithm is taken
 
+// A map in logarithms, so that light and shade add: lightness, and two opponent colours (red less green, green less
+// blue). Zero is the board in its own light; the unit is the board's own spread, `spread` of which is one logarithm.
 struct BoardView {
   std::array<cv::Mat, 3> planes;   // CV_32FC1, natural logarithms, light evened out
   std::array<double, 3> spread{};  // of the board at its rim, about 0.3 mm wide places

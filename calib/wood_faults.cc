@@ -410,18 +410,37 @@ void leave_out(const BoardView& view, const ScrewSpot& spot, const RoundRim& rim
   }
 }
 
+// Whether two rims show the same thing, or `other` a larger one that `circle` lies in.
+bool show_the_same(const ScrewSpot& circle, const ScrewSpot& other) {
+  return cv::norm(other.centre - circle.centre) < 0.3 * std::max(other.diameter, circle.diameter) &&
+         circle.diameter < 1.4 * other.diameter;
+}
+
 // Of rims that show the same thing the clearest.
 std::vector<ScrewSpot> clearest_of(std::vector<RoundRim> rims) {
   std::ranges::sort(rims, std::ranges::greater{}, &RoundRim::step);
   std::vector<ScrewSpot> out;
-  for (const RoundRim& rim : rims) {
-    const auto same = [&](const ScrewSpot& other) {
-      return cv::norm(other.centre - rim.circle.centre) < 0.3 * std::max(other.diameter, rim.circle.diameter) &&
-             rim.circle.diameter < 1.4 * other.diameter;
-    };
-    if (std::ranges::none_of(out, same)) out.push_back(rim.circle);
-  }
+  for (const RoundRim& rim : rims)
+    if (std::ranges::none_of(out, [&](const ScrewSpot& other) { return show_the_same(rim.circle, other); }))
+      out.push_back(rim.circle);
   return out;
+}
+
+// Holes sunk in dark wood: none of the rims that are found about one is sure there, and it may reach as far as all of
+// them do.
+std::vector<ScrewSpot> find_sunk_holes(const BoardView& view, const RimScale& scale, const cv::Mat& strip,
+                                       const cv::Mat& unknown, const cv::Rect& box) {
+  std::vector<ScrewSpot> circles, grey;
+  for (const ScrewSpot& spot : find_blank_spots(view, unknown, box)) {
+    const RoundRim rim = find_rim(view, scale, spot);
+    if (rim.step < kOddRim) continue;
+    circles.push_back(rim.circle);
+    if (is_grey_in_dark_wood(view, strip, rim.circle)) grey.push_back(rim.circle);
+  }
+  std::erase_if(circles, [&](const ScrewSpot& circle) {
+    return std::ranges::none_of(grey, [&](const ScrewSpot& other) { return show_the_same(circle, other); });
+  });
+  return circles;
 }
 
 }  // namespace
@@ -468,11 +487,9 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (std::size_t i = known_before; i < rims.size(); ++i)
     cv::circle(unknown, rims[i].circle.centre, static_cast<int>(rims[i].circle.diameter / 2), cv::Scalar(0),
                cv::FILLED);
-  for (const ScrewSpot& spot : find_blank_spots(view, unknown, box)) {
-    const RoundRim rim = find_rim(view, scale, spot);
-    if (rim.step >= kOddRim && is_grey_in_dark_wood(view, strip, rim.circle)) rims.push_back(rim);
-  }
   out.round = clearest_of(std::move(rims));
+  const std::vector<ScrewSpot> sunk = find_sunk_holes(view, scale, strip, unknown, box);
+  out.round.insert(out.round.end(), sunk.begin(), sunk.end());
   for (const ScrewSpot& hole : find_lid_holes(view, strip, box)) {
     const bool known = std::ranges::any_of(out.round, [&](const ScrewSpot& other) {
       return cv::norm(other.centre - hole.centre) + 0.4 * hole.diameter < 0.5 * other.diameter;

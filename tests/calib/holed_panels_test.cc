@@ -8,9 +8,6 @@
 namespace veneer {
 namespace {
 
-// Of one hole at a zebrano's dark band a sliver is taken, 0.05 of its area.
-constexpr double kSliver = 0.06;
-
 TEST(HoledPanels, NoScrewHoleIsTakenForWood) {
   const workshop::HoledPanelOrder orders[] = {{1, 0, "bench"},  {1, 1, "workshop"}, {1, 2, "bench"}, {1, 3, "workshop"},
                                               {5, 10, "bench"}, {5, 50, "bench"},   {5, 54, "bench"}};
@@ -19,15 +16,12 @@ TEST(HoledPanels, NoScrewHoleIsTakenForWood) {
     const workshop::HoledPanelVerdict verdict = workshop::judge_holes(order);
     EXPECT_EQ(verdict.refused, "") << order.seed << " " << order.panel;
     for (const auto& hole : verdict.taken)
-      EXPECT_LT(hole.taken, kSliver) << fmt::format(
-          "seed {}, panel {}: {:.2f} of a hole of {:.1f} mm in {} at {:.0f}, {:.0f}", order.seed, order.panel,
-          hole.taken, hole.diameter, hole.species, hole.x, hole.y);
+      ADD_FAILURE() << fmt::format("seed {}, panel {}: {:.2f} of a hole of {:.1f} mm in {} at {:.0f}, {:.0f}",
+                                   order.seed, order.panel, hole.taken, hole.diameter, hole.species, hole.x, hole.y);
     all.add(verdict);
   }
   fmt::print("{}{}", workshop::hole_table_head(), workshop::hole_table_line("sample", all));
   EXPECT_GT(all.holes, 50);
-  EXPECT_EQ(all.whole, 0);
-  EXPECT_LE(all.in_part, 1);
   EXPECT_EQ(all.beside, 0);
   // A mask that takes nothing takes no hole either. Of a strip that is asked about it takes nothing.
   EXPECT_GT(all.wood_taken, 0.95 * all.wood);
