@@ -25,7 +25,7 @@
 #                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
 #                And 250 panels of the twin, as on its bench and in its workshop, of which no screw hole may be taken for
-#                wood; also as holes.json
+#                wood; also as holes.json. Fails still, by about one hole of a thousand in near-black wood
 #   reconcile    200 panels of every board, wood and lid, scanned before and after something was done to each strip; also as
 #                reconcile.json. Fails still, by false differences of 3 to 5 mm2 (smaller ones are not told), most beside edges of
 #                strips, and by low contrast between wood and lid
