@@ -14,7 +14,8 @@ constexpr std::size_t kSamples = 144;  // of an outline, at equal steps along it
 using Spot = std::complex<double>;     // mm, from the outline's centre of area
 
 struct Shape {
-  std::array<Spot, kSamples> spots{};
+  std::array<Spot, 2 * kSamples> spots{};    // twice around, so that one may begin anywhere
+  std::array<double, 2 * kSamples> radii{};  // their distances from the centre
   double length = 0, area = 0, nearest = 0, farthest = 0;
   double places = 1;  // of its artwork that have it, turned alike
 };
@@ -55,9 +56,10 @@ Shape shape_of(const Ring<ArtworkFrame>& outline) {
       along += std::abs(next(side) - corners[side]);
     }
     const double part = along > before ? (at - before) / (along - before) : 0;
-    shape.spots[i] = corners[side] + (next(side) - corners[side]) * part - centre;
-    shape.nearest = std::min(shape.nearest, std::abs(shape.spots[i]));
-    shape.farthest = std::max(shape.farthest, std::abs(shape.spots[i]));
+    shape.spots[i] = shape.spots[i + kSamples] = corners[side] + (next(side) - corners[side]) * part - centre;
+    shape.radii[i] = shape.radii[i + kSamples] = std::abs(shape.spots[i]);
+    shape.nearest = std::min(shape.nearest, shape.radii[i]);
+    shape.farthest = std::max(shape.farthest, shape.radii[i]);
   }
   return shape;
 }
@@ -66,18 +68,17 @@ Shape shape_of(const Ring<ArtworkFrame>& outline) {
 // step apart, so one outline may run up to half a step ahead of the other.
 bool lies_in(const Shape& piece, const Shape& place, std::size_t shift, double joint) {
   const double allowed = joint + piece.length / (2 * kSamples);
-  Spot turn = 0;
   constexpr std::size_t kStride = 37;  // shares no divisor with kSamples: what does not fit is found out soon
   for (std::size_t k = 0; k < kSamples; ++k) {
     const std::size_t i = k * kStride % kSamples;
-    const Spot& spot = piece.spots[(i + shift) % kSamples];
-    if (std::abs(std::abs(spot) - std::abs(place.spots[i])) > allowed) return false;
-    turn += place.spots[i] * std::conj(spot);
+    if (std::abs(piece.radii[i + shift] - place.radii[i]) > allowed) return false;
   }
+  Spot turn = 0;
+  for (std::size_t i = 0; i < kSamples; ++i) turn += place.spots[i] * std::conj(piece.spots[i + shift]);
   if (std::abs(turn) == 0) return false;
   turn /= std::abs(turn);
   for (std::size_t i = 0; i < kSamples; ++i)
-    if (std::abs(turn * piece.spots[(i + shift) % kSamples] - place.spots[i]) > allowed) return false;
+    if (std::norm(turn * piece.spots[i + shift] - place.spots[i]) > allowed * allowed) return false;
   return true;
 }
 
