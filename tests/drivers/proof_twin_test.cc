@@ -18,7 +18,6 @@
 namespace veneer::proof {
 namespace {
 
-constexpr double kSide = 14;
 constexpr double kPitch = 20.5;
 
 // Sends lines as a sender does that counts characters.
@@ -65,7 +64,9 @@ class Streamer {
 
 class TwinRun {
  public:
-  TwinRun(std::filesystem::path dir, double width, double height) : dir_(std::move(dir)) {
+  // `side` of the pieces, which are squares.
+  TwinRun(std::filesystem::path dir, double width, double height, double side = 14)
+      : dir_(std::move(dir)), side_(side) {
     std::filesystem::remove_all(dir_);
     std::filesystem::create_directories(dir_);
     sim::TwinSettings settings;
@@ -88,22 +89,23 @@ class TwinRun {
     for (int i = 0; i < columns * rows; ++i) {
       Rigid sheet_from_artwork = Rigid::turn((i % 15) * 24 * 0.017453292519943295);
       const int column = i % columns, row = i / columns;
-      const Vec2 low{column * kSide, (rows - 1 - row) * kSide};
+      const Vec2 low{column * side_, (rows - 1 - row) * side_};
       const Vec2 at{30 + kPitch * (column + 0.5), 30 + kPitch * (row + 0.5)};
-      sheet_from_artwork.shift = at - sheet_from_artwork.turned(low + Vec2{kSide / 2, kSide / 2});
+      sheet_from_artwork.shift = at - sheet_from_artwork.turned(low + Vec2{side_ / 2, side_ / 2});
       burn_piece(laser, fmt::format("A{}-{}", row + 1, column + 1), low, sheet_from_artwork);
     }
     laser.send("M5");
     laser.drain();
-    job_.width_mm = columns * kSide;
-    job_.height_mm = rows * kSide;
+    job_.width_mm = columns * side_;
+    job_.height_mm = rows * side_;
     log_ = laser.log();
     laser_seconds_ = laser.seconds();
     world_->flush_burns();
     EXPECT_TRUE(world_->lift(sim::Spot::kBed).ok());
   }
 
-  Claims claims() {
+  // The preview has `px_per_mm`.
+  Claims claims(double px_per_mm = 300 / 25.4) {
     Claims claims;
     ClaimedPanel panel;
     panel.id = "P-0001";
@@ -116,7 +118,7 @@ class TwinRun {
     const Vec2 u = pose_.place({1, 0}) - o;
     const Vec2 v = pose_.place({0, 1}) - o;
     claims.poses.emplace(1, ClaimedPose{"P-0001", 0, u.x, v.x, u.y, v.y, o});
-    paint_preview();
+    paint_preview(px_per_mm);
     claims.ledger = ledger_;
     claims.jobs.emplace(1, job_);
     return claims;
@@ -126,11 +128,11 @@ class TwinRun {
   double laser_seconds_ = 0;
 
  private:
-  static Ring square(Vec2 low, double by) {
+  Ring square(Vec2 low, double by) const {
     return {{low.x - by, low.y - by},
-            {low.x + kSide + by, low.y - by},
-            {low.x + kSide + by, low.y + kSide + by},
-            {low.x - by, low.y + kSide + by}};
+            {low.x + side_ + by, low.y - by},
+            {low.x + side_ + by, low.y + side_ + by},
+            {low.x - by, low.y + side_ + by}};
   }
 
   // Sheet mm -> what must be commanded for the beam to be there, in the controller's machine coordinates.
@@ -160,7 +162,7 @@ class TwinRun {
       return ring;
     };
     for (sim::Stroke stroke : sim::stroke_text(mark, 2.4, 0.5)) {
-      for (Vec2& p : stroke) p = low + Vec2{kSide / 2 + 4.5 - p.x, kSide / 2 - 1 + p.y};
+      for (Vec2& p : stroke) p = low + Vec2{side_ / 2 + 4.5 - p.x, side_ / 2 - 1 + p.y};
       burn_path(laser, placed(stroke), 80, 200);
     }
     const double kerf = world_->truth().kerf_mm;
@@ -173,27 +175,28 @@ class TwinRun {
     job_.pieces.push_back(std::move(piece));
   }
 
-  void paint_preview() {
-    constexpr double kPxPerMm = 300 / 25.4;
-    cv::Mat picture(static_cast<int>(std::lround(job_.height_mm * kPxPerMm)),
-                    static_cast<int>(std::lround(job_.width_mm * kPxPerMm)), CV_8UC3);
-    const int columns = static_cast<int>(std::lround(job_.width_mm / kSide));
-    const int rows = static_cast<int>(std::lround(job_.height_mm / kSide));
+  void paint_preview(double px_per_mm) {
+    cv::Mat picture(static_cast<int>(std::lround(job_.height_mm * px_per_mm)),
+                    static_cast<int>(std::lround(job_.width_mm * px_per_mm)), CV_8UC3);
+    const int columns = static_cast<int>(std::lround(job_.width_mm / side_));
+    const int rows = static_cast<int>(std::lround(job_.height_mm / side_));
     for (int y = 0; y < picture.rows; ++y)
       for (int x = 0; x < picture.cols; ++x) {
-        const Vec2 at{(x + 0.5) / kPxPerMm, job_.height_mm - (y + 0.5) / kPxPerMm};
-        const int row = rows - 1 - std::clamp(static_cast<int>(at.y / kSide), 0, rows - 1);
-        const int column = std::clamp(static_cast<int>(at.x / kSide), 0, columns - 1);
+        const Vec2 at{(x + 0.5) / px_per_mm, job_.height_mm - (y + 0.5) / px_per_mm};
+        const int row = rows - 1 - std::clamp(static_cast<int>(at.y / side_), 0, rows - 1);
+        const int column = std::clamp(static_cast<int>(at.x / side_), 0, columns - 1);
         const Vec2 px = sheet_->pixel(moves_[static_cast<std::size_t>(row * columns + column)](at));
         picture.at<cv::Vec3b>(y, x) = sheet_->front.at<cv::Vec3b>(static_cast<int>(px.y), static_cast<int>(px.x));
       }
     cv::GaussianBlur(picture, picture, {0, 0}, 0.7);
     job_.preview_file = dir_ / "preview.png";
+    job_.preview_px_per_mm = px_per_mm;
     job_.job = 1;
     cv::imwrite(job_.preview_file.string(), picture);
   }
 
   std::filesystem::path dir_;
+  double side_;  // mm
   std::unique_ptr<sim::World> world_;
   sim::SheetPose pose_;
   std::shared_ptr<const sim::Sheet> sheet_;
@@ -242,43 +245,130 @@ TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
   ASSERT_TRUE(write_proof(*proof, dir / "out").ok());
 }
 
+// A panel cut into pieces, and scanned with hairs on the glass.
+struct Haired {
+  static constexpr double kBlock = 2;  // mm
+  Claims claims;
+  Truth truth;
+  sim::ScanTruth* scan = nullptr;
+  std::shared_ptr<sim::Sheet> sheet;
+  cv::Mat preview;
+  int blocks;  // in each direction of a piece
+
+  explicit Haired(const std::string& name, double width = 200, double height = 160, double px_per_mm = 300 / 25.4,
+                  double side = 14)
+      : blocks(static_cast<int>(side / kBlock)) {
+    const auto dir = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / name;
+    TwinRun run(dir, width, height, side);
+    run.cut();
+    claims = run.claims(px_per_mm);
+    auto loaded = load_truth(dir, claims);
+    EXPECT_TRUE(loaded.ok()) << loaded.error().message;
+    truth = std::move(*loaded);
+    sheet = std::make_shared<sim::Sheet>(*truth.sheets.at("wood"));
+    truth.sheets["wood"] = sheet;
+    claims.panels[0].registration.push_back({"capture-1", {}, 0, 0, 0, {}});
+    scan = &truth.captures["capture-1"];
+    scan->sheet = "wood", scan->px_per_mm = 300 / 25.4;
+    preview = cv::imread(job().preview_file.string());
+  }
+  const ClaimedJob& job() const { return claims.jobs->at(0); }
+  // A place in a piece, as shares of its sides.
+  static Vec2 in(const Ring& ring, double u, double v) {
+    return ring[0] + (ring[1] - ring[0]) * u + (ring[3] - ring[0]) * v;
+  }
+  cv::Point2d on_preview(Vec2 p) const {
+    return {p.x * job().preview_px_per_mm, (job().height_mm - p.y) * job().preview_px_per_mm};
+  }
+  cv::Point2d on_sheet(Vec2 p) const {
+    const Vec2 px = sheet->pixel(p);
+    return {px.x, px.y};
+  }
+  // Upright in the piece, which the preview shows and the wood has not.
+  void add_hair(const ClaimedPiece& piece, double u) {
+    cv::line(preview, on_preview(in(piece.artwork_outline, u, 0.1)), on_preview(in(piece.artwork_outline, u, 0.9)),
+             cv::Scalar(230, 230, 230), 4, cv::LINE_AA);
+    const Ring& wood = piece.panel_outline;
+    scan->dust.push_back({{scan->scan_pixel(in(wood, u, 0.1)), scan->scan_pixel(in(wood, u, 0.9))}, 2});
+  }
+  // Makes the wood of a piece plain: each block is by up to `grain` levels lighter or darker than `grey`.
+  void make_plain(const ClaimedPiece& piece, int grey, int grain, cv::RNG& draw) {
+    for (int i = 0; i < blocks; ++i)
+      for (int k = 0; k < blocks; ++k) {
+        const cv::Scalar colour = cv::Scalar::all(draw.uniform(grey - grain, grey + grain + 1));
+        const auto corner = [&](const Ring& ring, int u, int v) {
+          return in(ring, (i + u) / double(blocks), (k + v) / double(blocks));
+        };
+        // A pixel shows the block that its middle lies in.
+        const cv::Point2d left_low = on_preview(corner(piece.artwork_outline, 0, 0));
+        const cv::Point2d right_high = on_preview(corner(piece.artwork_outline, 1, 1));
+        const auto first = [](double at) { return static_cast<int>(std::ceil(at - 0.5)); };
+        const cv::Rect shown(cv::Point(first(left_low.x), first(right_high.y)),
+                             cv::Point(first(right_high.x), first(left_low.y)));
+        preview(shown & cv::Rect({}, preview.size())).setTo(colour);
+        std::vector<cv::Point> wood;
+        for (const auto& [u, v] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}})
+          wood.emplace_back(on_sheet(corner(piece.panel_outline, u, v)));
+        cv::fillConvexPoly(sheet->front, wood, colour);
+      }
+  }
+  JobProof proven() const {
+    EXPECT_TRUE(cv::imwrite(job().preview_file.string(), preview));
+    auto proof = prove(truth, claims, 2);
+    EXPECT_TRUE(proof.ok()) << proof.error().message;
+    return proof.ok() ? proof->jobs.at(0) : JobProof{};
+  }
+};
+
 // A scan shows a hair where the wood has none, and with it the preview of the piece planned there. Told by what the
 // twin knows to have lain on the glass; without that knowledge the right piece would be taken for another.
 TEST(ProofOfTheTwin, KnowsTheHairThatAPreviewShows) {
-  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / "hair";
-  TwinRun run(dir, 200, 160);
-  run.cut();
-  Claims claims = run.claims();
-  auto truth = load_truth(dir, claims);
-  ASSERT_TRUE(truth.ok()) << truth.error().message;
-  claims.panels[0].registration.push_back({"capture-1", {}, 0, 0, 0, {}});
-  sim::ScanTruth& scan = truth->captures["capture-1"];
-  scan.sheet = "wood", scan.px_per_mm = 300 / 25.4;
+  Haired it("hair");
+  for (const ClaimedPiece& piece : it.job().pieces)
+    for (int k = 0; k < 3; ++k) it.add_hair(piece, 0.1 + 0.1 * k);
+  const JobProof proof = it.proven();
+  EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
+  EXPECT_EQ(proof.pieces_under_dust, it.job().pieces.size());
+  it.scan->dust.clear();
+  EXPECT_GT(it.proven().wrong_pieces, 0U);
+}
 
-  const ClaimedJob& job = claims.jobs->at(0);
-  cv::Mat preview = cv::imread(job.preview_file.string());
-  const double px_per_mm = preview.cols / job.width_mm;
-  const auto pixel = [&](Vec2 p) { return cv::Point2d(p.x * px_per_mm, (job.height_mm - p.y) * px_per_mm); };
-  for (const ClaimedPiece& piece : job.pieces)
-    for (int k = 0; k < 3; ++k) {
-      const auto end = [&](const Ring& ring, double v) {
-        return ring[0] + (ring[1] - ring[0]) * (0.1 + 0.1 * k) + (ring[3] - ring[0]) * v;
-      };
-      cv::line(preview, pixel(end(piece.artwork_outline, 0.1)), pixel(end(piece.artwork_outline, 0.9)),
-               cv::Scalar(230, 230, 230), 4, cv::LINE_AA);
-      const Ring& wood = piece.panel_outline;
-      scan.dust.push_back({{scan.scan_pixel(end(wood, 0.1)), scan.scan_pixel(end(wood, 0.9))}, 2});
+// What a hair hides of a preview is not looked at in the piece either: plain pieces differ by less than a streak that
+// lies under the hair.
+TEST(ProofOfTheTwin, LooksAtAPieceOnlyWhereItsPreviewShowsWood) {
+  Haired it("streaks");
+  cv::RNG draw(7);
+  for (const ClaimedPiece& piece : it.job().pieces) {
+    it.make_plain(piece, 60, 4, draw);
+    for (int i = 0; i < it.blocks; ++i) {
+      const double u = (i + 0.5) / it.blocks;
+      it.add_hair(piece, u);
+      cv::line(it.sheet->front, it.on_sheet(Haired::in(piece.panel_outline, u, 0.1)),
+               it.on_sheet(Haired::in(piece.panel_outline, u, 0.9)), cv::Scalar::all(draw.uniform(0, 120)), 4);
     }
-  ASSERT_TRUE(cv::imwrite(job.preview_file.string(), preview));
+  }
+  const JobProof proof = it.proven();
+  EXPECT_EQ(proof.pieces_under_dust, it.job().pieces.size());
+  EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
+}
 
-  const auto proof = prove(*truth, claims, 2);
-  ASSERT_TRUE(proof.ok()) << proof.error().message;
-  EXPECT_EQ(proof->jobs.at(0).wrong_pieces, 0U) << ::testing::PrintToString(proof->jobs.at(0).notes);
-  EXPECT_EQ(proof->jobs.at(0).pieces_under_dust, job.pieces.size());
-  scan.dust.clear();
-  const auto unknowing = prove(*truth, claims, 2);
-  ASSERT_TRUE(unknowing.ok()) << unknowing.error().message;
-  EXPECT_GT(unknowing->jobs.at(0).wrong_pieces, 0U);
+// An artwork is seldom whole pixels wide. Were the preview's resolution taken from its width, an upright one's lower
+// pieces would be looked for by a pixel beside where it shows them, and a row of a pale neighbour's pixels is more than
+// plain wood differs by.
+TEST(ProofOfTheTwin, FindsPiecesFarFromTheCornerThatAPreviewsPixelsCountFrom) {
+  constexpr int kColumns = 5;
+  constexpr double kSide = 12;  // whole blocks on either side of the middle
+  Haired it("corner", 180, 260, 708.49 / (kColumns * kSide), kSide);
+  cv::RNG draw(11);
+  int i = 0;
+  for (const ClaimedPiece& piece : it.job().pieces) {
+    const int row = i / kColumns, column = i % kColumns;
+    it.make_plain(piece, (row + column) % 2 == 0 ? 40 : 240, 1, draw);
+    ++i;
+  }
+  ASSERT_EQ(it.preview.cols, 708);
+  const JobProof proof = it.proven();
+  EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
 }
 
 }  // namespace

@@ -140,13 +140,6 @@ cv::Mat grey_integral(const cv::Mat& colour, const cv::Mat& mask) {
   return table;
 }
 
-BlockMeans blocks_of(const Laid& laid, double px_per_mm) {
-  cv::Mat mask;
-  cv::integral(laid.mask, mask, CV_64F);
-  const Vec2 centre = laid.centre_px - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
-  return {grey_integral(laid.colour, laid.mask), mask / 255.0, centre, laid.half_px, px_per_mm};
-}
-
 struct Place {
   Vec2 centre_px{}, half_px{};
 };
@@ -174,6 +167,15 @@ bool without_dust(const ClaimedPiece& piece, const DustOnPanels& dust, const Can
                    (grain.radius_mm + kDustBlur) * canvas.px_per_mm, 0);
   }
   return cv::countNonZero(mask) < before;
+}
+
+// Of the piece as it lies, but for what dust hides of its place's preview.
+BlockMeans blocks_of(const Laid& laid, const ClaimedPiece& place, const DustOnPanels& dust, const Canvas& canvas) {
+  const Vec2 corner{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
+  cv::Mat mask = laid.mask.clone(), inside;
+  without_dust(place, dust, canvas, corner, mask);
+  cv::integral(mask, inside, CV_64F);
+  return {grey_integral(laid.colour, mask), inside / 255.0, laid.centre_px - corner, laid.half_px, canvas.px_per_mm};
 }
 
 struct PlannedLook {
@@ -243,7 +245,7 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
       if (canvas.px_per_mm > 0) {
         paint(piece, canvas, other);
         agreement =
-            blocks_of(other, canvas.px_per_mm).with(preview_of(patch, canvas, preview, dust).blocks).correlation;
+            blocks_of(other, patch, dust, canvas).with(preview_of(patch, canvas, preview, dust).blocks).correlation;
       }
       if (agreement <= best) continue;
       best = agreement;
@@ -270,7 +272,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
   std::vector<int> looks_like(laid.size(), -1);
   std::vector<char> correlates_elsewhere(laid.size(), 0);  // threads write side by side
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
-    const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
+    const BlockMeans mine = blocks_of(laid[i], job.pieces[laid[i].as], dust, canvas);
     const BlockMeans& place = places[laid[i].as];
     auto best = mine.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
@@ -422,7 +424,11 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     if (proof.preview.empty()) proof.notes.push_back("there is no preview " + job.preview_file.string());
   }
   if (!proof.preview.empty()) {
-    canvas.px_per_mm = proof.preview.cols / job.width_mm;  // it covers exactly the artwork
+    // It covers the artwork but for what whole pixels leave over, up to half a one: told of the resolution, pieces at
+    // the far end lie where the preview shows them.
+    const double by_width = proof.preview.cols / job.width_mm;
+    const bool told = std::abs(job.preview_px_per_mm * job.width_mm - proof.preview.cols) <= 1;
+    canvas.px_per_mm = told ? job.preview_px_per_mm : by_width;
     canvas.height_mm = job.height_mm;
     canvas.size = proof.preview.size();
   }

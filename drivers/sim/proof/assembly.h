@@ -9,7 +9,7 @@
 //           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
 //           two patches of a smooth gradient correlate whatever they are. Places of unlike shape or of another
 //           lightness: BlockMeans::rather. Pixels of a preview that show dust on the scanner's glass, as the twin
-//           recorded it, show no wood and are not counted.
+//           recorded it, show no wood and are not counted, nor is what lies there of the piece.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
 //           clear margin (0.3 in correlation) over its own.
