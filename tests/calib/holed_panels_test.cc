@@ -28,5 +28,10 @@ TEST(HoledPanels, NoScrewHoleIsTakenForWood) {
   EXPECT_LE(all.asked, 1);
 }
 
+TEST(HoledPanels, RefuseAPresetThatIsNotThere) {
+  EXPECT_EQ(workshop::judge_holes({1, 0, "benhc"}).refused,
+            "there is no preset called 'benhc': bench, workshop or rough");
+}
+
 }  // namespace
 }  // namespace veneer

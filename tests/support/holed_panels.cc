@@ -43,7 +43,7 @@ sim::PanelOrder panel_of(const HoledPanelOrder& order) {
   panel.width_mm = random.uniform(190, 270), panel.height_mm = random.uniform(130, 180);
   panel.dpi = sim::TwinSettings().sheet_dpi;
   panel.seed = random.next();
-  panel.rough = sim::roughness_preset(order.preset).value_or(sim::Roughness{});
+  panel.rough = *sim::roughness_preset(order.preset);
   return panel;
 }
 
@@ -126,6 +126,8 @@ const std::string& species_at(const sim::Sheet& sheet, sim::Vec2 at) {
 
 HoledPanelVerdict judge_holes(const HoledPanelOrder& order) {
   HoledPanelVerdict out;
+  if (!sim::roughness_preset(order.preset))
+    return out.refused = "there is no preset called '" + order.preset + "': bench, workshop or rough", out;
   const sim::PanelOrder wanted = panel_of(order);
   const auto sheet = sim::make_panel(wanted);
   if (!sheet) return out.refused = sheet.error().message, out;

@@ -94,6 +94,7 @@ PanelVerdict judge(const Panel& panel) {
   std::vector<Counts> counts(panel.strips.size() + 1);
   std::vector<double> fault_area(panel.faults.size(), 0), fault_taken(panel.faults.size(), 0);
   const cv::Mat& usable = mask->usable.pixels;
+  out.wrong = cv::Mat::zeros(usable.size(), CV_8UC1), out.missed = out.wrong.clone();
   const auto under_hair = [&](const Point<PanelFrame>& p) {
     const Point<ScanFrame> s = registration->tiles[0].inverse(p);
     const cv::Point at(static_cast<int>(std::floor(s.x.count())), static_cast<int>(std::floor(s.y.count())));
@@ -110,6 +111,8 @@ PanelVerdict judge(const Panel& panel) {
       const bool wood = panel.matter.at<std::uint8_t>(y, x) == static_cast<int>(Matter::kWood);
       const int fault = panel.fault.at<std::uint16_t>(y, x);
       if (taken) count.taken += 1, count.taken_wood += wood ? 1 : 0;
+      if (taken && !wood) out.wrong.at<std::uint8_t>(r, c) = 255;
+      if (!taken && deep.at<std::uint8_t>(y, x) != 0) out.missed.at<std::uint8_t>(r, c) = 255;
       if (deep.at<std::uint8_t>(y, x) != 0) {
         count.deep += 1, count.deep_taken += taken ? 1 : 0;
         if (panel.hairs > 0 && under_hair(mask->usable.from_pixels(c + 0.5, r + 0.5)))
@@ -170,6 +173,7 @@ cv::Mat overlay(const PanelVerdict& verdict) {
         colour = {cv::saturate_cast<std::uint8_t>(colour[0] * 0.6 + 100), static_cast<std::uint8_t>(colour[1] * 0.6),
                   static_cast<std::uint8_t>(colour[2] * 0.6)};
       }
+  out.setTo(cv::Scalar(0, 0, 255), verdict.wrong), out.setTo(cv::Scalar(0, 220, 220), verdict.missed);
   return out;
 }
 

@@ -33,7 +33,8 @@ struct PanelVerdict {
   int false_warnings = 0;             // places that the mask asks about and that are no strip
   double hair = 0, hair_in_mask = 0;  // map pixels of hairs on the glass over wood, and those of them that are taken
   std::size_t hairs_told = 0;
-  cv::Mat map, usable;  // for people to look at
+  // For people to look at. `wrong` is 255 where what is taken is no wood, `missed` where wood should have been taken.
+  cv::Mat map, usable, wrong, missed;
 };
 
 PanelVerdict judge(const Panel& panel);
@@ -52,7 +53,8 @@ struct PictureVerdict {
 };
 PictureVerdict judge_picture(const cv::Mat& picture, ScanResolution resolution, const cv::Mat& usable);
 
-// The map with the mask drawn over it: what is taken keeps its colour, what is not turns blue.
+// The map with the mask drawn over it: what is taken keeps its colour, what is not turns blue, or yellow where it
+// should have been taken. What should not have been is red.
 cv::Mat overlay(const PanelVerdict& verdict);
 
 }  // namespace veneer::workshop
