@@ -1,11 +1,11 @@
 // Who did what, newest first: found by its words, its kind, a job or a panel, and a time; the cell looks for it, so that
 // what is older than this page is found too. What a row names can be gone to.
 import {h} from "../dom.js";
-import {dayTime, t} from "../words.js";
+import {dayTime, language, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
 import {button, empty, link, tWith} from "../parts.js";
-import {told} from "./log_words.js";
+import {told, whatOf} from "./log_words.js";
 
 const kPage = 200;
 const kTypedMs = 300;  // somebody who types is not done yet
@@ -17,6 +17,13 @@ let filters = false;  // on a phone, where they are shown only when they are ask
 let entries = null, next = null, fault = "";
 let asked = 0;  // the last question; answers to earlier ones are old
 let typing = 0;
+
+// What rows are about, in the page's language; until it has come, by the names that the cell gives.
+let catalogue = {names: {}, ends: {}};
+async function loadWords() {
+  try { catalogue = await import(`../words/log_${language}.js`); } catch (fault) { setTimeout(loadWords, kAgainMs); }
+  changed();
+}
 
 const utc = (local) => (local ? new Date(local).toISOString() : "");
 
@@ -53,6 +60,7 @@ function want(what, waitMs = 0) {
 export function enter(of, which) {
   wanted = {...kNothing, ...(["job", "panel"].includes(of) && which ? {[of]: which} : {})};
   entries = null;
+  loadWords();
   load();
 }
 
@@ -63,9 +71,15 @@ export function draw() {
     fault && h("p.warn", {role: "alert"}, tWith("log.fault", "why", fault)),
     entries === null ? !fault && empty(t("log.asking")) : !entries.length && empty(t(narrowed ? "log.none_found" : "log.none")),
     entries && entries.length > 0 && h("div.table", {}, h("table", {}, h("thead", {}, h("tr", {}, ...["at", "who", "what", "detail"].map((one) => h("th", {scope: "col"}, t(`log.${one}`))))),
-      h("tbody", {}, ...entries.map((one) => h("tr", {"data-key": one.id}, h("td", {}, dayTime(one.at)), h("td", {}, one.who), h("td", {lang: "en"}, one.what), h("td", {lang: "en"}, ...withLinks(one))))))),
+      h("tbody", {}, ...entries.map((one) => h("tr", {"data-key": one.id}, h("td", {}, dayTime(one.at)), h("td", {}, one.who), whatCell(one.what), h("td", {lang: "en"}, ...withLinks(one))))))),
     next !== null && h("div.commands", {}, button(t("log.more"), () => load(next), {id: "log-more"})),
   ];
+}
+
+// By its own name too, which the search finds.
+function whatCell(what) {
+  const words = whatOf(what, catalogue);
+  return words ? h("td", {title: what}, words) : h("td", {lang: "en"}, what);
 }
 
 function tools(narrowed) {

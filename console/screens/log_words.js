@@ -1,5 +1,12 @@
 // What the audit keeps of a request or of what came of it, as a person reads it: JSON becomes "size 30 mm, patch 10 mm".
 
+// What a row is about, in the words of a catalogue (words/log_en.js); null where it has none.
+export function whatOf(what, {names, ends}) {
+  if (Object.hasOwn(names, what)) return names[what];
+  const [, name, end] = what.match(/^(.*)\.(done|failed|cancelled|refused)$/) || [];
+  return name && Object.hasOwn(names, name) ? ends[end].replace("{what}", () => names[name]) : null;
+}
+
 const kUnits = [[/_mm2$/, (value) => `${round(value / 100)} cm²`], [/_um$/, (value) => `${round(value / 1000)} mm`], [/_mm_s$/, (value) => `${round(value)} mm/s`], [/_mm$/, (value) => `${round(value)} mm`],
                 [/_deg$/, (value) => `${round(value)}°`], [/_s$/, (value) => `${round(value)} s`], [/_bytes$/, (value) => `${value} bytes`]];
 // To three decimals: what was asked for is told as it was.

@@ -25,6 +25,15 @@ export function enterPanel(id, piece) {
   mapOf = "";
   beginBrush(id);
   beginFacts();
+  loadApart();
+}
+
+// What is seldom wanted comes after the panel itself.
+let apart = null;
+async function loadApart() {
+  if (apart) return;
+  try { apart = await import("./panel_apart.js"); } catch (fault) { setTimeout(loadApart, kAgainMs); }
+  changed();
 }
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
@@ -90,13 +99,13 @@ export function drawPanel(id) {
   if (!panel) return [back, fault ? empty(inEnglish(fault)) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
-      link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
+      !panel.retired && link(`#scan/${code(id)}`, t("panel.scan"), {class: "go", id: "scan-again"}), link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), stockCard(panel))),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart && apart.fitCard(panel), ...(apart ? apart.apartCards(panel) : []), stockCard(panel))),
   ];
 }
 
@@ -147,6 +156,7 @@ function factsCard(panel) {
       ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("stock.free", {area: squareCm(wood.free_mm2)})}`)),
       noted.shelf && fact(t("panel.shelf"), noted.shelf), thickness && fact(t("panel.thickness"), thickness),
       fact(t("panel.faces"), panel.faces.map((face) => t(`face.${face}`)).join(", ")),
+      panel.parent && fact(t("panel.part_of"), link(`#panels/${code(panel.parent)}`, panel.parent)),
       panel.rms_mm !== null && fact(t("panel.fit"), `${panel.rms_mm.toFixed(3)} mm`),
       left.square && fact(t("panel.square"), `${Math.floor(left.square.side_mm)} mm`), left.circle && fact(t("panel.circle"), `${Math.floor(left.circle.diameter_mm)} mm`),
       ...(panel.treatments || []).map((one) => fact(t("panel.treated"), `${one.product}, ${one.on}`)),

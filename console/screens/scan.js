@@ -9,8 +9,19 @@ import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
-const wanted = {face: "show", panel: "", more: false};
+const wanted = {face: "show", panel: "", more: false, retag: false};
 let begun = 0;  // the task
+
+// #scan/P-0001 scans that panel again.
+export function enter(panel) {
+  if (panel) choosePanel(panel);
+}
+
+// New tags were glued to the panel that was chosen before.
+function choosePanel(panel) {
+  if (wanted.panel !== panel) wanted.retag = false;
+  wanted.panel = panel;
+}
 
 export function draw() {
   const task = model.tasks.get(begun);
@@ -21,7 +32,8 @@ export function draw() {
     h("div.column", {}, card(t("screen.scan"), h("p", {}, t("scan.how")),
       h("div.form", {},
         choice(t("scan.face"), wanted.face, [["show", t("face.show")], ["back", t("face.back")]], (face) => { wanted.face = face; }),
-        choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], (panel) => { wanted.panel = panel; }),
+        choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], choosePanel),
+        wanted.panel && h("label.tick", {"data-key": "retag"}, h("input", {type: "checkbox", id: "scan-retag", checked: wanted.retag, onchange: (event) => { wanted.retag = event.target.checked; changed(); }}), t("scan.retag")),
         h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
       h("div.commands", {}, button(t("scan.do"), () => { if (!isOther()) scan(); }, {wide: true, id: "do-scan", disabled: !mayChange() || busy || isOther() || !series.isLooked()})),
       seriesPart(busy),
@@ -47,11 +59,11 @@ function isOther() {
 // What is chosen begins as the series is of, and is anybody's then.
 let chosenFor = "null";
 function followSeries() {
-  const open = openSeries(), now = JSON.stringify(open && [open.panel, open.face]);
+  const open = openSeries(), now = JSON.stringify(open && [open.panel, open.face, open.retag]);
   series.drawn(JSON.stringify(open));
   if (now === chosenFor) return;
   chosenFor = now;
-  if (open) Object.assign(wanted, {face: open.face, panel: open.panel || ""});
+  if (open) Object.assign(wanted, {face: open.face, panel: open.panel || "", retag: Boolean(open.retag)});
 }
 
 // What is given up is what stood there when it was pressed, and no tile that came meanwhile.
@@ -61,7 +73,7 @@ function seriesPart(busy) {
   const asShown = () => series.isLooked() && JSON.stringify(openSeries()) === key;
   const anew = async () => { if (await isSure(t("scan.anew.sure", {n: open.tiles}), asShown)) scan({anew: true}); };
   return h("div.note", {"data-key": "series", role: "status"},
-    h("p", {}, t("scan.open_series", {n: open.tiles, of: [open.panel, open.face && t(`face.${open.face}`)].filter(Boolean).join(", ") || t("scan.of_new")})),
+    h("p", {}, t("scan.open_series", {n: open.tiles, of: [open.panel, open.face && t(`face.${open.face}`), open.retag && t("scan.with_new_tags")].filter(Boolean).join(", ") || t("scan.of_new")})),
     isOther() ? h("p.warn", {id: "scan-other"}, `▲ ${t("scan.other")}`) : h("p", {}, t("scan.next_tile")),
     h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
 }
@@ -69,8 +81,10 @@ function seriesPart(busy) {
 async function scan({anew = false} = {}) {
   const body = {face: wanted.face, more: wanted.more, ...(anew && {anew})};
   if (wanted.panel) body.panel = wanted.panel;
+  if (wanted.retag) body.retag = true;
   const started = await command("/scans", {body});
   if (started) begun = started.task;
+  if (started && !wanted.more) wanted.retag = false;  // those tags are its own then
   changed();
 }
 

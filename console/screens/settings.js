@@ -15,7 +15,16 @@ let recipes = null, woods = [];
 
 export function enter() {
   enterBackups();
+  loadAlone();
   return enterRecipes();
+}
+
+// What is seldom wanted comes after the rest.
+let alone = null;
+async function loadAlone() {
+  if (alone) return;
+  try { alone = await import("./settings_laser.js"); } catch (fault) { setTimeout(loadAlone, kAgainMs); }
+  changed();
 }
 
 async function enterRecipes() {
@@ -33,8 +42,8 @@ async function enterRecipes() {
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
   return [viewerHint(), h("div.columns.two-even", {},
-    h("div.column", {}, recipesCard(), recipeForm(), printCard()),
-    h("div.column", {}, testCard(), overridesCard(), jogCard(), backupsCard()))];
+    h("div.column", {}, recipesCard(), recipeForm(), printCard(), alone && alone.scannersCard()),
+    h("div.column", {}, testCard(), alone && alone.patternCard(), overridesCard(), jogCard(), backupsCard()))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -140,7 +149,8 @@ function jogCard() {
   return card(t("jog"), h("p.dim", {}, t(state === "Idle" ? "jog.about" : "jog.not_now")),
     Array.isArray(laser.position_mm) && h("p.big", {}, laser.position_mm.map((value) => value.toFixed(1)).join(" / "), " mm"),
     h("div.choices", {role: "group", "aria-label": t("jog.step")}, ...[1, 10, 50].map((one) => h("button", {type: "button", "aria-pressed": String(step === one), onclick: () => { step = one; changed(); }}, `${one} mm`))),
-    h("div.jog", {}, ...kArrows.map(([arrow, x, y]) => button(arrow, () => move(x, y), {disabled: x || y ? !may : !operates(), "aria-label": t(x || y ? "jog.move" : "jog.stop", {x: x * step, y: y * step})}))));
+    h("div.jog", {}, ...kArrows.map(([arrow, x, y]) => button(arrow, () => move(x, y), {disabled: x || y ? !may : !operates(), "aria-label": t(x || y ? "jog.move" : "jog.stop", {x: x * step, y: y * step})}))),
+    alone && alone.cornerPart());
 }
 
 // ---- to be printed --------------------------------------------------------------------------------------------------

@@ -4,7 +4,9 @@
 The page's files are served as they are; what it would ask the cell for is answered here, and noted.
 """
 import http.server
+import json
 import os
+import pathlib
 import sys
 import threading
 import unittest
@@ -13,6 +15,7 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
 CONSOLE = sys.argv[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 LEAFLET = "/usr/share/javascript/leaflet"
 PATIENCE_S = 60
 
@@ -222,11 +225,14 @@ class Remedies(Page):
             ("lay the grid on it and run veneerctl calibrate scanner", "lay the grid on it and go to “Set up: Scanner”", "#setup/scanner"),
             ("Make one: with the button in Settings, or with veneerctl db backup.", "Make one: with the button in Settings, or with “Settings: Back up now”.", "#settings"),
             ("see to it and confirm all of it, with veneerctl by --confirm \"exhaust\" --confirm \"air assist\"", "see to it and confirm all of it, with the ticks “exhaust”, “air assist”"),
+            ("see veneerctl scanner list, and correct it", "see “Settings: Look for scanners”, and correct it", "#settings"),
+            ("no panel P-0001 was sawn apart: run veneerctl panel split P-0001 first", "no panel P-0001 was sawn apart: go to “Panels: P-0001 was sawn apart” first", "#panels/P-0001"),
+            ("scan it with --retag when the tag was newly glued to it", "scan it with “Scan: New tags were glued to this face: make them its own” when the tag was newly glued to it", "#scan"),
             ("there, then `veneerctl panel decide P-0002 4 written-off`, or `... accepted` when", "there, then “Panels: P-0002: Write it off”, or “Panels: Leave it as it is” when", "#panels/P-0002", "#panels")):
             self.check(sentence, words, *hrefs)
 
     def test_what_the_page_has_no_button_for_stays(self):
-        for sentence in ("name it as `veneerctl panel merge` does", "see veneerctl scanner list, and correct it", "try `veneerctl job redo 3 --never-heard-of`",
+        for sentence in ("name it as `veneerctl panel merge` does", "try `veneerctl job redo 3 --never-heard-of`",
                          "run veneerctl frobnicate --list 3", "veneerctl job redo 3 --never-heard-of", "an ordinary sentence -- with dashes, and --x-mm", "a `quoted` word", "an odd ` mark", "", "veneerctl", "say --confirm \"half a name", "veneerctl by --confirm \"half"):
             self.check(sentence, sentence)
 
@@ -287,6 +293,27 @@ class Log(Page):
             ("x", "{not json", "{not json"), ("x", "", ""), ("x", "POST /api/v1/x {not json}", "POST /api/v1/x {not json}"), ("x", "GET /a%ZZ", "asked for /a%ZZ")):
             with self.subTest(detail):
                 self.assertEqual(self.told(what, detail), words)
+
+    def named(self, what, language="en"):
+        return self.does("return (await load('screens/log_words.js')).whatOf(given[0], await load(`words/log_${given[1]}.js`))", what, language)
+
+    def test_what_a_row_is_about_in_words(self):
+        for what, english, german in (("api.scan", "Scan", "Scannen"), ("api.scan.done", "Scan: done", "Scannen: fertig"), ("api.scan.refused", "Scan: refused", "Scannen: abgelehnt"),
+                                      ("api.setRecipe.failed", "Set a recipe: failed", "Rezept setzen: misslungen"), ("device.choose.failed", "A device could not be chosen", "Ein Gerät konnte nicht gewählt werden"),
+                                      ("run.proven", "The pose was proven after a run", "Die Lage wurde nach einem Lauf bestätigt"),
+                                      ("api.unheardOf.done", None, None), ("constructor", None, None), ("", None, None)):
+            with self.subTest(what):
+                self.assertEqual([self.named(what, "en"), self.named(what, "de")], [english, german])
+
+    def test_every_change_that_the_api_has_is_named_in_both_languages(self):
+        paths = json.loads((ROOT / "docs/openapi.json").read_text())["paths"]
+        changes = sorted("api." + one["operationId"] for path in paths.values() for method, one in path.items() if method in ("post", "put", "patch", "delete"))
+        self.assertGreater(len(changes), 60)
+        for language in ("en", "de"):
+            with self.subTest(language):
+                names = self.does("return (await load(`words/log_${given[0]}.js`)).names", language)
+                self.assertEqual([one for one in changes if one not in names], [])
+                self.assertEqual(sorted(names), sorted(self.does("return (await load('words/log_en.js')).names")))
 
     def test_what_somebody_typed_is_text(self):
         seen = self.does("""
