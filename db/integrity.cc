@@ -17,12 +17,19 @@
 namespace veneer::db {
 namespace {
 
-// One text for each table, index, trigger and view, the R*Tree's own tables among them, in order. Statistics may be
-// there.
+// One text for each table, index, trigger and view, in order. Statistics may be there. Tables that SQLite made by
+// itself, the R*Tree's among them, are told by what they are: their words in the schema are those of the SQLite that
+// made the file, and another one may word them otherwise.
 std::vector<std::string> schema_of(SQLite::Database& connection) {
-  auto out = texts_of(connection,
-                      "SELECT type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, '') FROM sqlite_schema "
-                      "WHERE name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\'");
+  auto out = texts_of(
+      connection,
+      "SELECT s.type || ' ' || s.name || ' ' || s.tbl_name || ' ' || CASE WHEN s.type = 'table' AND (s.name = "
+      "'sqlite_sequence' OR l.type = 'shadow') THEN (SELECT l.wr || l.strict || group_concat(printf(',%Q %Q %d %Q %d "
+      "%d', name, upper(type), \"notnull\", dflt_value, pk, hidden), '') FROM (SELECT * FROM "
+      "pragma_table_xinfo(s.name) "
+      "ORDER BY cid)) ELSE coalesce(s.sql, '') END FROM sqlite_schema AS s LEFT JOIN pragma_table_list AS l ON l.name "
+      "= "
+      "s.name AND l.schema = 'main' WHERE s.name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\'");
   std::ranges::sort(out);
   return out;
 }

@@ -38,6 +38,15 @@ int open_pieces(SQLite::Database& connection, JobId job);  // reserved, being cu
 // kConflict, or kNotFound: it is in another state than the one from which it becomes `to`.
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to);
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece);
+// What a person said of a piece.
+struct SaidOfPiece {
+  AllocationState verdict;
+  bool as_seen;  // by a scan
+  const std::string& who;
+  const std::string& at;
+};
+// In the transaction that moved its wood to that state.
+void note_verdict(SQLite::Database& connection, PieceId piece, const SaidOfPiece& said);
 // The panel of the run was seen where it has to lie: all that the run has booked is proven, and the audit log says so.
 void note_proven(SQLite::Database& connection, RunId run, const std::string& at);
 // The cell is Aborted until somebody clears that, and nothing is under way.

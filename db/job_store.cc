@@ -170,15 +170,19 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
   return job;
 }
 
-// A piece that is to be made again: one that has wood is lost from now on, if that wood is cut.
-Status give_up(SQLite::Database& connection, JobId job, const std::string& mark, const std::string& at) {
+// A piece that is to be made again: one that has wood is lost from now on, if that wood is cut, and `who` said so.
+Status give_up(SQLite::Database& connection, JobId job, const std::string& mark, const std::string& who,
+               const std::string& at) {
   SQLite::Statement row(connection, "SELECT piece, state FROM piece_states WHERE job = ? AND mark = ?");
   SQLite::bind(row, job.value, mark);
   if (!row.executeStep()) return no_such_piece(job, mark);
   const PieceId piece{row.getColumn(0).getInt64()};
   const std::string state = text(row.getColumn(1));
   if (state == "scrap" || state == "released" || state == "unfilled") return Ok();
-  if (move_piece(connection, piece, AllocationState::kCut, AllocationState::kScrap, at)) return Ok();
+  if (move_piece(connection, piece, AllocationState::kCut, AllocationState::kScrap, at)) {
+    note_verdict(connection, piece, {AllocationState::kScrap, false, who, at});
+    return Ok();
+  }
   const auto remedy =
       state == "suspect" ? fmt::format("say first what became of it with `veneerctl job settle {} {}`", job.value, mark)
                          : fmt::format("its wood is still to be cut, with `veneerctl job start {}`", job.value);
@@ -417,7 +421,7 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
     if (*state == JobState::kRunning)
       return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", job.value)};
     for (const PlannedPatch& piece : plan.pieces)
-      if (Status gone = give_up(connection, job, piece.mark, at); !gone.ok()) return gone.error();
+      if (Status gone = give_up(connection, job, piece.mark, plan.who, at); !gone.ok()) return gone.error();
     auto stored = insert_redo(connection, job, plan, at);
     if (!stored.ok()) return stored.error();
     if (Status same = check_masks(connection, *stored); !same.ok()) return same.error();

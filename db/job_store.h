@@ -258,10 +258,10 @@ class JobStore {
   Status assemble(JobId job, std::span<const std::string> marks, bool assembled, const std::string& who,
                   const std::string& at);
 
-  // `plan` places pieces of the job anew: missing ones, and cut ones, which are lost then (scrap). Its wood is reserved
-  // for them, they keep their ids and marks, and a job that was over is stopped, with pieces to cut. All of it happens,
-  // or nothing. kConflict: the job is running, a piece has wood that is not cut yet or is suspect, wood is taken, or a
-  // panel was scanned again since. kNotFound, kInvalidArgument: a piece is not the job's.
+  // `plan` places pieces of the job anew: missing ones, and cut ones, which are lost then (scrap), as `plan.who` says.
+  // Its wood is reserved for them, they keep their ids and marks, and a job that was over is stopped, with pieces to
+  // cut. All of it happens, or nothing. kConflict: the job is running, a piece has wood that is not cut yet or is
+  // suspect, wood is taken, or a panel was scanned again since. kNotFound, kInvalidArgument: a piece is not the job's.
   Result<PlanId> redo(JobId job, const NewPlan& plan, const std::string& at);
 
   // Out of sight, or back. kConflict unless it is complete or cancelled, with no suspect piece. It comes back by itself

@@ -74,22 +74,6 @@ Error nothing_seen(JobId job, const std::vector<SuspectPiece>& suspects) {
                   one ? "it is not" : "none is")};
 }
 
-struct Said {
-  AllocationState verdict;
-  bool as_seen;  // by a scan
-  const std::string& who;
-  const std::string& at;
-};
-// Its wood is what was said of it already.
-void note_verdict(SQLite::Database& connection, PieceId piece, const Said& said) {
-  SQLite::Statement insert(connection,
-                           "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT s.allocation, "
-                           "(SELECT max(id) FROM allocation_history WHERE allocation = s.allocation), ?, ?, ?, ? FROM "
-                           "piece_states AS s WHERE s.piece = ?");
-  SQLite::bind(insert, to_string(said.verdict), said.as_seen ? 1 : 0, said.who, said.at, piece.value);
-  insert.exec();
-}
-
 // It was called scrap by mistake, and somebody has to look again.
 Status take_back(SQLite::Database& connection, const PieceRecord& piece, const std::string& who,
                  const std::string& at) {
@@ -115,6 +99,15 @@ Status follow_settled(SQLite::Database& connection, JobId job, const std::string
 }
 
 }  // namespace
+
+void note_verdict(SQLite::Database& connection, PieceId piece, const SaidOfPiece& said) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT s.allocation, "
+                           "(SELECT max(id) FROM allocation_history WHERE allocation = s.allocation), ?, ?, ?, ? FROM "
+                           "piece_states AS s WHERE s.piece = ?");
+  SQLite::bind(insert, to_string(said.verdict), said.as_seen ? 1 : 0, said.who, said.at, piece.value);
+  insert.exec();
+}
 
 Status JobStore::note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {

@@ -14,6 +14,7 @@
 namespace veneer::db {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::IsSubsetOf;
 
 std::vector<std::string> columns_of(SQLite::Database& connection, const std::string& table) {
@@ -112,6 +113,25 @@ TEST(GrownSchemaRows, LeaveNoTableEmpty) {
   SQLite::Database old((directory / "veneerd.db").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   grow(old, static_cast<int>(migrations().size()));
   for (const auto& [table, said] : said_by(old, newest_columns())) EXPECT_FALSE(said.rows.empty()) << table;
+}
+
+// Before schema 35 only the plan by which a cut piece was made again told who had said that it is lost.
+TEST(GrownSchemaRows, TellWhoGaveUpAPieceThatWasCut) {
+  const testing::TempDirectory directory;
+  const auto file = directory / "veneerd.db";
+  {
+    SQLite::Database old(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    grow(old, 34);
+  }
+  Database database = must(Database::open(file));
+  EXPECT_THAT(texts(database.connection(),
+                    "SELECT v.allocation || ' ' || v.verdict || ' ' || v.as_seen || ' ' || v.who || ' ' || v.at || ' ' "
+                    "|| h.state FROM verdicts AS v JOIN allocation_history AS h ON h.id = v.step ORDER BY v.id"),
+              ElementsAre("21 cut 0 local:1000 t27 cut", "21 scrap 0 user anna t28 scrap"));
+  EXPECT_THAT(texts(database.connection(),
+                    "SELECT kind || ' ' || what || ' ' || who FROM events WHERE panel = 'P-0001' AND at = 't28'"),
+              ElementsAre("verdict scrap user anna"))
+      << "once";
 }
 
 }  // namespace

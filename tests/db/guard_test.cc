@@ -168,6 +168,32 @@ TEST_F(GuardTest, AKeyOfTheIndexOfWoodThatFlippedIsFound) {
   EXPECT_THAT(opened.error().message, HasSubstr("table allocation_boxes_parent is not this program's"));
 }
 
+// The words of those tables are SQLite's, and what another version of it wrote is as sound.
+TEST_F(GuardTest, WhatAnotherSqliteCallsItsOwnTablesIsTheSame) {
+  { const Database closed = std::move(cell.database()); }
+  tamper(cell.file(),
+         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE ' || name || ' ( nodeno integer "
+         "primary key, data )' WHERE name = 'allocation_boxes_node'; UPDATE sqlite_schema SET sql = 'CREATE TABLE "
+         "sqlite_sequence( name, seq )' WHERE name = 'sqlite_sequence'");
+  Database opened = must(Database::open(cell.file()));
+  VENEER_EXPECT_OK(opened.check_integrity());
+}
+
+// Nor is a column that is of another type, or stands elsewhere.
+TEST_F(GuardTest, ATableOfSqlitesThatIsAnotherOneIsFound) {
+  for (const char* columns : {"nodeno INT PRIMARY KEY, data", "nodeno INTEGER PRIMARY KEY, data BLOB",
+                              "data, nodeno INTEGER PRIMARY KEY", "nodeno INTEGER PRIMARY KEY, data, more",
+                              "nodeno INTEGER PRIMARY KEY, data NOT NULL", "nodeno INTEGER PRIMARY KEY, date"}) {
+    CellDatabase other;
+    fill(other);
+    { const Database closed = std::move(other.database()); }
+    tamper(other.file(), fmt::format("PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE "
+                                     "\"allocation_boxes_node\"({})' WHERE name = 'allocation_boxes_node'",
+                                     columns));
+    EXPECT_FALSE(Database::open(other.file()).ok()) << columns;
+  }
+}
+
 TEST_F(GuardTest, OutsideAStoresTransactionNoStatementWrites) {
   for (const auto& table : tables()) {
     EXPECT_THROW(sql().exec("DELETE FROM " + table), SQLite::Exception) << table;

@@ -5,6 +5,7 @@
 
 #include "db/audit.h"
 #include "db/guard.h"
+#include "tests/db/everything.h"
 #include "tests/db/planned_job.h"
 
 namespace veneer::db {
@@ -203,6 +204,26 @@ TEST_F(JobStoreTest, ALostPieceIsMadeAgainUnderItsNumber) {
   EXPECT_EQ(must(jobs.find(job)).missing(), 1);
   must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
   EXPECT_EQ(state(), JobState::kStopped);
+}
+
+// That a cut piece is lost is said by whoever has it made again; of one that had no wood nothing is said.
+TEST_F(JobStoreTest, WhoGivesUpAPieceThatIsCutIsKept) {
+  const RunId run = start(panel);
+  cut(0), cut(1);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  NewPlan again = made_again({square_piece("A2", panel, 70, 40, 14), square_piece("A5", other, 40, 40, 14)});
+  again.who = "user anna";
+  must(jobs.redo(job, again, kLater));
+  const auto said =
+      texts(cell.database().connection(),
+            "SELECT a.piece || ' ' || v.verdict || ' ' || v.as_seen || ' ' || v.who || ' ' || v.at || ' ' "
+            "|| h.state FROM verdicts AS v JOIN allocations AS a ON a.id = v.allocation JOIN "
+            "allocation_history AS h ON h.id = v.step AND h.allocation = a.id");
+  EXPECT_THAT(said, ElementsAre(fmt::format("{} scrap 0 user anna {} scrap", pieces[1].id.value, kLater)));
+  EXPECT_THAT(texts(cell.database().connection(), "SELECT kind || ' ' || who FROM events WHERE what = 'scrap'"),
+              ElementsAre("verdict user anna"))
+      << "once";
+  VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
 TEST_F(JobStoreTest, NothingIsMadeAgainThatHasItsWood) {

@@ -150,7 +150,16 @@ INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, latti
 UPDATE allocations SET state = 'suspect', changed_at = 't27' WHERE id = 21;
 UPDATE allocations SET state = 'cut', changed_at = 't27' WHERE id = 21;
 INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at)
-SELECT 21, max(id), 'cut', 0, 'local:1000', 't27' FROM allocation_history WHERE allocation = 21;)sql"},
+SELECT 21, max(id), 'cut', 0, 'local:1000', 't27' FROM allocation_history WHERE allocation = 21;
+UPDATE allocations SET state = 'scrap', changed_at = 't28' WHERE id = 21;
+INSERT INTO plans (id, name, parent, who, created_at, target_file, preview_file, plan_sha256, plan_bytes, options_json,
+                   report_json) VALUES
+  (21, 'again', 20, 'user anna', 't28', 'target', 'preview', printf('%064d', 0), 0, '{}', '{}');
+INSERT INTO plan_panels (plan, panel, mask_version) VALUES (21, 'P-0002', 2);
+INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, shift_y_mm, improper,
+                        lead_in_um)
+SELECT 21, patch, 'P-0002', '=??S??S', '=??S??S', 0, 0, 0, 0, '[]' FROM pieces WHERE id = 11;
+INSERT INTO redos (job, plan, at) VALUES (7, 21, 't28');)sql"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.
