@@ -37,7 +37,8 @@ void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, co
               thickness, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token()));
     });
   };
-  s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
+  s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed),
+                      [task] { return not_cancelled(task); });
 }
 
 // What a laser's calibration was asked for, and by whom.
@@ -47,12 +48,6 @@ struct PatternOrder {
   std::vector<std::string> confirmed;
 };
 
-// Looks take their time: whoever ordered may have cancelled meanwhile, and the bed may not be as it was.
-Status still_wanted(const CalibrationServices& s, const TaskReporter& task, const Consent& given) {
-  const Status wanted = not_cancelled(task);
-  return wanted ? s.unit.still_holds(given) : wanted;
-}
-
 // Looks on the camera's worker before anything moves or is burnt. That takes its time, and what was confirmed was said
 // of the bed as it lay before: `given`.
 void look_first(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order, const Consent& given,
@@ -61,9 +56,11 @@ void look_first(const CalibrationServices& s, const TaskReporter& task, const Pa
             [s, task, board = order.board, given, travel = s.unit.limits().travel, then = std::move(then)]() mutable {
               const Status ready = s.calibrations.ready_for_pattern(
                   travel, board, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-              if (!ready) return task.fail(ready.error());
+              // A look that was cancelled may fail as well.
+              const Status wanted = not_cancelled(task);
+              if (!wanted || !ready) return task.fail(wanted ? ready.error() : wanted.error());
               s.on_reactor([s, task, given, then = std::move(then)] {
-                if (const Status wanted = still_wanted(s, task, given); !wanted) return task.fail(wanted.error());
+                if (const Status wanted = still_wanted(s.unit, task, given); !wanted) return task.fail(wanted.error());
                 then();
               });
             });
@@ -79,19 +76,9 @@ void burn_where_it_lies(const CalibrationServices& s, const TaskReporter& task, 
 // the picture, and only then is it known where the middle of the bed is: so the camera looks once more after it.
 void home_and_burn(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order,
                    const Consent& given) {
-  const bool told_of_the_lid = s.unit.is_connected();
-  look_first(s, task, order, given, [s, task, order, given, told_of_the_lid] {
-    s.unit.look_for_stock(order.confirmed, [s, task, order, given, told_of_the_lid](const Status& clear) {
-      // A look that was cancelled may fail as well: then that it was cancelled is what is told.
-      if (const Status wanted = still_wanted(s, task, given); !wanted) return task.fail(wanted.error());
-      if (!clear) return task.fail(clear.error());
-      when_homed(s.unit, task, order.who, [s, task, order, given, told_of_the_lid] {
-        Consent homed = s.unit.consent();
-        // A laser that was not connected has told of its lid for the first time.
-        if (told_of_the_lid) homed.lid_openings = given.lid_openings;
-        burn_where_it_lies(s, task, order, homed);
-      });
-    });
+  look_first(s, task, order, given, [s, task, order, given] {
+    home_for_pattern(s.unit, task, {order.who, order.confirmed, true, given},
+                     [s, task, order](const Consent& homed) { burn_where_it_lies(s, task, order, homed); });
   });
 }
 

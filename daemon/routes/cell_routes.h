@@ -193,6 +193,23 @@ struct LaserServices {
 Status may_home(const JobRunner& unit);
 Status not_cancelled(const TaskReporter& task);  // kCancelled once its stop is requested
 void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then);
+
+// An operator's word that something is to be burnt on the laser alone, as it was given.
+struct PatternWord {
+  std::string who;
+  std::vector<std::string> confirmed;  // by name
+  bool burns = true;                   // false: with the beam off
+  Consent given;                       // when it was asked for
+};
+// What is refused of strokes that are to be burnt, as far as it can be known before the machine homes for nothing.
+// Without strokes, of a laser that was never there, what does not depend on them.
+Status may_begin_pattern(const JobRunner& unit, const LaserJob& strokes, const PatternWord& word);
+// Looks and homing take their time: kCancelled, or kRefused, once the word does not hold any more.
+Status still_wanted(const JobRunner& unit, const TaskReporter& task, const Consent& given);
+// As when_homed(), for strokes that are burnt then: nothing is homed where wood of the stock may lie on the bed.
+// `homed` is what the word stands on afterwards; a lid that was opened meanwhile ends the task.
+void home_for_pattern(JobRunner& unit, const TaskReporter& task, const PatternWord& word,
+                      std::function<void(const Consent& homed)> then);
 void bind_laser_routes(Router& router, const LaserServices& services);
 
 // Backups.

@@ -41,6 +41,12 @@ Result<PatternRequest> read_pattern(const ApiRequest& asked) {
   return request;
 }
 
+// Nothing moves while a controller only reads strokes, but for the homing before it.
+Status may_check(const JobRunner& unit) {
+  if (const Status able = may_home(unit); !able) return able;
+  return unit.view().state == CellState::kIdle ? Ok() : unit.may_burn_pattern({}, {});
+}
+
 void burn(const LaserServices& s, const PatternRequest& request, const TaskReporter& task, const std::string& who) {
   auto strokes = make_test_pattern(s.unit.limits(), s.recipe, request.options);
   if (!strokes) return task.fail(strokes.error());
@@ -54,22 +60,27 @@ void burn(const LaserServices& s, const PatternRequest& request, const TaskRepor
     return s.unit.check_pattern(std::move(*strokes), who, done);
   }
   task.progress(0.3, request.options.dark ? "running the pattern with the beam off" : "burning the pattern");
-  s.unit.burn_pattern(std::move(*strokes), who, done, request.confirmed);
+  s.unit.burn_pattern(std::move(*strokes), who, done, request.confirmed, [task] { return not_cancelled(task); });
 }
 
 // The command is an operator's word for all it takes: homing, then the pattern.
 void test_pattern(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
   auto request = read_pattern(asked);
   if (!request) return reply(ApiReply::error(request.error()));
-  // Before the machine homes for nothing.
-  const bool burns = !request->options.dark && !request->check;
-  if (const Status given = burns ? s.unit.require_confirmed(request->confirmed) : Ok(); !given)
-    return reply(ApiReply::error(given.error()));
-  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  const PatternWord word{asked.caller.who, request->confirmed, !request->options.dark, s.unit.consent()};
+  LaserJob known;
+  if (!s.unit.limits().travel.empty()) {
+    auto strokes = make_test_pattern(s.unit.limits(), s.recipe, request->options);
+    if (!strokes) return reply(ApiReply::error(strokes.error()));
+    known = *std::move(strokes);
+  }
+  if (const Status may = request->check ? may_check(s.unit) : may_begin_pattern(s.unit, known, word); !may)
+    return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("laser test-pattern", "getting ready");
   reply(ApiReply::task(task.id()));
-  const std::string who = asked.caller.who;
-  when_homed(s.unit, task, who, [s, request = *request, task, who] { burn(s, request, task, who); });
+  const auto go_on = [s, request = *request, task, who = word.who] { burn(s, request, task, who); };
+  if (request->check) return when_homed(s.unit, task, word.who, go_on);
+  home_for_pattern(s.unit, task, word, [go_on](const Consent&) { go_on(); });
 }
 
 struct RunRequest {
@@ -120,22 +131,24 @@ void burn_run(const LaserServices& s, RunRequest run, const TaskReporter& task, 
     return s.unit.check_pattern(std::move(run.job), who, done);
   }
   task.progress(0.3, run.dry ? "running it with the beam off" : "burning it");
-  s.unit.burn_pattern(std::move(run.job), who, done, run.confirmed);
+  s.unit.burn_pattern(std::move(run.job), who, done, run.confirmed, [task] { return not_cancelled(task); });
 }
 
 void begin_run(const LaserServices& s, RunRequest run, const std::string& who, const Reply& reply) {
-  const bool burns = !run.dry && !run.check;
-  if (const Status given = burns ? s.unit.require_confirmed(run.confirmed) : Ok(); !given)
-    return reply(ApiReply::error(given.error()));
-  // Before the machine homes for nothing.
+  const PatternWord word{who, run.confirmed, !run.dry, s.unit.consent()};
   const LaserLimits& limits = s.unit.limits();
   if (const Status fits = limits.travel.empty() ? Ok() : check_fits(run.job, limits); !fits)
     return reply(ApiReply::error(fits.error()));
-  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  if (const Status may = run.check ? may_check(s.unit) : may_begin_pattern(s.unit, run.job, word); !may)
+    return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("laser run", "getting ready");
   reply(ApiReply::task(task.id()));
-  when_homed(s.unit, task, who,
-             [s, run = std::move(run), task, who]() mutable { burn_run(s, std::move(run), task, who); });
+  const bool checks = run.check;
+  const auto go_on = [s, run = std::make_shared<RunRequest>(std::move(run)), task, who] {
+    burn_run(s, std::move(*run), task, who);
+  };
+  if (checks) return when_homed(s.unit, task, who, go_on);
+  home_for_pattern(s.unit, task, word, [go_on](const Consent&) { go_on(); });
 }
 
 // A dense drawing is megabytes: only a small one is read here.
@@ -206,6 +219,40 @@ void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& wh
   task.progress(0.1, "homing the laser");
   unit.command(CellCommand::kReset, who,
                [task, then = std::move(then)](const Status& homed) { homed ? then() : task.fail(homed.error()); });
+}
+
+Status may_begin_pattern(const JobRunner& unit, const LaserJob& strokes, const PatternWord& word) {
+  if (const Status given = word.burns ? unit.require_confirmed(word.confirmed) : Ok(); !given) return given;
+  if (const Status able = may_home(unit); !able) return able;
+  return unit.may_burn_pattern(strokes, word.confirmed);
+}
+
+Status still_wanted(const JobRunner& unit, const TaskReporter& task, const Consent& given) {
+  const Status wanted = not_cancelled(task);
+  return wanted ? unit.still_holds(given) : wanted;
+}
+
+void home_for_pattern(JobRunner& unit, const TaskReporter& task, const PatternWord& word,
+                      std::function<void(const Consent& homed)> then) {
+  // A laser that was not connected tells of its lid for the first time when it is homed.
+  const bool told_of_the_lid = unit.is_connected();
+  const auto home = [&unit, task, word, told_of_the_lid, then = std::move(then)] {
+    when_homed(unit, task, word.who, [&unit, task, given = word.given, told_of_the_lid, then] {
+      Consent homed = unit.consent();
+      if (told_of_the_lid) homed.lid_openings = given.lid_openings;
+      if (const Status wanted = still_wanted(unit, task, homed); !wanted) return task.fail(wanted.error());
+      then(homed);
+    });
+  };
+  // What is burnt on a laser that is homed already looks by itself, before anything moves.
+  if (!word.burns || unit.view().state == CellState::kIdle) return home();
+  task.progress(0.05, "looking whether a panel of the stock lies on the bed");
+  unit.look_for_stock(word.confirmed, [&unit, task, given = word.given, home](const Status& clear) {
+    // A look that was cancelled may fail as well: then that it was cancelled is what is told.
+    if (const Status wanted = still_wanted(unit, task, given); !wanted) return task.fail(wanted.error());
+    if (!clear) return task.fail(clear.error());
+    home();
+  });
 }
 
 void bind_laser_routes(Router& router, const LaserServices& s) {

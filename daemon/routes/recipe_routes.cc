@@ -201,21 +201,26 @@ void burn_card(const RecipeServices& s, const TaskReporter& task, CardRequest re
         if (!burnt) return task.fail(burnt.error());
         task.done({{"strokes", strokes}, {"dry", dry}});
       },
-      std::move(request.confirmed));
+      std::move(request.confirmed), [task] { return not_cancelled(task); });
 }
 
 // The request is an operator's word for all it takes: homing, then the card.
 void burn_card(const RecipeServices& s, const ApiRequest& request, const Reply& reply) {
   auto asked = read_card(request, s.config.recipe, true);
   if (!asked) return reply(ApiReply::error(asked.error()));
-  // Before the machine homes for nothing.
-  if (const Status given = asked->dry ? Ok() : s.unit.require_confirmed(asked->confirmed); !given)
-    return reply(ApiReply::error(given.error()));
-  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  const PatternWord word{request.caller.who, asked->confirmed, !asked->dry, s.unit.consent()};
+  LaserJob known;
+  if (!s.unit.limits().travel.empty()) {
+    const auto card = make_card(*asked, s.unit.limits());
+    if (!card) return reply(ApiReply::error(card.error()));
+    known = job_of(*card, asked->dry);
+  }
+  if (const Status may = may_begin_pattern(s.unit, known, word); !may) return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("test card", "getting ready");
   reply(ApiReply::task(task.id()));
-  const std::string who = request.caller.who;
-  when_homed(s.unit, task, who, [s, card = std::move(*asked), task, who] { burn_card(s, task, card, who); });
+  home_for_pattern(s.unit, task, word, [s, card = *std::move(asked), task, who = word.who](const Consent&) {
+    burn_card(s, task, card, who);
+  });
 }
 
 Result<CutFile> cut_file(Repositories& r, const Config& config, const Travel& travel, JobId job, const PanelId& panel) {

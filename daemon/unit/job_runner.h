@@ -67,7 +67,10 @@ class JobRunner : private ActivityHost {
   void write_off_look(const std::string& who, const Reply& reply);
   // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
   // sight. The reply comes when it is burnt. Strokes that are all dark need no confirmation and no look.
-  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  // `wanted` is asked once more when the camera has looked, which takes up to a minute: nothing is burnt unless it says
+  // Ok.
+  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
+                    std::function<Status()> wanted = Ok);
   // Whether burn_pattern() would be refused once the laser is homed, as far as that is known now: nothing is to move
   // for a pattern that is refused afterwards. Strokes of a laser that was not connected yet are not held against its
   // travel.

@@ -30,20 +30,25 @@ Status judge_stock(const Result<StockSight>& seen, const std::vector<std::string
                            fmt::join(seen->doubts, "; "), kScrapOnTheBed)};
 }
 
-PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed)
+PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed,
+                         std::function<Status()> wanted)
     : host_(host),
       strokes_(std::move(strokes)),
       reply_(std::move(reply)),
       burns_(has_beam(strokes_)),
-      confirmed_(confirmed) {}
+      confirmed_(confirmed),
+      wanted_(std::move(wanted)) {}
 
 std::string PatternBurn::recorded() const {
   return burns_ ? "while a pattern was burnt" : "while a pattern was run with the beam off";
 }
 
 void PatternBurn::look(Reply reply) {
-  host_.parts().bed.stock_in_sight(host_.while_current(
-      [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge_stock(seen, confirmed_)); }));
+  host_.parts().bed.stock_in_sight(
+      host_.while_current([this, reply = std::move(reply)](const Result<StockSight>& seen) {
+        const Status wanted = wanted_();
+        reply(wanted ? judge_stock(seen, confirmed_) : wanted);
+      }));
 }
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {

@@ -3,6 +3,7 @@
 // unseen (BedView::stock_in_sight) a person has to say that it is scrap.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,9 @@ inline constexpr const char* kScrapOnTheBed = "scrap on the bed";
 
 class PatternBurn final : public Activity {
  public:
-  // `confirmed` is what the operator confirmed by name.
-  PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed);
+  // `confirmed` is what the operator confirmed by name; `wanted` is asked when the camera has looked.
+  PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed,
+              std::function<Status()> wanted);
 
   std::string recorded() const override;
   bool needs_look() const override { return burns_; }
@@ -32,6 +34,7 @@ class PatternBurn final : public Activity {
   Reply reply_;
   const bool burns_;  // not all of it is dark
   const std::vector<std::string> confirmed_;
+  const std::function<Status()> wanted_;
   bool begun_ = false;
 };
 

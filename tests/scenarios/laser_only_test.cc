@@ -54,6 +54,51 @@ TEST_F(LaserOnly, TheApiIsToldByNameWhatWasSeenTo) {
   EXPECT_EQ(cell->laser.burnt_mm(), 0);
 }
 
+// Each of them homes first, unless the cell is Idle; none does under an open lid, and nothing is homed for what is
+// refused.
+TEST_F(LaserOnly, AsksForTheLidBeforeItHomes) {
+  start();
+  const std::string file = cell->socket() + ".svg";
+  std::ofstream(file) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
+      <g stroke="#f00"><path d="M10 10 h60 v40 h-60 z"/></g></svg>)";
+  const std::vector<std::vector<std::string>> commands = {
+      {"laser", "test-pattern", "--size-mm", "20"},
+      {"laser", "test-pattern", "--size-mm", "20", "--dry"},
+      {"laser", "test-pattern", "--size-mm", "20", "--check"},
+      {"recipe", "card", "cut", "--powers", "50%", "--speeds-mm-s", "100", "--side-mm", "5", "--burn"},
+      {"laser", "run", file, "--power", "50%", "--speed-mm-s", "200", "--x-mm", "100", "--y-mm", "120"}};
+  ASSERT_EQ(cell->veneerctl({"laser", "test-pattern", "--size-mm", "20", "--dry"}).status, 0);
+  ASSERT_EQ(cell->state(), "Complete");
+  const auto homings = [&] {
+    const std::string all = cell->laser.received();
+    std::size_t count = 0;
+    for (std::size_t at = all.find("$H"); at != std::string::npos; at = all.find("$H", at + 1)) ++count;
+    return count;
+  };
+  const std::size_t before = homings();
+  cell->laser.set_lid(true);
+  ASSERT_TRUE(cell->wait_for([&] {
+    const auto status = cell->api().get("/status");
+    return status && (*status)["lid"] == "open";
+  }));
+  for (const auto& command : commands) {
+    const Finished refused = cell->veneerctl_seen_to(command);
+    EXPECT_EQ(refused.status, 1) << refused.output;
+    EXPECT_THAT(refused.output, HasSubstr("the lid is open: close it"));
+    EXPECT_EQ(cell->state(), "Complete");
+  }
+  EXPECT_EQ(homings(), before);
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+  cell->laser.set_lid(false);
+  ASSERT_TRUE(cell->wait_for([&] {
+    const auto status = cell->api().get("/status");
+    return status && (*status)["lid"] == "closed";
+  }));
+  const Finished burnt = cell->veneerctl_seen_to(commands.front());
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  EXPECT_EQ(homings(), before + 1);
+}
+
 TEST_F(LaserOnly, RunsItDryWithTheBeamOffAndReadsItWithoutMoving) {
   start();
   const Finished checked = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20", "--check"});

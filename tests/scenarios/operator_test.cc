@@ -1,6 +1,7 @@
 // A day at the machine: what operators do between Start and the last piece, and who may do it.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -213,6 +214,35 @@ TEST_F(Operator, TheFrameMovesTheHeadAndBurnsNothing) {
   wait_found();
   ASSERT_EQ(post("/commands/unsuspend"), "");
   wait_state("Complete");
+}
+
+// The camera looks before the laser is homed, and that takes its time: here as long as the twin stands still.
+TEST_F(Operator, ACalibrationOfTheLaserThatIsCancelledWhileTheCameraLooksHomesNothing) {
+  constexpr double kWidth = 490, kHeight = 290;
+  ASSERT_TRUE(cell_->twin({{"cmd", "new-board"}, {"name", "bare"}, {"width_mm", kWidth}, {"height_mm", kHeight}}).ok());
+  ASSERT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "bare"}, {"on", "bed"}, {"face", "show"}}).ok());
+  ASSERT_EQ(get("/status")["state"], "Stopped");
+  const auto calibrate = [&] {
+    const auto begun = cell_->api().post("/calibration/laser",
+                                         {{"board_width_mm", kWidth},
+                                          {"board_height_mm", kHeight},
+                                          {"confirmed", {"board on the bed", "board not seen", "scrap on the bed"}}});
+    EXPECT_TRUE(begun.ok()) << begun.error().message;
+    return begun ? fmt::format("/tasks/{}", begun->value("task", 0)) : std::string();
+  };
+  ASSERT_EQ(::kill(cell_->twin_pid(), SIGSTOP), 0);
+  const std::string cancelled = calibrate();
+  EXPECT_TRUE(cell_->api().request("DELETE", cancelled, "", "").ok());
+  ASSERT_EQ(::kill(cell_->twin_pid(), SIGCONT), 0);
+  wait([&](const json&) { return get(cancelled)["state"] != "running"; });
+  EXPECT_EQ(get(cancelled)["state"], "cancelled") << get(cancelled);
+  EXPECT_EQ(get("/status")["state"], "Stopped");
+  EXPECT_FALSE(get("/status")["laser"]["connected"].get<bool>()) << "no byte went to it";
+
+  // The same order, not cancelled, is not refused.
+  calibrate();
+  wait([](const json& s) { return s["state"] != "Stopped"; });
+  EXPECT_EQ(post("/stop"), "");
 }
 
 // As every loading goes on a machine with a lid switch.

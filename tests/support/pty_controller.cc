@@ -91,4 +91,9 @@ void PtyController::set_consent(bool given) {
   controller_.set_consent(given);
 }
 
+void PtyController::set_lid(bool open) {
+  const std::lock_guard lock(mutex_);
+  controller_.set_lid(open, std::chrono::steady_clock::now());
+}
+
 }  // namespace veneer::tests

@@ -32,6 +32,7 @@ class PtyController final : private sim::BurnSink {
   bool moving() const { return moving_; }
   sim::BeamLog beam_log() const;
   void set_consent(bool given);
+  void set_lid(bool open);
 
  private:
   void burn(const sim::BurnSegment& segment) override { burnt_mm_ += segment.length_mm(); }

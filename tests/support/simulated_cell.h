@@ -55,6 +55,7 @@ class SimulatedCell {
   // From now on the daemon can write to no file, or can again.
   void set_disk_full(bool full) const { daemon_->set_disk_full(full); }
   int stop_twin() { return twin_process_->terminate(); }
+  pid_t twin_pid() const { return twin_process_->pid(); }
   Status start_twin();
 
   std::filesystem::path data_dir() const { return options_.dir / "data"; }
