@@ -139,12 +139,13 @@ std::string next_step_words(const json& step) {
   return text_or(step, "sentence", "") + (command.empty() ? "" : " (" + command + ")");
 }
 
-// {"panel", "face", "tiles"}: a scan in several parts, which anybody may go on with.
+// {"panel", "face", "tiles", "retag"}: a scan in several parts, which anybody may go on with.
 std::string open_scan_words(const json& open) {
   const auto tiles = whole_or(open, "tiles", 0);
   const std::string panel = text_or(open, "panel", ""), face = text_or(open, "face", "show");
   const std::string named =
-      (panel.empty() ? "" : " --panel " + panel) + (face == "show" ? std::string() : " --face " + face);
+      fmt::format("{}{}{}", panel.empty() ? "" : " --panel " + panel, face == "show" ? "" : " --face " + face,
+                  flag_or(open, "retag", false) ? " --retag" : "");
   return fmt::format(
       "{} of the {} face of {} {} scanned, and more is to come: veneerctl panel scan{} ends it with the "
       "last part, --more goes on, --anew gives up what is there",

@@ -419,7 +419,8 @@ json Cell::status(Role told) const {
   if (const auto open = scans->open())
     out["open_scan"] = {{"panel", open->panel ? json(open->panel->value) : json()},
                         {"face", to_string(open->face)},
-                        {"tiles", open->tiles}};
+                        {"tiles", open->tiles},
+                        {"retag", open->retag}};
   out["kept_scan"] = nullptr;
   if (const auto kept = scans->kept()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
   out["confirm"] = asked_by_name();

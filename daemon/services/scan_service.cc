@@ -247,11 +247,11 @@ void ScanService::note_kept() {
   if (refused_) kept_ = Kept{tiles_.size(), utc_timestamp()};
 }
 
-// Whoever scans the next tile need not name the panel once more.
+// Whoever scans the next tile is told the panel, and whether new tags are to become its own.
 void ScanService::note_open(const ScanRequest& request) {
   const std::lock_guard lock(kept_mutex_);
   const auto panel = request.panel || !open_ ? request.panel : open_->panel;
-  open_ = Open{panel, request.face, tiles_.size()};
+  open_ = Open{panel, request.face, tiles_.size(), request.retag || (open_ && open_->retag)};
 }
 
 std::optional<ScanService::Open> ScanService::open() const {

@@ -70,6 +70,7 @@ class ScanService {
     std::optional<PanelId> panel;  // as its last tile was asked for
     Face face = Face::kShow;
     std::size_t tiles = 0;
+    bool retag = false;  // as one of its tiles was scanned
   };
   std::optional<Open> open() const;
   void give_up_kept();

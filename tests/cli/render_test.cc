@@ -60,6 +60,8 @@ TEST(Render, AnOpenScanSaysHowItGoesOn) {
   status["open_scan"] = {{"panel", "P-0001"}, {"face", "back"}, {"tiles", 2}};
   EXPECT_THAT(render_status(status), HasSubstr("2 parts of the back face of P-0001 are scanned"));
   EXPECT_THAT(render_status(status), HasSubstr("veneerctl panel scan --panel P-0001 --face back ends it"));
+  status["open_scan"]["retag"] = true;
+  EXPECT_THAT(render_status(status), HasSubstr("veneerctl panel scan --panel P-0001 --face back --retag ends it"));
 }
 
 TEST(Render, WhatIsInTheWayStandsWithItsRemedy) {
