@@ -143,9 +143,9 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
             [this](const TaskView& task) {
               tell_of(task);
               if (task_audit_) task_audit_->changed(task);
+              take_end(task);
               keep_task(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
-              take_end(task);
               if (runner && task.state != TaskState::kRunning) refresh_counts();
             }),
       devices(std::move(parts)),
@@ -258,11 +258,6 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
 
 Cell::~Cell() {
   if (integrity) integrity->cancel();
-  if (!untold_.is_empty()) {  // nobody will look any more
-    for (const TaskView& task : untold_.take_before(TimePoint::max()))
-      alarms.happened(failure_of(task), utc_timestamp());
-    keep_alarms();
-  }
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   notifier_.reset();
@@ -504,7 +499,8 @@ void Cell::audit(const Router::Change& change) {
   if (change.task) {
     const TaskView* task = tasks.find(*change.task);
     const bool is_over = !task || task->state != TaskState::kRunning;
-    untold_.began(*change.task, is_over, change.caller, [this](const std::string& who) { return listens(who); });
+    if (untold_.began(*change.task, is_over, change.caller, [this](const std::string& who) { return listens(who); }))
+      keep_tasks();
     return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
   }
   const LogAbout about({.who = change.caller.who});

@@ -131,7 +131,9 @@ class Cell {
   // Somebody acknowledged some.
   void alarms_changed();
   // Somebody was sent this task, as it stands.
-  void task_told(const TaskView& task, const Caller& by) { untold_.told(task, by.who); }
+  void task_told(const TaskView& task, const Caller& by) {
+    if (untold_.told(task, by.who)) keep_tasks();
+  }
   // How long whoever asked for a task may take to look what it was refused for, before that is an alarm.
   std::chrono::milliseconds time_to_look{10'000};
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
@@ -169,6 +171,7 @@ class Cell {
   void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
   void keep_alarms();
   void keep_task(const TaskView& changed);
+  void keep_tasks();
 
   void take_counts(CellCounts counted);
 

@@ -50,6 +50,8 @@ void Cell::go_on_from_before() {
   auto before = kept.is_null() ? std::nullopt : tasks_from_json(kept);
   if (!before) return;
   tasks.go_on(before->last_id, std::move(before->tasks));
+  for (const auto& untold : before->untold)
+    if (const TaskView* task = tasks.find(untold.task)) untold_.go_on(*task, untold, SteadyClock().now());
   for (const TaskView& task : before->unfinished) {
     log->warn("task {} ({}): {}", task.id, task.kind, task.error->message);
     audit_log_->write({0, utc_timestamp(), "veneerd", "task.unfinished",
@@ -67,10 +69,15 @@ void Cell::keep_alarms() {
 void Cell::keep_task(const TaskView& changed) {
   if (!keeper_ || (changed.state == TaskState::kRunning && changed.id <= last_kept_)) return;
   last_kept_ = std::max(last_kept_, changed.id);
+  keep_tasks();
+}
+
+void Cell::keep_tasks() {
   std::vector<TaskView> views;
   for (const TaskView* task : tasks.list()) views.push_back(*task);
-  kept_tasks_.write(*keeper_,
-                    [last = tasks.last_id(), views = std::move(views)] { return tasks_to_json(last, views); });
+  kept_tasks_.write(*keeper_, [last = tasks.last_id(), views = std::move(views), untold = untold_.kept()] {
+    return tasks_to_json(last, views, untold);
+  });
 }
 
 void Cell::alarms_changed() {
@@ -140,7 +147,9 @@ void Cell::take_end(const TaskView& task) {
 }
 
 void Cell::note_untold(TimePoint before) {
-  for (const TaskView& task : untold_.take_before(before)) note_failure(task);
+  const auto overdue = untold_.take_before(before);
+  for (const TaskView& task : overdue) note_failure(task);
+  if (!overdue.empty()) keep_tasks();
 }
 
 void Cell::tell_of(const TaskView& task) {

@@ -49,10 +49,14 @@ TaskView task_from_json(const json& one) {
 
 }  // namespace
 
-json tasks_to_json(std::int64_t last_id, const std::vector<TaskView>& tasks) {
-  json list = json::array();
+json tasks_to_json(std::int64_t last_id, const std::vector<TaskView>& tasks,
+                   const std::vector<UntoldFailures::Kept>& untold) {
+  json list = json::array(), nobody_told = json::array();
   for (const TaskView& task : tasks) list.push_back(task_to_json(task));
-  return {{"format", kTasksFormat}, {"last_id", last_id}, {"tasks", std::move(list)}};
+  for (const auto& one : untold)
+    nobody_told.push_back({{"task", one.task}, {"who", one.who}, {"by_socket", one.transport == TransportKind::kUnix}});
+  return {
+      {"format", kTasksFormat}, {"last_id", last_id}, {"tasks", std::move(list)}, {"untold", std::move(nobody_told)}};
 }
 
 std::optional<KeptTasks> tasks_from_json(const json& kept) {
@@ -64,6 +68,9 @@ std::optional<KeptTasks> tasks_from_json(const json& kept) {
       out.tasks.push_back(task_from_json(one));
       if (one.at("state") == to_string(TaskState::kRunning)) out.unfinished.push_back(out.tasks.back());
     }
+    for (const json& one : kept.value("untold", json::array()))
+      out.untold.push_back({one.at("task"), one.at("who"),
+                            one.at("by_socket").get<bool>() ? TransportKind::kUnix : TransportKind::kTcp});
     return out;
   } catch (const json::exception&) {
     return std::nullopt;

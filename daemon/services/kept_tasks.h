@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/api/tasks.h"
+#include "daemon/services/untold_failures.h"
 
 namespace veneer::daemon {
 
@@ -14,12 +15,14 @@ struct KeptTasks {
   std::int64_t last_id = 0;
   std::vector<TaskView> tasks;       // oldest first; none of them runs
   std::vector<TaskView> unfinished;  // of those, what was under way when the daemon ended: failed now, saying so
+  std::vector<UntoldFailures::Kept> untold;
 };
 
 // Results up to this length are kept whole; of a longer one what its event told (TaskResult::brief).
 inline constexpr std::size_t kLongestKeptResult = 16 * 1024;
 
-nlohmann::json tasks_to_json(std::int64_t last_id, const std::vector<TaskView>& tasks);
+nlohmann::json tasks_to_json(std::int64_t last_id, const std::vector<TaskView>& tasks,
+                             const std::vector<UntoldFailures::Kept>& untold = {});
 // None of what no such tasks were written to.
 std::optional<KeptTasks> tasks_from_json(const nlohmann::json& json);
 

@@ -9,6 +9,7 @@ bool is_refusal(const TaskView& failed) {
   if (failed.kind == "backup" || failed.kind == "integrity check") return false;
   switch (failed.error->code) {
     case ErrorCode::kInvalidArgument:
+    case ErrorCode::kNotFound:  // a name that nothing has; a file of the cell's that is gone is kStorage
     case ErrorCode::kConflict:
     case ErrorCode::kRefused:
       return true;
@@ -22,12 +23,13 @@ bool UntoldFailures::hears(std::int64_t task, const Listens& listens) const {
   return by != asked_.end() && by->second.transport != TransportKind::kUnix && listens(by->second.who);
 }
 
-void UntoldFailures::began(std::int64_t task, bool is_over, const Caller& by, const Listens& listens) {
-  if (is_over && !untold_.contains(task)) return;
+bool UntoldFailures::began(std::int64_t task, bool is_over, const Caller& by, const Listens& listens) {
+  if (is_over && !untold_.contains(task)) return false;
   asked_[task] = by;
   const auto untold = untold_.find(task);
-  if (untold == untold_.end() || (!untold->second.told.contains(by.who) && !hears(task, listens))) return;
-  untold_.erase(untold), asked_.erase(task);
+  if (untold == untold_.end()) return false;
+  if (untold->second.told.contains(by.who) || hears(task, listens)) untold_.erase(untold), asked_.erase(task);
+  return true;
 }
 
 void UntoldFailures::ended(const TaskView& task, TimePoint now, const Listens& listens) {
@@ -37,16 +39,18 @@ void UntoldFailures::ended(const TaskView& task, TimePoint now, const Listens& l
     asked_.erase(task.id);
 }
 
-void UntoldFailures::told(const TaskView& task, const std::string& who) {
+bool UntoldFailures::told(const TaskView& task, const std::string& who) {
   const auto untold = untold_.find(task.id);
-  if (untold == untold_.end()) return;
+  if (untold == untold_.end()) return false;
   const auto by = asked_.find(task.id);
   if (by == asked_.end()) {
     untold->second.told.insert(who);
-  } else if (by->second.who == who) {
-    untold_.erase(untold);
-    asked_.erase(by);
+    return false;
   }
+  if (by->second.who != who) return false;
+  untold_.erase(untold);
+  asked_.erase(by);
+  return true;
 }
 
 std::vector<TaskView> UntoldFailures::take_before(TimePoint then) {
@@ -61,6 +65,23 @@ std::vector<TaskView> UntoldFailures::take_before(TimePoint then) {
     one = untold_.erase(one);
   }
   return out;
+}
+
+std::vector<UntoldFailures::Kept> UntoldFailures::kept() const {
+  std::vector<Kept> out;
+  for (const auto& [task, untold] : untold_) {
+    const auto by = asked_.find(task);
+    out.push_back(by == asked_.end() ? Kept{task, {}, {}} : Kept{task, by->second.who, by->second.transport});
+  }
+  return out;
+}
+
+void UntoldFailures::go_on(const TaskView& task, const Kept& kept, TimePoint now) {
+  untold_[task.id] = {task, now, {}};
+  if (kept.who.empty()) return;
+  Caller by;
+  by.who = kept.who, by.transport = kept.transport;
+  asked_[task.id] = by;
 }
 
 }  // namespace veneer::daemon

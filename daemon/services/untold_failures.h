@@ -2,6 +2,8 @@
 // refused needs nobody else; what nobody was told of needs somebody who may not be looking: it becomes an alarm. Pure.
 //
 // Whoever asked is told when he has the task's end: he asks for the task, or listens to the event stream when it ends.
+// They outlive the daemon (kept_tasks.h), however it ended: whoever asked may look again once it is back.
+//
 // Over the Unix socket a stream tells nothing: callers there are known by their user alone, and another program of that
 // user may listen. Over TCP and TLS it is an account that listens, not a program: what another program of the same
 // account hears counts as told.
@@ -28,16 +30,24 @@ class UntoldFailures {
  public:
   using Listens = std::function<bool(const std::string& who)>;  // to the event stream, at this moment
 
-  // `by` was answered with this task, which may have ended before.
-  void began(std::int64_t task, bool is_over, const Caller& by, const Listens& listens);
+  // `by` was answered with this task, which may have ended before. true: kept() is another one.
+  bool began(std::int64_t task, bool is_over, const Caller& by, const Listens& listens);
   // To be told of every task that ends, after the event stream. A refusal is kept until it is told; anything else is
   // forgotten.
   void ended(const TaskView& task, TimePoint now, const Listens& listens);
-  // `who` was sent this task as it stands; perhaps before it was known who had asked for it.
-  void told(const TaskView& task, const std::string& who);
+  // `who` was sent this task as it stands; perhaps before it was known who had asked for it. true: kept() is another
+  // one.
+  bool told(const TaskView& task, const std::string& who);
   // Those that nobody was told of although they ended before `then`; they are kept no longer.
   std::vector<TaskView> take_before(TimePoint then);
-  bool is_empty() const { return untold_.empty(); }
+  struct Kept {
+    std::int64_t task = 0;
+    std::string who;  // "": not known
+    TransportKind transport = TransportKind::kUnix;
+  };
+  std::vector<Kept> kept() const;  // by number
+  // One that the daemon before this one left; it ended at `now`, as far as looking is concerned.
+  void go_on(const TaskView& task, const Kept& kept, TimePoint now);
 
  private:
   struct Untold {

@@ -31,11 +31,17 @@ class RoutedCell : public ::testing::Test {
     config.scanner.kind = config.camera.kind = "file";
     config.store.data_dir = directory / "data";
     if (prepare) prepare(config.store.data_dir);
+    open();
+  }
+
+  // The cell on its data folder; again after cell.reset(), as after a restart.
+  void open() {
     auto devices = daemon::make_devices(config, clock, reactor, make_null_logger());
     if (!devices) throw std::runtime_error(devices.error().message);
     auto opened = daemon::Cell::open(reactor, config, std::move(*devices), clock, make_null_logger());
     if (!opened) throw std::runtime_error(opened.error().message);
     cell = std::move(*opened);
+    router = daemon::Router();
     router.remember_in(keys);
     router.on_change([this](const daemon::Router::Change& change) { cell->audit(change); });
     daemon::bind_routes(router, *cell);

@@ -11,7 +11,6 @@ namespace veneer::daemon {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 class AnsweredTasks : public testing::RoutedCell {
@@ -51,13 +50,57 @@ TEST_F(AnsweredTasks, AreNoAlarmsOnceWhoeverAskedHasLooked) {
   EXPECT_THAT(failures(), ElementsAre(key_of(unseen))) << "nobody followed it";
 }
 
-TEST_F(AnsweredTasks, AreAlarmsOfTheNextStartWhenTheDaemonEndsBeforeSomebodyLooked) {
+// A name that nothing has is a slip of whoever typed it.
+TEST_F(AnsweredTasks, OfAnUnknownNameAreNoAlarms) {
+  cell->time_to_look = std::chrono::hours(1);
+  const TaskView unknown = ended(ask("POST", "/api/v1/scans", {{"panel", "P-0099"}}));
+  ASSERT_EQ(unknown.error.value_or(Error{}).code, ErrorCode::kNotFound) << unknown.error.value_or(Error{}).message;
+  EXPECT_EQ(look_at(unknown).status, 200);
+  EXPECT_THAT(failures(), IsEmpty());
+}
+
+TEST_F(AnsweredTasks, AreAlarmsAfterARestartUnlessWhoeverAskedLooksThen) {
+  cell->time_to_look = std::chrono::hours(1);
+  const TaskView seen = refused(), unseen = refused();
+  cell.reset();
+  open();
+  cell->time_to_look = std::chrono::hours(1);
+  EXPECT_EQ(look_at(seen).status, 200);
+  EXPECT_THAT(failures(), IsEmpty()) << "there is time to look";
+  cell->time_to_look = {};
+  until_a_failure_is_told();
+  EXPECT_THAT(failures(), ElementsAre(key_of(unseen)));
+}
+
+// It is written when it ends, not when the daemon does.
+TEST_F(AnsweredTasks, AreAlarmsAfterAKillToo) {
   cell->time_to_look = std::chrono::hours(1);
   const TaskView unseen = refused();
+  const auto file = config.store.data_dir / "tasks.json";
+  std::string as_killed;
+  while (as_killed.find(unseen.error->message) == std::string::npos) {
+    std::ifstream in(file);
+    as_killed.assign((std::istreambuf_iterator<char>(in)), {});
+  }
   cell.reset();
-  std::ifstream kept(config.store.data_dir / "alarms.json");
-  const std::string text((std::istreambuf_iterator<char>(kept)), {});
-  EXPECT_THAT(text, HasSubstr(key_of(unseen)));
+  std::filesystem::remove(config.store.data_dir / "alarms.json");
+  std::ofstream(file) << as_killed;
+  open();
+  cell->time_to_look = {};
+  until_a_failure_is_told();
+  EXPECT_THAT(failures(), ElementsAre(key_of(unseen)));
+}
+
+// Told is told: a restart makes no alarm of it.
+TEST_F(AnsweredTasks, ThatWereToldStaySoAfterARestart) {
+  cell->time_to_look = std::chrono::hours(1);
+  EXPECT_EQ(look_at(refused()).status, 200);
+  cell.reset();
+  open();
+  cell->time_to_look = {};
+  const TaskView other = refused();
+  until_a_failure_is_told();
+  EXPECT_THAT(failures(), ElementsAre(key_of(other)));
 }
 
 // The nightly unit asks for the backup and waits for its end, and nobody reads what it prints.

@@ -45,9 +45,9 @@ class UntoldFailuresTest : public ::testing::Test {
 };
 
 TEST(Refusals, AreWhatThePersonWhoAskedCanMend) {
-  for (const auto code : {ErrorCode::kInvalidArgument, ErrorCode::kConflict, ErrorCode::kRefused})
+  for (const auto code : {ErrorCode::kInvalidArgument, ErrorCode::kConflict, ErrorCode::kRefused, ErrorCode::kNotFound})
     EXPECT_TRUE(is_refusal(failed_task(1, code))) << to_string(code);
-  for (const auto code : {ErrorCode::kNotFound, ErrorCode::kUnavailable, ErrorCode::kTimeout, ErrorCode::kDisconnected,
+  for (const auto code : {ErrorCode::kUnavailable, ErrorCode::kTimeout, ErrorCode::kDisconnected,
                           ErrorCode::kDeviceFault, ErrorCode::kStorage, ErrorCode::kInternal})
     EXPECT_FALSE(is_refusal(failed_task(1, code))) << to_string(code);
   EXPECT_FALSE(is_refusal(failed_task(1, ErrorCode::kRefused, "backup")));
@@ -62,7 +62,7 @@ TEST_F(UntoldFailuresTest, AreThoseThatNobodyLookedAt) {
   failures.told(failed_task(1), "uid 1001");
   failures.told(failed_task(2), "uid 1000");
   EXPECT_THAT(untold(), ElementsAre(1)) << "somebody else looked";
-  EXPECT_TRUE(failures.is_empty());
+  EXPECT_THAT(failures.kept(), IsEmpty());
   EXPECT_THAT(untold(), IsEmpty()) << "told once";
 }
 
@@ -91,6 +91,20 @@ TEST_F(UntoldFailuresTest, AreNotThoseThatWereToldBeforeItIsKnownWhoAsked) {
   for (const std::int64_t task : {1, 2})
     failures.began(task, true, {Role::kOperator, "uid 1000", TransportKind::kUnix}, listens());
   EXPECT_THAT(untold(), ElementsAre(2)) << "somebody else looked";
+}
+
+TEST_F(UntoldFailuresTest, OutliveTheDaemonWithWhoAsked) {
+  begin(1, "uid 1000", TransportKind::kUnix);
+  begin(2, "uid 1000", TransportKind::kUnix);
+  end(failed_task(1)), end(failed_task(2)), end(failed_task(3));
+  UntoldFailures after;
+  for (const auto& one : failures.kept()) after.go_on(failed_task(one.task), one, kFailedAt);
+  EXPECT_FALSE(after.told(failed_task(1), "uid 1001"));
+  EXPECT_TRUE(after.told(failed_task(1), "uid 1000")) << "whoever asked has come back to look";
+  EXPECT_THAT(after.take_before(kFailedAt), IsEmpty()) << "and there is time to";
+  std::vector<std::int64_t> left;
+  for (const TaskView& task : after.take_before(kFailedAt + std::chrono::seconds(1))) left.push_back(task.id);
+  EXPECT_THAT(left, ElementsAre(2, 3));
 }
 
 }  // namespace
