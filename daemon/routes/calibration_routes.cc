@@ -60,7 +60,7 @@ void look_first(const CalibrationServices& s, const TaskReporter& task, const Pa
               const Status wanted = not_cancelled(task);
               if (!wanted || !ready) return task.fail(wanted ? ready.error() : wanted.error());
               s.on_reactor([s, task, given, then = std::move(then)] {
-                if (const Status wanted = still_wanted(s.unit, task, given); !wanted) return task.fail(wanted.error());
+                if (const Status still = still_wanted(s.unit, task, given); !still) return task.fail(still.error());
                 then();
               });
             });
