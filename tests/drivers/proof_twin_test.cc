@@ -352,6 +352,31 @@ TEST(ProofOfTheTwin, LooksAtAPieceOnlyWhereItsPreviewShowsWood) {
   EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
 }
 
+TEST(ProofOfTheTwin, FindsWrongAndMirroredPiecesUnderHairsToo) {
+  Haired it("swapped");
+  cv::RNG draw(7);
+  for (const ClaimedPiece& piece : it.job().pieces) it.make_plain(piece, 60, 4, draw);
+  // Two previews show each other's wood, and one shows its own in a mirror.
+  const auto shown = [&](std::size_t i) {
+    const cv::Point corner = it.on_preview(it.job().pieces[i].artwork_outline[3]);
+    const int side = static_cast<int>(14 * it.job().preview_px_per_mm);
+    return cv::Mat(it.preview, cv::Rect(corner, cv::Size(side, side)));
+  };
+  const cv::Mat first = shown(0).clone();
+  cv::Mat at = shown(0);
+  shown(7).copyTo(at);
+  at = shown(7);
+  first.copyTo(at);
+  at = shown(4);
+  cv::flip(at.clone(), at, 1);
+  for (const ClaimedPiece& piece : it.job().pieces)
+    for (int k = 0; k < 3; ++k) it.add_hair(piece, 0.25 + 0.25 * k);
+  const JobProof proof = it.proven();
+  EXPECT_EQ(proof.pieces_under_dust, it.job().pieces.size());
+  EXPECT_EQ(proof.wrong_pieces, 2U) << ::testing::PrintToString(proof.notes);
+  EXPECT_EQ(proof.mirrored_pieces, 1U) << ::testing::PrintToString(proof.notes);
+}
+
 // An artwork is seldom whole pixels wide. Were the preview's resolution taken from its width, an upright one's lower
 // pieces would be looked for by a pixel beside where it shows them, and a row of a pale neighbour's pixels is more than
 // plain wood differs by.
@@ -369,6 +394,11 @@ TEST(ProofOfTheTwin, FindsPiecesFarFromTheCornerThatAPreviewsPixelsCountFrom) {
   ASSERT_EQ(it.preview.cols, 708);
   const JobProof proof = it.proven();
   EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
+  // A resolution that cannot be the preview's is not believed: its width tells about as well.
+  for (const double told : {0.0, 150 / 25.4}) {
+    it.claims.jobs->at(0).preview_px_per_mm = told;
+    EXPECT_GT(it.proven().picture_ssim.value_or(0), 0.9) << told;
+  }
 }
 
 }  // namespace

@@ -169,13 +169,19 @@ bool without_dust(const ClaimedPiece& piece, const DustOnPanels& dust, const Can
   return cv::countNonZero(mask) < before;
 }
 
-// Of the piece as it lies, but for what dust hides of its place's preview.
-BlockMeans blocks_of(const Laid& laid, const ClaimedPiece& place, const DustOnPanels& dust, const Canvas& canvas) {
-  const Vec2 corner{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
-  cv::Mat mask = laid.mask.clone(), inside;
-  without_dust(place, dust, canvas, corner, mask);
+BlockMeans blocks_of(const Laid& laid, const cv::Mat& mask, const Canvas& canvas) {
+  cv::Mat inside;
   cv::integral(mask, inside, CV_64F);
-  return {grey_integral(laid.colour, mask), inside / 255.0, laid.centre_px - corner, laid.half_px, canvas.px_per_mm};
+  const Vec2 centre = laid.centre_px - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
+  return {grey_integral(laid.colour, mask), inside / 255.0, centre, laid.half_px, canvas.px_per_mm};
+}
+BlockMeans blocks_of(const Laid& laid, const Canvas& canvas) { return blocks_of(laid, laid.mask, canvas); }
+
+// But for what dust hides of its place's preview.
+BlockMeans blocks_seen_of(const Laid& laid, const ClaimedPiece& place, const DustOnPanels& dust, const Canvas& canvas) {
+  cv::Mat mask = laid.mask.clone();
+  without_dust(place, dust, canvas, {static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)}, mask);
+  return blocks_of(laid, mask, canvas);
 }
 
 struct PlannedLook {
@@ -244,8 +250,9 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
       double agreement = 0;
       if (canvas.px_per_mm > 0) {
         paint(piece, canvas, other);
-        agreement =
-            blocks_of(other, patch, dust, canvas).with(preview_of(patch, canvas, preview, dust).blocks).correlation;
+        agreement = blocks_seen_of(other, patch, dust, canvas)
+                        .with(preview_of(patch, canvas, preview, dust).blocks)
+                        .correlation;
       }
       if (agreement <= best) continue;
       best = agreement;
@@ -272,19 +279,21 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
   std::vector<int> looks_like(laid.size(), -1);
   std::vector<char> correlates_elsewhere(laid.size(), 0);  // threads write side by side
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
-    const BlockMeans mine = blocks_of(laid[i], job.pieces[laid[i].as], dust, canvas);
+    const BlockMeans mine = blocks_of(laid[i], canvas);
+    const BlockMeans seen = blocks_seen_of(laid[i], job.pieces[laid[i].as], dust, canvas);
     const BlockMeans& place = places[laid[i].as];
-    auto best = mine.with(place);
+    auto best = seen.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
-      if (const auto both = mine.rivals(places[k], place); both && both->other.correlation > both->own.correlation)
+      if (const auto both = mine.rivals(places[k], place, seen);
+          both && both->other.correlation > both->own.correlation)
         correlates_elsewhere[i] = 1;
-      const auto rivals = mine.rather(places[k], place);
+      const auto rivals = mine.rather(places[k], place, seen);
       if (!rivals || (looks_like[i] >= 0 && rivals->other.correlation <= best.correlation)) continue;
       best = rivals->other;
       looks_like[i] = static_cast<int>(k);
     }
-    const auto turned_over = mine.rather(place.mirrored(), place);
+    const auto turned_over = mine.rather(place.mirrored(), place, seen);
     if (!turned_over) return;
     const auto& [own, mirror] = *turned_over;
     const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
@@ -425,10 +434,12 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
   }
   if (!proof.preview.empty()) {
     // It covers the artwork but for what whole pixels leave over, up to half a one: told of the resolution, pieces at
-    // the far end lie where the preview shows them.
-    const double by_width = proof.preview.cols / job.width_mm;
-    const bool told = std::abs(job.preview_px_per_mm * job.width_mm - proof.preview.cols) <= 1;
-    canvas.px_per_mm = told ? job.preview_px_per_mm : by_width;
+    // the far end lie where the preview shows them. What is told has to be its own.
+    const auto rounds_to = [&](double mm, int pixels) {
+      return std::abs(job.preview_px_per_mm * mm - pixels) <= 0.5 + 1e-6;
+    };
+    const bool told = rounds_to(job.width_mm, proof.preview.cols) && rounds_to(job.height_mm, proof.preview.rows);
+    canvas.px_per_mm = told ? job.preview_px_per_mm : proof.preview.cols / job.width_mm;
     canvas.height_mm = job.height_mm;
     canvas.size = proof.preview.size();
   }

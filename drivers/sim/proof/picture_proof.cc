@@ -163,13 +163,15 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans
   return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference, std::abs(sa - sb) / n};
 }
 
-std::optional<BlockMeans::Rivals> BlockMeans::rivals(const BlockMeans& other, const BlockMeans& own) const {
+std::optional<BlockMeans::Rivals> BlockMeans::rivals(const BlockMeans& other, const BlockMeans& own,
+                                                     const BlockMeans& seen) const {
   if (shared_with(other) < kComparable) return std::nullopt;
-  return Rivals{with(own, other), with(other, own)};
+  return Rivals{seen.with(own, other), with(other, own)};
 }
 
-std::optional<BlockMeans::Rivals> BlockMeans::rather(const BlockMeans& other, const BlockMeans& own) const {
-  const auto both = rivals(other, own);
+std::optional<BlockMeans::Rivals> BlockMeans::rather(const BlockMeans& other, const BlockMeans& own,
+                                                     const BlockMeans& seen) const {
+  const auto both = rivals(other, own, seen);
   if (!both || both->other.lightness > kLightness) return std::nullopt;
   if (both->other.correlation <= both->own.correlation) return std::nullopt;
   const double clearly = shared_with(other) < 1 || other.shared_with(*this) < 1 ? kNoise : 0;

@@ -48,15 +48,19 @@ class BlockMeans {
   BlockMeans mirrored() const;  // left and right exchanged
 
   // How it agrees with two places, its own and another, over the blocks that both have; nothing where the other has
-  // fewer than 60 % of this one's blocks.
+  // fewer than 60 % of this one's blocks. `seen`: the same piece without what its own place does not show of it, which
+  // is what is held against that one.
   struct Rivals {
     Agreement own, other;
   };
-  std::optional<Rivals> rivals(const BlockMeans& other, const BlockMeans& own) const;
+  std::optional<Rivals> rivals(const BlockMeans& other, const BlockMeans& own, const BlockMeans& seen) const;
   // Nothing unless it looks more like the other: the correlation is higher and the difference lower. Where the other is
   // of unlike shape, it has to come nearer by more than a scan's noise. A place
   // that is 20 grey levels lighter or darker shows other wood, however the grain of a few blocks may run there.
-  std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own) const;
+  std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own, const BlockMeans& seen) const;
+  std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own) const {
+    return rather(other, own, *this);
+  }
 
  private:
   double at(int column, int row) const;  // counted from the centre; negative ones lie left and above
