@@ -42,13 +42,27 @@ export function patternCard() {
 
 // ---- where the head stands ------------------------------------------------------------------------------------------
 
-// Only a laser without homing switches is told.
+const kRests = ["Stopped", "Idle", "Complete", "Aborted"];
+const mayTell = () => !findsHome() && kRests.includes(model.cell.state) && !isBusy("pattern") && !isBusy("card");
+let telling = false, told = "";  // in which state it was taken
+
+async function here() {
+  if (telling) return;
+  telling = true;
+  told = "";
+  try {
+    if (await isSure(t("corner.sure"), mayTell) && await command("/laser/corner")) told = model.cell.state;
+  } finally { telling = false; }
+  changed();
+}
+
+// Only a laser without homing switches is told. Idle it counts from there at once.
 export function cornerPart() {
-  const {laser = {}} = model.cell;
-  if (laser.finds_home !== false) return null;
-  const here = () => { if (confirm(t("corner.sure"))) command("/laser/corner"); };
-  return h("div.note", {"data-key": "corner"}, h("p", {}, t("corner.about")),
-    h("div.commands", {}, button(t("corner.do"), here, {id: "do-corner", wide: true, disabled: !mayChange()})));
+  const {state} = model.cell;
+  if (findsHome()) return null;
+  return h("div.note", {"data-key": "corner"}, h("p", {}, t(state === "Idle" ? "corner.arrows" : "corner.about")),
+    h("div.commands", {}, button(t("corner.do"), here, {id: "do-corner", wide: true, disabled: !mayChange() || !mayTell() || telling})),
+    told !== "" && told === state && h("p", {id: "corner-taken", role: "status"}, t(state === "Idle" ? "corner.counts" : "corner.taken")));
 }
 
 // ---- scanners -------------------------------------------------------------------------------------------------------

@@ -94,7 +94,7 @@ class Seldom(Page):
             window.answers['/panels/P-0001'] = {...panel, fiducials: [['tag', 'show'], ['tag', 'show'], ['hole', 'show'], ['tag', 'back']].map(([kind, face]) => ({kind, face, tag_id: 1, centre_mm: [1, 1], corners_mm: [[1, 1]]}))};
             await enter('panels', 'P-0001');
             return main.querySelector('[data-key="fit-P-0001"]').innerText""")
-        self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on the average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
+        self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
 
     def test_a_panel_is_scanned_again_from_its_page(self):
         told = self.steps("""
@@ -228,6 +228,26 @@ class Seldom(Page):
             const tell = async (word) => { says(word); draw({laser}); main.querySelector('#do-corner').click(); await settled(); return sent('/laser/corner').length; };
             return [finds, shown, await tell(false), await tell(true)]""")
         self.assertEqual(told, [None, True, 0, 1])
+
+    def test_the_corner_is_told_at_rest_and_then_reset_is_pressed(self):
+        told = self.steps("""
+            await enter('settings');
+            await until(() => draw().querySelector('#pattern-burn'));
+            const laser = {...about_all.laser, finds_home: false}, note = () => main.querySelector('[data-key=corner]').innerText, shut = {}, arrows = {};
+            for (const state of ['Execute', 'Resetting', 'Held', 'Stopped', 'Idle']) { draw({laser, state}); shut[state] = main.querySelector('#do-corner').disabled; arrows[state] = note().includes('arrows'); }
+            draw({laser, state: 'Stopped'});
+            window.confirm = () => { now({laser, state: 'Execute'}); return true; };
+            main.querySelector('#do-corner').click(); await settled();
+            const meanwhile = sent('/laser/corner').length;
+            says(true);
+            draw({laser, state: 'Stopped'});
+            main.querySelector('#do-corner').click(); await settled(); await settled();
+            draw({laser, state: 'Stopped'});
+            const stopped = note();
+            draw({laser, state: 'Idle'});
+            return {shut, arrows, meanwhile, sent: sent('/laser/corner').length, stopped: stopped.includes('Taken. Now press Reset.'), later: note().includes('Taken')}""")
+        self.assertEqual(told, {"shut": {"Execute": True, "Resetting": True, "Held": True, "Stopped": False, "Idle": False}, "meanwhile": 0, "sent": 1, "stopped": True, "later": False,
+                                "arrows": {"Execute": False, "Resetting": False, "Held": False, "Stopped": False, "Idle": True}})
 
     def test_the_scanners_that_answer(self):
         told = self.steps("""
