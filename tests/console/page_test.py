@@ -300,6 +300,7 @@ class Log(Page):
     def test_what_a_row_is_about_in_words(self):
         for what, english, german in (("api.scan", "Scan", "Scannen"), ("api.scan.done", "Scan: done", "Scannen: fertig"), ("api.scan.refused", "Scan: refused", "Scannen: abgelehnt"),
                                       ("api.setRecipe.failed", "Set a recipe: failed", "Rezept setzen: misslungen"), ("device.choose.failed", "A device could not be chosen", "Ein Gerät konnte nicht gewählt werden"),
+                                      ("api.laserTestPattern.done", "Test pattern: done", "Testmuster: fertig"), ("api.burnTestCard.done", "Test card: done", "Probekarte: fertig"), ("api.laserRun", "Drawing at the laser", "Zeichnung am Laser"),
                                       ("run.proven", "The pose was proven after a run", "Die Lage wurde nach einem Lauf bestätigt"),
                                       ("api.unheardOf.done", None, None), ("constructor", None, None), ("", None, None)):
             with self.subTest(what):

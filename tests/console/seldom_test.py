@@ -11,7 +11,7 @@ from page_test import CELL, EVERYTHING, Page
 STEPS = CELL + EVERYTHING + """
     let screen, rest;
     const now = (fresh = {}) => { given_to({...about_all, open_scan: null, ...fresh}); window.answers['/status'] = model.cell; };
-    const draw = (fresh) => {
+    let draw = (fresh) => {
       now(fresh);
       put(main, ...[screen.draw(...rest)].flat());
       for (const one of main.querySelectorAll('details')) one.open = true;
@@ -94,7 +94,7 @@ class Seldom(Page):
             window.answers['/panels/P-0001'] = {...panel, fiducials: [['tag', 'show'], ['tag', 'show'], ['hole', 'show'], ['tag', 'back']].map(([kind, face]) => ({kind, face, tag_id: 1, centre_mm: [1, 1], corners_mm: [[1, 1]]}))};
             await enter('panels', 'P-0001');
             return main.querySelector('[data-key="fit-P-0001"]').innerText""")
-        self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on the average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
+        self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
 
     def test_a_panel_is_scanned_again_from_its_page(self):
         told = self.steps("""
@@ -131,7 +131,7 @@ class Seldom(Page):
             await enter('settings');
             await until(() => draw().querySelector('#pattern-burn'));
             const shut = [main.querySelector('#pattern-burn').disabled, main.querySelector('#pattern-dry').disabled];
-            type('#pattern-size', '0'); draw();
+            type('#pattern-size', '9,9'); draw();
             const none = main.querySelector('#pattern-dry').disabled;
             type('#pattern-size', '20,5'); draw();
             main.querySelector('[data-key=confirm-pattern] input').click(); draw();
@@ -144,6 +144,80 @@ class Seldom(Page):
             return {shut, none, before, sent: sent('/test-pattern'), left: draw().querySelector('[data-key=confirm-pattern] input').checked}""")
         self.assertEqual(told, {"shut": [True, False], "none": True, "before": False, "sent": [{"size_mm": 20.5, "dry": False, "confirmed": ["exhaust"]}], "left": False})
 
+    def test_strokes_are_ended_by_stop_and_not_by_giving_up(self):
+        told = self.steps("""
+            model.panels = [];
+            answer({'/laser/test-pattern': {task: 12}, '/tasks/12': {}});
+            await enter('settings');
+            await until(() => draw().querySelector('#pattern-burn'));
+            const before = main.querySelector('#pattern-runs');
+            main.querySelector('[data-key=confirm-pattern] input').click(); draw();
+            main.querySelector('#pattern-burn').click();
+            await until(() => draw().querySelector('#pattern-cancel'));
+            const seen = {};
+            for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector('#pattern-cancel') !== null, main.querySelector('#pattern-runs')?.innerText || '']; }
+            return [before, seen]""")
+        self.assertEqual(told[0], None)
+        self.assertEqual(told[1].pop("Resetting"), [True, ""])
+        for state, seen in told[1].items():
+            with self.subTest(state):
+                self.assertEqual(seen, [False, "▲ What moves now is ended by STOP; Hold makes it pause."])
+
+    def pattern(self, script, laser="{}", confirm="['exhaust']", role="admin"):
+        return self.steps("""
+            model.panels = [];
+            answer({'/laser/test-pattern': {task: 12}, '/tasks/12': {}});
+            const fresh = {laser: {...about_all.laser, ...%s}, confirm: %s}, drawn = draw;
+            draw = (more = {}) => drawn({...fresh, ...more});
+            model.role = '%s';
+            await enter('settings');
+            await until(() => draw().querySelector('#pattern-burn'));
+            const card = () => main.querySelector('#pattern-burn').closest('section').innerText;
+            """ % (laser, confirm, role) + script)
+
+    def test_where_nothing_is_asked_by_name_a_question_stands_before_the_burn(self):
+        told = self.pattern("""
+            says(false); await press('#pattern-burn');
+            const none = sent('/test-pattern').length;
+            says(true); await press('#pattern-burn');
+            await until(() => sent('/test-pattern').length);
+            return [none, sent('/test-pattern'), questions.length]""", confirm="[]")
+        self.assertEqual(told, [0, [{"size_mm": 50, "dry": False, "confirmed": []}], 2])
+
+    def test_where_the_pattern_is_burnt_and_that_the_head_moves(self):
+        seen = "return [card(), ...['#pattern-dry', '#pattern-burn'].map((one) => main.querySelector(one).innerText)]"
+        about, dry, burn = self.pattern(seen)
+        self.assertIn("On scrap wood, in the middle of the bed.", about)
+        self.assertEqual((dry, burn), ("Run the pattern dark\nhomes the laser first; stay beside the machine", "Burn the pattern\nhomes the laser first; stay beside the machine"))
+        about, dry, burn = self.pattern(seen, laser="{finds_home: false}")
+        self.assertIn("from the lower left corner on that the laser was shown.", about)
+        self.assertEqual((dry, burn), ("Run the pattern dark\nthe head moves; stay beside the machine", "Burn the pattern\nthe head moves; stay beside the machine"))
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+        about, dry, burn = self.pattern(seen)
+        self.assertIn("In Abfallholz, in der Mitte des Betts.", about)
+        self.assertTrue(dry.startswith("Das Muster dunkel abfahren\nfährt zuerst auf Referenz"), dry)
+
+    def test_a_dark_run_of_the_pattern(self):
+        told = self.pattern("""
+            await press('#pattern-dry');
+            await until(() => sent('/test-pattern').length);
+            model.tasks.set(12, {id: 12, state: 'done', result: {dry: true}});
+            await until(() => draw().innerText.includes('with the beam off'));
+            return [sent('/test-pattern'), card().includes('is burnt.'), questions.length]""")
+        self.assertEqual(told, [[{"size_mm": 50, "dry": True}], False, 0])
+
+    def test_a_refused_pattern_is_told_and_a_viewer_burns_none(self):
+        told = self.pattern("""
+            answer({'/laser/test-pattern': {error: {message: 'the lid is open'}}});
+            await press('#pattern-dry');
+            await until(() => !document.getElementById('refusal').hidden);
+            return [document.getElementById('refusal').innerText, draw() && main.querySelector('#pattern-dry').disabled, main.querySelector('#pattern-cancel')]""")
+        self.assertEqual(told, ["The lid is open.", False, None])
+        self.speak("en")
+        told = self.pattern("""return ['#pattern-dry', '#pattern-burn'].map((one) => [main.querySelector(one).disabled, main.querySelector(one).innerText.split('\\n')[1]])""", role="viewer")
+        self.assertEqual(told, [[True, "needs a maintainer"]] * 2)
+
     def test_only_a_laser_that_does_not_find_its_corner_is_told(self):
         told = self.steps("""
             await enter('settings');
@@ -154,6 +228,26 @@ class Seldom(Page):
             const tell = async (word) => { says(word); draw({laser}); main.querySelector('#do-corner').click(); await settled(); return sent('/laser/corner').length; };
             return [finds, shown, await tell(false), await tell(true)]""")
         self.assertEqual(told, [None, True, 0, 1])
+
+    def test_the_corner_is_told_at_rest_and_then_reset_is_pressed(self):
+        told = self.steps("""
+            await enter('settings');
+            await until(() => draw().querySelector('#pattern-burn'));
+            const laser = {...about_all.laser, finds_home: false}, note = () => main.querySelector('[data-key=corner]').innerText, shut = {}, arrows = {};
+            for (const state of ['Execute', 'Resetting', 'Held', 'Stopped', 'Idle']) { draw({laser, state}); shut[state] = main.querySelector('#do-corner').disabled; arrows[state] = note().includes('arrows'); }
+            draw({laser, state: 'Stopped'});
+            window.confirm = () => { now({laser, state: 'Execute'}); return true; };
+            main.querySelector('#do-corner').click(); await settled();
+            const meanwhile = sent('/laser/corner').length;
+            says(true);
+            draw({laser, state: 'Stopped'});
+            main.querySelector('#do-corner').click(); await settled(); await settled();
+            draw({laser, state: 'Stopped'});
+            const stopped = note();
+            draw({laser, state: 'Idle'});
+            return {shut, arrows, meanwhile, sent: sent('/laser/corner').length, stopped: stopped.includes('Taken. Now press Reset.'), later: note().includes('Taken')}""")
+        self.assertEqual(told, {"shut": {"Execute": True, "Resetting": True, "Held": True, "Stopped": False, "Idle": False}, "meanwhile": 0, "sent": 1, "stopped": True, "later": False,
+                                "arrows": {"Execute": False, "Resetting": False, "Held": False, "Stopped": False, "Idle": True}})
 
     def test_the_scanners_that_answer(self):
         told = self.steps("""
