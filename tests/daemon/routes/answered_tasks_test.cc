@@ -50,15 +50,6 @@ TEST_F(AnsweredTasks, AreNoAlarmsOnceWhoeverAskedHasLooked) {
   EXPECT_THAT(failures(), ElementsAre(key_of(unseen))) << "nobody followed it";
 }
 
-// A name that nothing has is a slip of whoever typed it.
-TEST_F(AnsweredTasks, OfAnUnknownNameAreNoAlarms) {
-  cell->time_to_look = std::chrono::hours(1);
-  const TaskView unknown = ended(ask("POST", "/api/v1/scans", {{"panel", "P-0099"}}));
-  ASSERT_EQ(unknown.error.value_or(Error{}).code, ErrorCode::kNotFound) << unknown.error.value_or(Error{}).message;
-  EXPECT_EQ(look_at(unknown).status, 200);
-  EXPECT_THAT(failures(), IsEmpty());
-}
-
 TEST_F(AnsweredTasks, AreAlarmsAfterARestartUnlessWhoeverAskedLooksThen) {
   cell->time_to_look = std::chrono::hours(1);
   const TaskView seen = refused(), unseen = refused();

@@ -81,8 +81,11 @@ TEST_F(RecipeRoutes, ATestCardIsDrawnOnDemandAndNothingMoves) {
 TEST_F(RecipeRoutes, ACardOfACellThatIsNotIdleHomesTheLaserFirst) {
   const auto begun = ask("POST", "/api/v1/laser/test-card");
   ASSERT_EQ(begun.status, 202) << begun.body;
-  reactor.restart();
-  reactor.poll();
+  // The camera looks for stock before anything moves.
+  while (cell->runner->view().state == CellState::kStopped && !cell->tasks.running().empty()) {
+    reactor.restart();
+    reactor.run_one_for(std::chrono::seconds(10));
+  }
   const auto tasks = cell->tasks.list();
   ASSERT_EQ(tasks.size(), 1U);
   EXPECT_THAT(to_text(*tasks[0]), HasSubstr("homing the laser"));
