@@ -86,6 +86,8 @@ TEST_F(RecipeRoutes, ACardOfACellThatIsNotIdleHomesTheLaserFirst) {
     reactor.restart();
     reactor.run_one_for(std::chrono::seconds(10));
   }
+  reactor.restart();
+  reactor.poll();  // what the task tells comes after it
   const auto tasks = cell->tasks.list();
   ASSERT_EQ(tasks.size(), 1U);
   EXPECT_THAT(to_text(*tasks[0]), HasSubstr("homing the laser"));
