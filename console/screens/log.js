@@ -76,10 +76,10 @@ export function draw() {
   ];
 }
 
-// By its own name too, which the search finds.
+// With its own name under it, which is what the search finds.
 function whatCell(what) {
-  const words = whatOf(what, catalogue);
-  return words ? h("td", {title: what}, words) : h("td", {lang: "en"}, what);
+  const words = whatOf(what, catalogue), name = h("small.dim", {lang: "en"}, what);
+  return h("td", {}, ...(words ? [words, " ", name] : [name]));
 }
 
 function tools(narrowed) {

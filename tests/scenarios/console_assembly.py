@@ -144,13 +144,14 @@ class Table(Day):
 
     def find_in_the_log(self):
         """The cell looks through all of it; a row leads to what it names."""
-        whats = lambda: self.browser.execute_script("return [...document.querySelectorAll('tbody td:nth-child(3)')].map((one) => one.textContent)")
+        whats = lambda: self.browser.execute_script("return [...document.querySelectorAll('tbody td:nth-child(3) small')].map((one) => one.textContent)")
         self.go("log")
         self.until("requests among the rows", lambda: any(what.startswith("api.") for what in whats()))
         Select(self.find("#log-kind")).select_by_value("run")
         self.until("runs and nothing else", lambda: whats() and all(what.startswith("run.") for what in whats()))
         self.find("#log-text").send_keys("p-0001 end")
         self.until("the end of the run", lambda: whats() == ["run.end"])
+        self.until_says("tbody td:nth-child(3)", "A run ended")
         self.show("log-found")
         self.find("#log-text").send_keys(" nowhere")
         self.until_says("main", "Nothing like that is noted")
