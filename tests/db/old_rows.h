@@ -153,8 +153,8 @@ INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at)
 SELECT 21, max(id), 'cut', 0, 'local:1000', 't27' FROM allocation_history WHERE allocation = 21;
 UPDATE allocations SET state = 'scrap', changed_at = 't28' WHERE id = 21;
 INSERT INTO plans (id, name, parent, who, created_at, target_file, preview_file, plan_sha256, plan_bytes, options_json,
-                   report_json) VALUES
-  (21, 'again', 20, 'user anna', 't28', 'target', 'preview', printf('%064d', 0), 0, '{}', '{}');
+                   report_json)
+SELECT 21, 'again', 20, 'user anna', 't28', 'target', 'preview', plan_sha256, plan_bytes, '{}', '{}' FROM plans WHERE id = 20;
 INSERT INTO plan_panels (plan, panel, mask_version) VALUES (21, 'P-0002', 2);
 INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, shift_y_mm, improper,
                         lead_in_um)
