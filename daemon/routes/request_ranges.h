@@ -12,7 +12,7 @@ inline constexpr NumberRange kSpeed{0.01, 1000};        // mm/s, of the beam
 inline constexpr NumberRange kJogSpeed{0.1, 10'000};    // mm/s, dark
 inline constexpr NumberRange kKerf{0, 5};               // mm
 inline constexpr NumberRange kPlace{-10'000, 10'000};   // mm, anywhere a machine may reach
-inline constexpr NumberRange kPatternSide{10, 10'000};   // mm
+inline constexpr NumberRange kPatternSide{10, 10'000};  // mm
 inline constexpr NumberRange kFieldSide{1, 200};        // mm, of a test card's field
 inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
 inline constexpr NumberRange kTile{1, 1000};            // of a series of scans

@@ -426,11 +426,12 @@ void Burning::tick() {
                      "disturbance, end other heavy programs, then Clear and Reset",
                      m_.outstanding().size(), m_.outstanding().front().number)});
   if (m_.now - last_progress_ >= m_.options.stall_timeout)
-    emergency(
-        {ErrorCode::kDeviceFault,
-         "the laser neither moves nor answers lines, as if its controller hung, the cable had lost a byte or this "
-         "computer was too loaded to hear it: see that the head is free, check cable and supply, end other heavy "
-         "programs, then Clear and Reset"});
+    emergency({ErrorCode::kDeviceFault,
+               "the laser neither moves nor answers lines, as if its controller hung or was busy with something else, "
+               "the cable "
+               "had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and "
+               "supply, end other heavy "
+               "programs, then Clear and Reset"});
 }
 
 TimePoint Burning::next_deadline() const {
