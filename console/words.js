@@ -15,6 +15,9 @@ export const language = other ? chosen : "en";
 document.documentElement.lang = language;
 const {dates} = kLanguages[language];
 
+// What is seldom wanted has words of its own, which come with it: words/seldom_en.js.
+export async function learn(name) { Object.assign(words, (await import(`./words/${name}_${language}.js`)).words); }
+
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {
   let text = words[key] ?? english[key];

@@ -1,6 +1,6 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
-import {dayTime, language, sizeOf, squareCm, t} from "../words.js";
+import {dayTime, language, learn, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
@@ -25,6 +25,7 @@ export function enterPanel(id, piece) {
   mapOf = "";
   beginBrush(id);
   beginFacts();
+  if (apart) apart.enterApart();
   loadApart();
 }
 
@@ -32,7 +33,7 @@ export function enterPanel(id, piece) {
 let apart = null;
 async function loadApart() {
   if (apart) return;
-  try { apart = await import("./panel_apart.js"); } catch (fault) { setTimeout(loadApart, kAgainMs); }
+  try { [apart] = await Promise.all([import("./panel_apart.js"), learn("seldom")]); } catch (fault) { setTimeout(loadApart, kAgainMs); }
   changed();
 }
 
