@@ -31,7 +31,7 @@ function burns(place, kind, ticks, asked, asShown, begin) {
   const more = {needs: "maintainer", small: t(findsHome() ? "burns.home" : "burns.move")};
   return {
     buttons: [
-      button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), id: `${place}-dry`}),
+      button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), wide: true, id: `${place}-dry`}),
       button(t(`${place}.burn`), burn, {...more, disabled: !free || !asShown() || !ticks.ready(), wide: true, id: `${place}-burn`}),
       task > 0 && !runs && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
     rows: [runs && h("p.warn", {id: `${place}-runs`, role: "status"}, `▲ ${t("burns.runs")}`), workRow(place), other && h("ul.list", {}, taskRow(other))],
@@ -50,7 +50,7 @@ export function testCard() {
     h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {id: "card-operation", value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
     drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
     ticksOfCard.list(),
-    h("div.commands", {}, button(t("card.draw"), showCard, {disabled: !operates() || isStale()}), ...buttons),
+    h("div.commands", {}, button(t("card.draw"), showCard, {wide: true, disabled: !operates() || isStale()}), ...buttons),
     ...rows, workAt("card").result && hint(t("card.done")));
 }
 
@@ -110,5 +110,5 @@ export function scannersCard() {
     h("div.commands", {}, button(t("scanners.find"), findScanners, {id: "find-scanners", wide: true, disabled: !mayChange() || areSought()})),
     scannersRow(),
     found && (!found.length ? empty(t("choose.none.scanner")) : h("ul.list", {}, ...found.map((one) => h("li", {"data-key": one.name, class: one.problem ? "bad" : ""},
-      h("div", {}, h("b", {}, one.make || one.name), h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", inEnglish(asSentence(one.problem)))))))));
+      h("div", {}, h("b", {}, one.make || one.name), one.make && h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", inEnglish(asSentence(one.problem)))))))));
 }

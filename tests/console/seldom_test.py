@@ -49,7 +49,7 @@ class Seldom(Page):
             const refused = sent('/merge');
             answer({'/panels/P-0001/merge': {panel: 'P-0001', merged: 'P-0002', other_face: %s, fiducials: 4, rms_mm: .01}});
             says(true); await press('#do-merge');
-            return {about, offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: main.querySelector('#merge-done')?.innerText, which: main.querySelector('#merge-which').value}"""
+            return {about, offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: main.querySelector('#merge-done')?.innerText, scan: main.querySelector('#merge-scan')?.getAttribute('href'), which: main.querySelector('#merge-which').value}"""
                           % reply)
 
     def test_two_panels_are_made_one_after_a_question(self):
@@ -69,8 +69,10 @@ class Seldom(Page):
         self.assertIn("P-0002 leaves the stock for good", same["questions"][1])
         self.assertIn("was P-0001 scanned by its show face?", same["questions"][1])
         self.assertRegex(same["done"], "P-0002 is one with P-0001 now.*Scan P-0001 again, show face down: until then nothing is planned on it")
-        back = self.merged("true")["done"]
-        self.assertEqual(back, "P-0002 was the back of P-0001: its scan and its tags are those of the back now.")
+        self.assertEqual(same["scan"], "#scan/P-0001")
+        back = self.merged("true")
+        self.assertEqual(back["scan"], None)
+        self.assertEqual(back["done"], "P-0002 was the back of P-0001: its scan and its tags are those of the back now.")
         german = self.merged("false", "de")
         self.assertRegex(german["done"], "P-0002 ist jetzt eins mit P-0001.*Scannen Sie P-0001 nochmals")
         self.assertIn("deren Sichtseite wirklich gescannt wurde", german["about"])
@@ -473,7 +475,7 @@ class Seldom(Page):
             await press('#find-scanners');
             await until(() => draw().innerText.includes('Maker One'));
             return text().replace(/\\s+/g, ' ')""")
-        self.assertRegex(told, r"Maker One x:1 y:2 y:2 ▲ It is busy\.")
+        self.assertRegex(told, r"Maker One x:1 y:2 ▲ It is busy\.")
 
 
 if __name__ == "__main__":
