@@ -14,6 +14,7 @@ const kCommands = [
   [`panel scan --face (show|back)(?: --panel ${kPanel})?`, (face, panel) => scan(face, panel)],
   [`panel scan --panel ${kPanel}(?: --face (show|back))?`, (panel, face) => scan(face, panel)],
   ["panel scan --anew", () => scan("", "", t("scan.anew"))],
+  [`panel scan --again ${kJob}`, (n) => scan("", "", t("scan.again", {n}))],
   ["panel scan --more", () => scan("", "", t("scan.more"))],
   [`panel scan${kEnd}`, () => scan("", "", t("scan.do"))],
   [`panel restore ${kPanel}`, (panel) => [`panels/${panel}`, [t("retire.back_do", {panel})]]],

@@ -16,11 +16,12 @@ document.documentElement.lang = language;
 const {dates} = kLanguages[language];
 
 // What is seldom wanted has words of its own, which come with it: words/seldom_en.js.
-export async function learn(name) { Object.assign(words, (await import(`./words/${name}_${language}.js`)).words); }
+const learnt = {};
+export async function learn(name) { Object.assign(learnt, (await import(`./words/${name}_${language}.js`)).words); }
 
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {
-  let text = words[key] ?? english[key];
+  let text = words[key] ?? english[key] ?? learnt[key];
   if (text === undefined) return key;
   if (typeof text === "object") text = text[new Intl.PluralRules(language).select(values.n)] || text.other;
   return text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? values[name] : whole));

@@ -7,7 +7,7 @@ import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, inEnglish, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
-import {isShown, kLayers, openMap} from "./panel_map.js";
+import {isShown, kLayers} from "./panel_layers.js";
 import {leasesOn} from "./leases.js";
 import {stockCard, versionsCard} from "./panel_versions.js";
 import {beginFacts, saidCard} from "./panel_facts.js";
@@ -82,7 +82,7 @@ export function panelDrawn(place, id) {
   const canvas = place.querySelector(".map");
   if (!panel || !canvas || mapOf === id) return;
   mapOf = id;
-  openMap(canvas, panel, tapped).then((opened) => {
+  import("./panel_map.js").then(({openMap}) => openMap(canvas, panel, tapped)).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
     brushOn(map);

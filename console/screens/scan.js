@@ -4,7 +4,7 @@ import {dayTime, squareCm, t} from "../words.js";
 import {changed, mayChange, model, panelOf} from "../model.js";
 import {command, isSure, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, hint, inEnglish, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
@@ -88,7 +88,7 @@ function followSeries() {
 // What is given up is what stood there when it was pressed, and no tile that came meanwhile.
 function seriesPart(busy) {
   const open = openSeries(), kept = model.cell && model.cell.kept_scan, key = JSON.stringify(open);
-  if (!open) return kept ? hint(t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})) : null;
+  if (!open) return kept ? keptPart(kept, busy) : null;
   const asShown = () => series.isLooked() && JSON.stringify(openSeries()) === key;
   const anew = async () => { if (await isSure(t("scan.anew.sure", {n: open.tiles}), asShown)) scan({anew: true}); };
   return h("div.note", {"data-key": "series", role: "status"},
@@ -97,15 +97,32 @@ function seriesPart(busy) {
     h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
 }
 
+// One that was refused: a tile of it is scanned anew, and what the series is of stays. By its number in the order of scanning.
+const keptOne = sameThing();
+let tile = 0;
+function keptPart(kept, busy) {
+  const key = JSON.stringify(kept), n = tile >= 1 && tile <= kept.tiles ? tile : kept.tiles;
+  keptOne.drawn(key);
+  const isShown = () => keptOne.isLooked() && JSON.stringify((model.cell || {}).kept_scan) === key;
+  return h("div.note", {"data-key": "kept", role: "status"}, h("p", {}, t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})),
+    h("div.form", {}, choice(t("scan.again.which"), String(n), Array.from({length: kept.tiles}, (_, at) => [String(at + 1), t("scan.again.tile", {n: at + 1})]), (word) => { tile = Number(word); })),
+    h("div.commands", {}, button(t("scan.again", {n}), () => { if (isShown()) begin({again: n}); }, {wide: true, id: "scan-again-tile", small: t("scan.again.small"), disabled: !mayChange() || busy || !keptOne.isLooked()})));
+}
+
+async function begin(body) {
+  const started = await command("/scans", {body});
+  if (started) begun = started.task;
+  changed();
+  return started;
+}
+
 async function scan({anew = false} = {}) {
   const body = {face: wanted.face, more: wanted.more, ...(anew && {anew})};
   if (wanted.panel) body.panel = wanted.panel;
   if (hasNewTags()) body.retag = true;
   if (wanted.bare && mayBeBare()) body.part_of = sawn;
-  const started = await command("/scans", {body});
-  if (started) begun = started.task;
+  const started = await begin(body);
   if (started && !body.more && (body.retag || body.part_of)) told = started.task;
-  changed();
 }
 
 function foundCard(task) {

@@ -210,6 +210,7 @@ class Remedies(Page):
             ("look at each, then say veneerctl job settle 2 --as-seen --there scrap --pieces A1-1 A2-1 (or released for scrap, when none is burnt)",
              "look at each, then say “Run: Suspect pieces: A1-1, A2-1” (or “Run: Never touched”, when none is burnt)", "#run", "#run"),
             ("lay each on the scanner (veneerctl panel scan)", "lay each on the scanner (“Scan: Scan”)", "#scan"),
+            ("the last one by veneerctl panel scan --again 3", "the last one by “Scan: Scan tile 3 again”", "#scan"),
             ("begin the series anew with veneerctl panel scan --anew", "begin the series anew with “Scan: Scan and begin a new series”", "#scan"),
             ("panel P-0001 was retired: run `veneerctl panel restore P-0001`, or scan the sheet", "panel P-0001 was retired: go to “Panels: Put P-0001 back in stock”, or scan the sheet", "#panels/P-0001"),
             ("it is aborted; veneerctl job start 3 goes on with it", "it is aborted; “Run: job 3: Start” goes on with it", "#run/3"),

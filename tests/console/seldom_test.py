@@ -263,6 +263,26 @@ class Seldom(Page):
             return {back, unknown, series, over: main.querySelector('#scan-retag').checked}""")
         self.assertEqual(told, {"back": None, "unknown": {"face": "back", "more": False, "panel": "P-0002"}, "series": True, "over": False})
 
+    def test_a_tile_of_a_refused_series_is_scanned_again(self):
+        told = self.steps("""
+            const kept = (tiles) => ({kept_scan: {tiles, since: at}});
+            await enter('scan', 'P-0001');
+            draw(kept(3));
+            await until(() => !draw(kept(3)).querySelector('#scan-again-tile').disabled);
+            const last = main.querySelector('#scan-again-tile').innerText.split('\\n')[0];
+            type('[data-key=kept] select', '2'); draw(kept(3));
+            draw(kept(2));
+            const atOnce = main.querySelector('#scan-again-tile').disabled;
+            await until(() => !draw(kept(2)).querySelector('#scan-again-tile').disabled);
+            now(kept(4));
+            main.querySelector('#scan-again-tile').click();
+            const other = sent('/scans').length;
+            now(kept(2));
+            main.querySelector('#scan-again-tile').click();
+            await until(() => sent('/scans').length);
+            return [last, atOnce, other, sent('/scans')]""")
+        self.assertEqual(told, ["Scan tile 3 again", True, 0, [{"again": 2}]])
+
     def test_a_series_with_new_tags_ends_with_them(self):
         told = self.steps("""
             await enter('scan');
@@ -460,6 +480,7 @@ class Seldom(Page):
     def test_each_word_is_there_in_both_languages_and_once(self):
         seen = self.does("""
             const all = {};
+            await (await load('words.js')).learn('seldom');
             for (const name of ['en', 'de', 'seldom_en', 'seldom_de']) all[name] = (await load(`words/${name}.js`)).words;
             const places = (text) => [...new Set(JSON.stringify(text).match(/{\\w+}/g))].sort().join();
             const {seldom_en: en, seldom_de: de} = all;
