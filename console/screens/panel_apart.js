@@ -28,8 +28,7 @@ export const enterApart = () => forgetScans();
 
 export function apartCards(panel) {
   begin(panel);
-  if (panel.retired) return [panel.retired.sawn && sawnCard(panel)];
-  return [mergeCard(panel), splitCard(panel)];
+  return panel.retired ? [] : [mergeCard(panel), splitCard(panel)];
 }
 
 // Asked first where `words` are given, of what is shown then. The reply, unless another panel is shown by now.
@@ -62,7 +61,7 @@ function mergeCard(panel) {
       h("option", {value: ""}, t(others.length ? "merge.choose" : "merge.none")), ...others.map((one) => h("option", {value: one.id}, name(one)))))),
     h("div.commands", {}, button(merged ? t("merge.do", {panel: panel.id, other: merged}) : t("merge.choose"), () => merge(panel), {id: "do-merge", wide: true, disabled: !mayChange() || busy || !merged})),
     done && h("p", {id: "merge-done", role: "status"}, t(done.other_face ? "merge.done.back" : "merge.done.same", {panel: panel.id, other: done.merged})),
-    done && (!done.other_face || panel.scan_again) && h("div.commands", {}, link(`#scan/${code(panel.id)}`, t("panel.scan"), {class: "go", id: "merge-scan"})));
+    done && (!done.other_face || panel.scan_again) && h("div.commands", {}, link(`#scan/${code(panel.id)}`, t("panel.scan"), {class: "go wide", id: "merge-scan"})));
 }
 
 // ---- sawn apart -----------------------------------------------------------------------------------------------------
@@ -75,12 +74,14 @@ const splitCard = (panel) => h("details.card", {"data-key": `split-${panel.id}`}
   h("div.form", {}, h("label", {}, t("split.why"), h("input", {type: "text", id: "split-why", maxlength: 500, value: reason, oninput: (event) => { reason = event.target.value; changed(); }}))),
   h("div.commands", {}, button(t("split.do", {panel: panel.id}), () => split(panel), {id: "do-split", wide: true, disabled: !mayChange() || busy})));
 
-// Until a part of it is in stock it can be taken back.
-function sawnCard(panel) {
+// What is to be done with it stands before what it was. Until a part of it is in stock it can be taken back.
+export function sawnCard(panel) {
+  if (!panel.retired || !panel.retired.sawn) return null;
+  begin(panel);
   const parts = panel.parts || [];
   return card(t("split.is"), h("p", {}, t(parts.length ? "split.parts" : "split.next")),
     parts.length > 0 && h("div.choices", {}, ...parts.map((one) => link(`#panels/${code(one)}`, one, {class: "go"}))),
-    h("div.commands", {}, link(`#scan/part/${code(panel.id)}`, t("split.scan"), {class: "go", id: "scan-part"}), !parts.length && button(t("split.back"), () => tell(panel, "restore", {}), {id: "unsplit", disabled: !mayChange() || busy})));
+    h("div.commands", {}, link(`#scan/part/${code(panel.id)}`, t("split.scan"), {class: "go wide", id: "scan-part"}), !parts.length && button(t("split.back"), () => tell(panel, "restore", {}), {id: "unsplit", wide: true, disabled: !mayChange() || busy})));
 }
 
 // ---- how well its scans fit -----------------------------------------------------------------------------------------
