@@ -196,10 +196,9 @@ class Seldom(Page):
             for (const open of main.querySelectorAll('details[open]')) open.open = false;
             await until(() => draw() && card());
             await settled();
+            const before = asked();
             screen.enter(...rest);
             await until(() => draw() && card());
-            await settled(); draw();
-            const before = asked();
             await settled(); draw();
             const unasked = asked() - before;
             card().open = true;
