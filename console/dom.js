@@ -26,6 +26,8 @@ function make(node, spec, attributes, children) {
     }
   }
   node.append(...flat(children));
+  // A choice is there only once its options are.
+  if (node.nodeName === "SELECT" && "value" in node.wanted) apply(node, "value", node.wanted.value);
   return node;
 }
 

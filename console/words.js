@@ -1,6 +1,5 @@
 // What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
 // from the daemon, in English.
-import {words as english} from "./words/en.js";
 
 // Its own name for each, which is on the button that changes to it, and how it writes dates.
 export const kLanguages = {
@@ -8,16 +7,21 @@ export const kLanguages = {
   de: {name: "Deutsch", dates: "de-DE"},
 };
 const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
-// Another one is asked for only by whoever reads it; one that does not come leaves English.
-const other = chosen in kLanguages && chosen !== "en" && await import(`./words/${chosen}.js`).then((one) => one.words, () => null);
-const words = other || english;
+// One is asked for, by whoever reads it; another one that does not come leaves English.
+const catalogue = (one) => import(`./words/${one}.js`).then((all) => all.words);
+const other = chosen in kLanguages && chosen !== "en" && await catalogue(chosen).catch(() => null);
+const words = other || await catalogue("en");
 export const language = other ? chosen : "en";
 document.documentElement.lang = language;
 const {dates} = kLanguages[language];
 
+// What is seldom wanted has words of its own, which come with it: words/seldom_en.js.
+const learnt = {};
+export async function learn(name) { Object.assign(learnt, (await import(`./words/${name}_${language}.js`)).words); }
+
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {
-  let text = words[key] ?? english[key];
+  let text = words[key] ?? learnt[key];
   if (text === undefined) return key;
   if (typeof text === "object") text = text[new Intl.PluralRules(language).select(values.n)] || text.other;
   return text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? values[name] : whole));

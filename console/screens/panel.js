@@ -1,13 +1,13 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
-import {dayTime, language, sizeOf, squareCm, t} from "../words.js";
+import {dayTime, language, learn, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, inEnglish, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
-import {isShown, kLayers, openMap} from "./panel_map.js";
+import {isShown, kLayers} from "./panel_layers.js";
 import {leasesOn} from "./leases.js";
 import {stockCard, versionsCard} from "./panel_versions.js";
 import {beginFacts, saidCard} from "./panel_facts.js";
@@ -25,6 +25,7 @@ export function enterPanel(id, piece) {
   mapOf = "";
   beginBrush(id);
   beginFacts();
+  if (apart) apart.enterApart();
   loadApart();
 }
 
@@ -32,7 +33,7 @@ export function enterPanel(id, piece) {
 let apart = null;
 async function loadApart() {
   if (apart) return;
-  try { apart = await import("./panel_apart.js"); } catch (fault) { setTimeout(loadApart, kAgainMs); }
+  try { [apart] = await Promise.all([import("./panel_apart.js"), learn("seldom")]); } catch (fault) { setTimeout(loadApart, kAgainMs); }
   changed();
 }
 
@@ -81,7 +82,7 @@ export function panelDrawn(place, id) {
   const canvas = place.querySelector(".map");
   if (!panel || !canvas || mapOf === id) return;
   mapOf = id;
-  openMap(canvas, panel, tapped).then((opened) => {
+  import("./panel_map.js").then(({openMap}) => openMap(canvas, panel, tapped)).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
     brushOn(map);
@@ -105,7 +106,7 @@ export function drawPanel(id) {
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart && apart.fitCard(panel), ...(apart ? apart.apartCards(panel) : []), stockCard(panel))),
+      h("div.column", {}, apart && apart.sawnCard(panel), passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart && apart.fitCard(panel), ...(apart ? apart.apartCards(panel) : []), stockCard(panel))),
   ];
 }
 

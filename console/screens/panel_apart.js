@@ -1,81 +1,112 @@
 // Two panels that are one sheet, a panel that was sawn apart, and how well its scans fit. Asked for once a panel is shown.
 import {h} from "../dom.js";
-import {dayTime, t} from "../words.js";
+import {asSentence, dayTime, t} from "../words.js";
 import {askAll, kAgainMs} from "../link.js";
-import {changed, loadPanels, mayChange, model} from "../model.js";
+import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, isSure} from "../commands.js";
-import {button, card, empty, fact, facts, link} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link} from "../parts.js";
 
 const code = encodeURIComponent;
-let of = "", reason = "", merged = "", done = "";
-let scans = null, scansOf = "";
+let of = "", reason = "", merged = "";
+let done = null;   // what the cell answered to the merge
+let busy = false;  // it is told one thing at a time
 
-// What was chosen for one panel is not chosen for another.
+const othersOf = (panel) => model.panels.filter((one) => one.id !== panel.id && !one.retired);
+
+// What was chosen for one panel is not chosen for another, nor one that has left the stock meanwhile.
 function begin(panel) {
-  if (of === panel.id) return;
-  of = panel.id;
-  reason = merged = done = "";
+  if (of !== panel.id) {
+    of = panel.id;
+    reason = merged = "";
+    done = null;
+    forgetScans();
+  }
+  if (!othersOf(panel).some((one) => one.id === merged)) merged = "";
 }
 
-const isShown = (panel) => () => of === panel.id;
+export const enterApart = () => forgetScans();
 
 export function apartCards(panel) {
   begin(panel);
-  if (panel.retired) return [panel.retired.sawn && sawnCard(panel)];
-  return [mergeCard(panel), splitCard(panel)];
+  return panel.retired ? [] : [mergeCard(panel), splitCard(panel)];
+}
+
+// Asked first where `words` are given, of what is shown then. The reply, unless another panel is shown by now.
+async function tell(panel, path, body, words, asShown = () => true) {
+  if (busy || (words && !await isSure(words, () => !busy && of === panel.id && asShown()))) return null;
+  busy = true;
+  changed();
+  const told = await command(`/panels/${code(panel.id)}/${path}`, {body});
+  busy = false;
+  loadPanels();
+  changed();
+  return of === panel.id ? told : null;
 }
 
 // ---- one sheet under two names --------------------------------------------------------------------------------------
 
 async function merge(panel) {
   const other = merged;
-  if (!await isSure(t("merge.sure", {panel: panel.id, other}), () => isShown(panel)() && merged === other)) return;
-  if (await command(`/panels/${code(panel.id)}/merge`, {body: {merged: other}})) { merged = ""; done = t("merge.done", {panel: panel.id, other}); }
-  loadPanels();
-  changed();
+  const told = await tell(panel, "merge", {merged: other}, t("merge.sure", {panel: panel.id, other}), () => merged === other);
+  if (!told) return;
+  merged = "";
+  done = told;
 }
 
 function mergeCard(panel) {
-  const others = model.panels.filter((one) => one.id !== panel.id && !one.retired);
+  const others = othersOf(panel);
   const name = (one) => [one.id, one.name !== one.id && one.name, one.shelf].filter(Boolean).join(", ");
-  return h("details.card", {"data-key": `merge-${panel.id}`}, h("summary", {}, t("merge")), h("p.dim", {}, t("merge.about", {panel: panel.id})),
-    h("div.form", {}, h("label", {}, t("merge.which"), h("select", {id: "merge-which", value: merged, onchange: (event) => { merged = event.target.value; done = ""; changed(); }},
+  return h("details.card", {"data-key": `merge-${panel.id}`}, h("summary", {}, t("merge")), h("p.dim", {}, t("merge.about", {panel: panel.id})), h("p.dim", {}, t("merge.then", {panel: panel.id})),
+    h("div.form", {}, h("label", {}, t("merge.which"), h("select", {id: "merge-which", value: merged, onchange: (event) => { merged = event.target.value; done = null; changed(); }},
       h("option", {value: ""}, t(others.length ? "merge.choose" : "merge.none")), ...others.map((one) => h("option", {value: one.id}, name(one)))))),
-    h("div.commands", {}, button(merged ? t("merge.do", {panel: panel.id, other: merged}) : t("merge.choose"), () => merge(panel), {id: "do-merge", wide: true, disabled: !mayChange() || !merged})),
-    done && h("p", {role: "status"}, done));
+    h("div.commands", {}, button(merged ? t("merge.do", {panel: panel.id, other: merged}) : t("merge.choose"), () => merge(panel), {id: "do-merge", wide: true, disabled: !mayChange() || busy || !merged})),
+    done && h("p", {id: "merge-done", role: "status"}, t(done.other_face ? "merge.done.back" : "merge.done.same", {panel: panel.id, other: done.merged})),
+    done && (!done.other_face || panel.scan_again) && h("div.commands", {}, link(`#scan/${code(panel.id)}`, t("panel.scan"), {class: "go wide", id: "merge-scan"})));
 }
 
 // ---- sawn apart -----------------------------------------------------------------------------------------------------
 
 async function split(panel) {
-  if (!await isSure(t("split.sure", {panel: panel.id}), isShown(panel))) return;
-  if (await command(`/panels/${code(panel.id)}/split`, {body: reason.trim() ? {reason: reason.trim()} : {}})) reason = "";
-  loadPanels();
-  changed();
+  if (await tell(panel, "split", reason.trim() ? {reason: reason.trim()} : {}, t("split.sure", {panel: panel.id}))) reason = "";
 }
 
 const splitCard = (panel) => h("details.card", {"data-key": `split-${panel.id}`}, h("summary", {}, t("split")), h("p.dim", {}, t("split.about", {panel: panel.id})),
   h("div.form", {}, h("label", {}, t("split.why"), h("input", {type: "text", id: "split-why", maxlength: 500, value: reason, oninput: (event) => { reason = event.target.value; changed(); }}))),
-  h("div.commands", {}, button(t("split.do", {panel: panel.id}), () => split(panel), {id: "do-split", wide: true, disabled: !mayChange()})));
+  h("div.commands", {}, button(t("split.do", {panel: panel.id}), () => split(panel), {id: "do-split", wide: true, disabled: !mayChange() || busy})));
 
-// Until a part of it is in stock it can be taken back.
-function sawnCard(panel) {
+// What is to be done with it stands before what it was. Until a part of it is in stock it can be taken back.
+export function sawnCard(panel) {
+  if (!panel.retired || !panel.retired.sawn) return null;
+  begin(panel);
   const parts = panel.parts || [];
-  const back = async () => { await command(`/panels/${code(panel.id)}/restore`, {body: {}}); loadPanels(); };
   return card(t("split.is"), h("p", {}, t(parts.length ? "split.parts" : "split.next")),
     parts.length > 0 && h("div.choices", {}, ...parts.map((one) => link(`#panels/${code(one)}`, one, {class: "go"}))),
-    h("div.commands", {}, link("#scan", t("split.scan"), {class: "go"}), !parts.length && button(t("split.back"), back, {id: "unsplit", disabled: !mayChange()})));
+    h("div.commands", {}, link(`#scan/part/${code(panel.id)}`, t("split.scan"), {class: "go wide", id: "scan-part"}), !parts.length && button(t("split.back"), () => tell(panel, "restore", {}), {id: "unsplit", wide: true, disabled: !mayChange() || busy})));
 }
 
 // ---- how well its scans fit -----------------------------------------------------------------------------------------
 
-function loadScans(panel) {
-  const key = `${panel.id} ${panel.mask_version} ${panel.faces.length}`;
-  if (scansOf === key) return;
-  if (!scansOf.startsWith(`${panel.id} `)) scans = null;
-  scansOf = key;
-  askAll(`/panels/${code(panel.id)}/registration`, "scans").then((all) => { if (scansOf === key) { scans = all; changed(); } },
-    () => setTimeout(() => { if (scansOf === key) { scansOf = ""; changed(); } }, kAgainMs));
+let scans = null, fault = "";
+let asked = null;      // the last question; answers to earlier ones are old
+let unfolded = false;  // nobody waits for what nobody sees
+
+function forgetScans() {
+  scans = asked = null;
+  fault = "";
+  unfolded = false;
+}
+
+// What was told stays until something else is.
+followEvent("panel", () => { asked = null; changed(); });
+async function loadScans(panel) {
+  if (asked || !unfolded) return;
+  const mine = asked = {};
+  let told = null, why = "";
+  try { told = await askAll(`/panels/${code(panel.id)}/registration`, "scans"); } catch (refused) { why = refused.message; }
+  if (asked !== mine) return;
+  fault = why;
+  if (told) scans = told; else setTimeout(() => { if (asked === mine) { asked = null; changed(); } }, kAgainMs);
+  changed();
 }
 
 const fitOf = ({rms_mm, max_mm}) => (typeof rms_mm !== "number" ? t("fit.one")
@@ -87,10 +118,12 @@ const marksOf = (panel, face) => {
 
 // The newest first.
 export function fitCard(panel) {
+  begin(panel);
   loadScans(panel);
   const count = scans ? ` (${scans.length})` : "";
-  return h("details.card", {"data-key": `fit-${panel.id}`}, h("summary", {}, `${t("fit")}${count}`), h("p.dim", {}, t("fit.about")),
+  return h("details.card", {"data-key": `fit-${panel.id}`, ontoggle: (event) => { unfolded = event.target.open; changed(); }}, h("summary", {}, `${t("fit")}${count}`), h("p.dim", {}, t("fit.about")),
     facts(...panel.faces.map((face) => fact(t("fit.marks", {face: t(`face.${face}`)}), marksOf(panel, face)))),
-    scans === null ? empty(t("map.loading")) : h("ul.list", {}, ...scans.slice().reverse().map((one) => h("li", {"data-key": one.id},
-      h("div", {}, h("b", {}, t("fit.scan", {n: one.id, face: t(`face.${one.face}`)})), h("div.dim", {}, `${dayTime(one.taken)}, ${fitOf(one)}`))))));
+    fault && h("p.fault", {id: "fit-fault", role: "alert"}, "▲ ", inEnglish(asSentence(fault))),
+    scans ? h("ul.list", {}, ...scans.slice().reverse().map((one) => h("li", {"data-key": one.id},
+      h("div", {}, h("b", {}, t("fit.scan", {n: one.id, face: t(`face.${one.face}`)})), h("div.dim", {}, `${dayTime(one.taken)}, ${fitOf(one)}`))))) : !fault && empty(t("fit.coming")));
 }

@@ -6,6 +6,7 @@ import {t} from "../words.js";
 import {pictureUrl} from "../pictures.js";
 import {brushKey} from "../brush_keys.js";
 import {tilesOver} from "../map_tiles.js";
+import {hiddenLayers, isShown, kLayers} from "./panel_layers.js";
 
 const kFirstWidth = 1600;  // px, of the scan
 const kStates = {  // what a state is drawn as, and on which layer
@@ -16,12 +17,6 @@ const kStates = {  // what a state is drawn as, and on which layer
   suspect: ["suspect", {color: "#15181a", fillColor: "#e69f00", fillOpacity: .75, weight: 2}],
   scrap: ["scrap", {color: "#15181a", fillColor: "#5a6064", fillOpacity: .8, weight: 1}],
 };
-
-// What lies over the scan, and whether it is shown: of every panel that is looked at.
-export const kLayers = ["free", "reserved", "cut", "suspect", "scrap", "fiducials", "zones"];
-// What is free is a picture of its own and hides the scan, so it is shown when somebody asks for it.
-const hiddenLayers = new Set(["free", "zones"]);
-export const isShown = (layer) => !hiddenLayers.has(layer);
 
 const at = ([x, y]) => [y, x];  // Leaflet's latitude is our y
 const words = (text) => h("span", {}, text);  // Leaflet takes a string for HTML, and a wood's name is what somebody typed

@@ -1,26 +1,42 @@
 // A panel onto the glass and into stock: what is asked before, how far it is, what was found.
 import {h} from "../dom.js";
 import {dayTime, squareCm, t} from "../words.js";
-import {changed, mayChange, model} from "../model.js";
+import {changed, mayChange, model, panelOf} from "../model.js";
 import {command, isSure, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, hint, inEnglish, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
-const wanted = {face: "show", panel: "", more: false, retag: false};
+const wanted = {face: "show", panel: "", more: false, retag: false, bare: false};
 let begun = 0;  // the task
+let told = 0;   // the task that was told of new tags, or of a part without old ones
+let sawn = "";  // the panel whose parts are scanned
 
-// #scan/P-0001 scans that panel again.
-export function enter(panel) {
-  if (panel) choosePanel(panel);
+// #scan/P-0001 scans that panel again; #scan/part/P-0001 a part that was sawn off it.
+export function enter(panel, parent) {
+  followSeries();  // what somebody goes to comes after what was begun
+  sawn = panel === "part" && parent ? parent : "";
+  wanted.bare = false;
+  if (panel === "part") { choosePanel(""); wanted.face = "show"; } else if (panel) choosePanel(panel);
 }
 
 // New tags were glued to the panel that was chosen before.
 function choosePanel(panel) {
-  if (wanted.panel !== panel) wanted.retag = false;
+  if (wanted.panel !== panel) { wanted.retag = false; told = 0; }
   wanted.panel = panel;
+}
+
+// A face that was never scanned has new tags only. What nobody can see is not sent, unless the tiles before were scanned so.
+const knowsFace = () => { const panel = panelOf(wanted.panel); return Boolean(panel) && panel.faces.includes(wanted.face); };
+const hasNewTags = () => wanted.retag && (knowsFace() || Boolean((openSeries() || {}).retag));
+const mayBeBare = () => Boolean(sawn) && !wanted.panel && wanted.face === "show";
+
+// Once the panel has them the next scan of it is an ordinary one. A panel that has left the stock is scanned as none.
+function followChoice(task) {
+  if (told && task && task.id === told && task.state === "done") { told = 0; wanted.retag = wanted.bare = false; }
+  if ((panelOf(wanted.panel) || {}).retired) choosePanel("");
 }
 
 export function draw() {
@@ -28,13 +44,13 @@ export function draw() {
   const busy = Boolean(task && task.state === "running");
   followWaiting(task);
   followSeries();
+  followChoice(task);
   return h("div.columns.two", {},
     h("div.column", {}, card(t("screen.scan"), h("p", {}, t("scan.how")),
       h("div.form", {},
         choice(t("scan.face"), wanted.face, [["show", t("face.show")], ["back", t("face.back")]], (face) => { wanted.face = face; }),
         choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], choosePanel),
-        wanted.panel && h("label.tick", {"data-key": "retag"}, h("input", {type: "checkbox", id: "scan-retag", checked: wanted.retag, onchange: (event) => { wanted.retag = event.target.checked; changed(); }}), t("scan.retag")),
-        h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
+        knowsFace() && tick("retag", t("scan.retag")), mayBeBare() && tick("bare", t("scan.bare", {panel: sawn})), tick("more", t("scan.more"))),
       h("div.commands", {}, button(t("scan.do"), () => { if (!isOther()) scan(); }, {wide: true, id: "do-scan", disabled: !mayChange() || busy || isOther() || !series.isLooked()})),
       seriesPart(busy),
       busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))), sheetHands("scanner", wanted.face)),
@@ -43,6 +59,7 @@ export function draw() {
 
 const choice = (label, value, options, take) => h("label", {}, label,
   h("select", {value, onchange: (event) => { take(event.target.value); changed(); }}, ...options.map(([word, text]) => h("option", {value: word}, text))));
+const tick = (name, text) => h("label.tick", {"data-key": name}, h("input", {type: "checkbox", id: `scan-${name}`, checked: wanted[name], onchange: (event) => { wanted[name] = event.target.checked; changed(); }}), text);
 
 // ---- a series of tiles ----------------------------------------------------------------------------------------------
 
@@ -53,7 +70,8 @@ const series = sameThing();
 // A tile of another face would end it, and its tiles with it; one of another panel fits none of them.
 function isOther() {
   const open = openSeries();
-  return Boolean(open) && (wanted.face !== open.face || Boolean(wanted.panel && open.panel && wanted.panel !== open.panel));
+  const isAnother = open && open.panel && (wanted.panel ? wanted.panel !== open.panel : Boolean(sawn));  // a part is none in stock yet
+  return Boolean(open) && (wanted.face !== open.face || Boolean(isAnother));
 }
 
 // What is chosen begins as the series is of, and is anybody's then.
@@ -63,13 +81,14 @@ function followSeries() {
   series.drawn(JSON.stringify(open));
   if (now === chosenFor) return;
   chosenFor = now;
-  if (open) Object.assign(wanted, {face: open.face, panel: open.panel || "", retag: Boolean(open.retag)});
+  wanted.retag = Boolean(open && open.retag);  // new tags were those of the tiles that are gone
+  if (open) Object.assign(wanted, {face: open.face, panel: open.panel || ""});
 }
 
 // What is given up is what stood there when it was pressed, and no tile that came meanwhile.
 function seriesPart(busy) {
   const open = openSeries(), kept = model.cell && model.cell.kept_scan, key = JSON.stringify(open);
-  if (!open) return kept ? hint(t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})) : null;
+  if (!open) return kept ? keptPart(kept, busy) : null;
   const asShown = () => series.isLooked() && JSON.stringify(openSeries()) === key;
   const anew = async () => { if (await isSure(t("scan.anew.sure", {n: open.tiles}), asShown)) scan({anew: true}); };
   return h("div.note", {"data-key": "series", role: "status"},
@@ -78,14 +97,32 @@ function seriesPart(busy) {
     h("div.commands", {}, button(t("scan.anew"), anew, {wide: true, id: "scan-anew", small: t("scan.anew.small"), disabled: !mayChange() || busy || !series.isLooked()})));
 }
 
+// One that was refused: a tile of it is scanned anew, and what the series is of stays. By its number in the order of scanning.
+const keptOne = sameThing();
+let tile = 0;
+function keptPart(kept, busy) {
+  const key = JSON.stringify(kept), n = tile >= 1 && tile <= kept.tiles ? tile : kept.tiles;
+  keptOne.drawn(key);
+  const isShown = () => keptOne.isLooked() && JSON.stringify((model.cell || {}).kept_scan) === key;
+  return h("div.note", {"data-key": "kept", role: "status"}, h("p", {}, t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})),
+    h("div.form", {}, choice(t("scan.again.which"), String(n), Array.from({length: kept.tiles}, (_, at) => [String(at + 1), t("scan.again.tile", {n: at + 1})]), (word) => { tile = Number(word); })),
+    h("div.commands", {}, button(t("scan.again", {n}), () => { if (isShown()) begin({again: n}); }, {wide: true, id: "scan-again-tile", small: t("scan.again.small"), disabled: !mayChange() || busy || !keptOne.isLooked()})));
+}
+
+async function begin(body) {
+  const started = await command("/scans", {body});
+  if (started) begun = started.task;
+  changed();
+  return started;
+}
+
 async function scan({anew = false} = {}) {
   const body = {face: wanted.face, more: wanted.more, ...(anew && {anew})};
   if (wanted.panel) body.panel = wanted.panel;
-  if (wanted.retag) body.retag = true;
-  const started = await command("/scans", {body});
-  if (started) begun = started.task;
-  if (started && !wanted.more) wanted.retag = false;  // those tags are its own then
-  changed();
+  if (hasNewTags()) body.retag = true;
+  if (wanted.bare && mayBeBare()) body.part_of = sawn;
+  const started = await begin(body);
+  if (started && !body.more && (body.retag || body.part_of)) told = started.task;
 }
 
 function foundCard(task) {

@@ -1,13 +1,11 @@
-// How each wood is cut, the test card to find out, the head by hand, overrides, what can be printed, and copies of it all.
+// How each wood is cut, the head by hand, overrides, what can be printed, and copies of it all.
 import {h} from "../dom.js";
-import {language, t} from "../words.js";
+import {language, learn, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
-import {burnTicks} from "../ticks.js";
-import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 import {gridButton, tagForm} from "./setup_devices.js";
 import {backupsCard, enterBackups} from "./settings_backups.js";
 
@@ -23,7 +21,7 @@ export function enter() {
 let alone = null;
 async function loadAlone() {
   if (alone) return;
-  try { alone = await import("./settings_laser.js"); } catch (fault) { setTimeout(loadAlone, kAgainMs); }
+  try { [alone] = await Promise.all([import("./settings_laser.js"), learn("seldom")]); } catch (fault) { setTimeout(loadAlone, kAgainMs); }
   changed();
 }
 
@@ -39,11 +37,18 @@ async function enterRecipes() {
   changed();
 }
 
+// Each stays itself, with its focus, when another one comes before it.
+function keyed(cards) {
+  const there = Object.entries(cards).filter(([, one]) => one);
+  for (const [key, one] of there) one.dataset.key ||= `settings-${key}`;
+  return there.map(([, one]) => one);
+}
+
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
   return [viewerHint(), h("div.columns.two-even", {},
-    h("div.column", {}, recipesCard(), recipeForm(), printCard(), alone && alone.scannersCard()),
-    h("div.column", {}, testCard(), alone && alone.patternCard(), overridesCard(), jogCard(), backupsCard()))];
+    h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: alone && alone.scannersCard()})),
+    h("div.column", {}, keyed({card: alone && alone.testCard(), pattern: alone && alone.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -90,33 +95,6 @@ async function setRecipe(event) {
   const body = {speed_mm_s: numberOf(wanted.speed_mm_s), power: Number((numberOf(wanted.power) / 100).toPrecision(12)), passes: numberOf(wanted.passes), air: wanted.air};
   for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf].trim()) body[kerf] = numberOf(wanted[kerf]);
   if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enterRecipes(); }
-}
-
-// ---- test card ------------------------------------------------------------------------------------------------------
-
-let operation = "cut", drawing = null;
-const ticks = burnTicks("confirm-card");
-
-function testCard() {
-  const begin = (text, body) => doSteps("card", [{text, act: () => run("card", "/laser/test-card", {operation, ...body})}]);
-  const burn = () => begin(t("card.burn"), {dry: false, confirmed: ticks.take()});
-  const free = maySet() && !isBusy("card");
-  return card(t("card"), h("p.dim", {}, t("card.about")),
-    h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
-    drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
-    ticks.list(),
-    h("div.commands", {},
-      button(t("card.draw"), showCard, {disabled: !operates() || isStale()}),
-      button(t("card.dry"), () => begin(t("card.dry"), {dry: true}), {disabled: !free, needs: "maintainer"}),
-      button(t("card.burn"), burn, {disabled: !free || !ticks.ready(), needs: "maintainer", wide: true, small: t("card.burns")})),
-    workRow("card"), workAt("card").result && hint(t("card.done")));
-}
-
-async function showCard() {
-  const drawn = await command("/test-card", {body: {operation}});
-  if (drawing) URL.revokeObjectURL(drawing);
-  drawing = drawn ? URL.createObjectURL(new Blob([drawn.svg], {type: "image/svg+xml"})) : null;
-  changed();
 }
 
 // ---- overrides ------------------------------------------------------------------------------------------------------

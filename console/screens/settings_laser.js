@@ -1,49 +1,86 @@
-// The laser alone, and what is plugged in: the test pattern, the corner that somebody shows it, and which scanners answer.
+// The laser alone, and what is plugged in: test card and pattern, the corner that somebody shows it, which scanners answer.
 // Asked for with Settings only.
 import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command, isSure} from "../commands.js";
-import {button, card, empty, hint, inEnglish} from "../parts.js";
+import {button, card, empty, hint, inEnglish, taskRow} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {burnTicks} from "../ticks.js";
+import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
 import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
+
+// ---- what the laser burns on its own --------------------------------------------------------------------------------
+
+const kStrokes = ["Execute", "Holding", "Held", "Unholding"];  // a task that is given up ends none of them
+const kBurns = ["test card", "laser test-pattern", "laser run"];  // tasks, by their names in the API
+const findsHome = () => (model.cell.laser || {}).finds_home !== false;
+// One of them goes on, whoever began it, and wherever.
+const burning = (...kinds) => (model.cell.tasks || []).find((one) => kinds.includes(one.kind) && one.state === "running");
+const isFree = () => !isBusy("pattern") && !isBusy("card") && !burning(...kBurns);
+
+// `asked`: what is asked where nothing is by name. `asShown()`: it is still what is asked about.
+function burns(place, kind, ticks, asked, asShown, begin) {
+  const isMine = isBusy(place), other = isMine ? null : burning(kind), task = isMine ? workAt(place).task : (other || {}).id;
+  const runs = (isMine || Boolean(other)) && kStrokes.includes(model.cell.state), free = mayDo("maintainer") && mayChange() && isFree();
+  const go = (text, body) => { if (asShown()) doSteps(place, [{text, act: () => begin(body)}]); };
+  const burn = async () => {
+    const confirmed = ticks.take();
+    if (confirmed.length || await isSure(t(asked), () => ticks.ready() && isFree() && asShown())) go(t(`${place}.burn`), {dry: false, confirmed});
+  };
+  const more = {needs: "maintainer", small: t(findsHome() ? "burns.home" : "burns.move")};
+  return {
+    buttons: [
+      button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), wide: true, id: `${place}-dry`}),
+      button(t(`${place}.burn`), burn, {...more, disabled: !free || !asShown() || !ticks.ready(), wide: true, id: `${place}-burn`}),
+      task > 0 && !runs && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
+    rows: [runs && h("p.warn", {id: `${place}-runs`, role: "status"}, `▲ ${t("burns.runs")}`), workRow(place), other && h("ul.list", {}, taskRow(other))],
+  };
+}
+
+// ---- test card ------------------------------------------------------------------------------------------------------
+
+let operation = "cut", drawing = null;
+const ticksOfCard = burnTicks("confirm-card");
+
+export function testCard() {
+  const of = operation;
+  const {buttons, rows} = burns("card", "test card", ticksOfCard, "card.sure", () => operation === of, (body) => run("card", "/laser/test-card", {operation: of, ...body}));
+  return card(t("card"), h("p.dim", {}, t("card.about")),
+    h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {id: "card-operation", value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
+    drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
+    ticksOfCard.list(),
+    h("div.commands", {}, button(t("card.draw"), showCard, {wide: true, disabled: !operates() || isStale()}), ...buttons),
+    ...rows, workAt("card").result && hint(t("card.done")));
+}
+
+async function showCard() {
+  const drawn = await command("/test-card", {body: {operation}});
+  if (drawing) URL.revokeObjectURL(drawing);
+  drawing = drawn ? URL.createObjectURL(new Blob([drawn.svg], {type: "image/svg+xml"})) : null;
+  changed();
+}
 
 // ---- test pattern ---------------------------------------------------------------------------------------------------
 
 let size = "50";
 const kSize = {least: 10, most: 10000};
-const ticks = burnTicks("confirm-pattern");
-const kStrokes = ["Execute", "Holding", "Held", "Unholding"];  // a task that is given up ends none of them
-const findsHome = () => (model.cell.laser || {}).finds_home !== false;
-
-// Where nothing was asked by name, no tap on its own burns.
-async function burn(begin) {
-  const of = size, confirmed = ticks.take();
-  const asShown = () => ticks.ready() && size === of && !isBusy("pattern");
-  if (confirmed.length || await isSure(t("pattern.sure"), asShown)) begin(t("pattern.burn"), {dry: false, confirmed});
-}
+const ticksOfPattern = burnTicks("confirm-pattern");
+const faultOfSize = () => firstFault({label: t("pattern.size"), text: size, rules: kSize});
 
 export function patternCard() {
-  const bad = firstFault({label: t("pattern.size"), text: size, rules: kSize});
-  const begin = (text, body) => { if (!bad) doSteps("pattern", [{text, act: () => run("pattern", "/laser/test-pattern", {size_mm: numberOf(size), ...body})}]); };
-  const free = mayDo("maintainer") && mayChange() && !isBusy("pattern") && !bad;
-  const {result, task} = workAt("pattern"), busy = isBusy("pattern"), runs = busy && kStrokes.includes(model.cell.state);
-  const small = t(findsHome() ? "card.burns" : "pattern.moves");
+  const of = size, bad = faultOfSize(), {result} = workAt("pattern");
+  const {buttons, rows} = burns("pattern", "laser test-pattern", ticksOfPattern, "pattern.sure", () => size === of && !faultOfSize(), (body) => run("pattern", "/laser/test-pattern", {size_mm: numberOf(of), ...body}));
   return card(t("pattern"), h("p.dim", {}, t("pattern.about", {where: t(findsHome() ? "pattern.middle" : "pattern.corner")})),
     h("div.form", {}, numberField(t("pattern.size"), size, (text) => { size = text; changed(); }, {...kSize, id: "pattern-size"})),
-    ticks.list(), bad && hint(faultWords(bad)),
-    h("div.commands", {},
-      button(t("pattern.dry"), () => begin(t("pattern.dry"), {dry: true}), {disabled: !free, needs: "maintainer", small, id: "pattern-dry"}),
-      button(t("pattern.burn"), () => burn(begin), {disabled: !free || !ticks.ready(), needs: "maintainer", wide: true, small, id: "pattern-burn"}),
-      busy && !runs && task > 0 && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: "pattern-cancel"})),
-    runs && h("p.warn", {id: "pattern-runs", role: "status"}, `▲ ${t("pattern.runs")}`), workRow("pattern"), result && hint(t(result.dry ? "pattern.ran" : "pattern.done")));
+    ticksOfPattern.list(), bad && hint(faultWords(bad)),
+    h("div.commands", {}, ...buttons), ...rows, result && hint(t(result.dry ? "pattern.ran" : "pattern.done")));
 }
 
 // ---- where the head stands ------------------------------------------------------------------------------------------
 
 const kRests = ["Stopped", "Idle", "Complete", "Aborted"];
-const mayTell = () => !findsHome() && kRests.includes(model.cell.state) && !isBusy("pattern") && !isBusy("card");
+const mayTell = () => !findsHome() && kRests.includes(model.cell.state) && isFree();
 let telling = false, told = "";  // in which state it was taken
 
 async function here() {
@@ -67,13 +104,11 @@ export function cornerPart() {
 
 // ---- scanners -------------------------------------------------------------------------------------------------------
 
-const find = () => doSteps("scanners", [{text: t("choose.scanners"), act: () => run("scanners", "/scanners", {})}]);
-
 export function scannersCard() {
-  const {result} = workAt("scanners"), found = result && result.scanners;
+  const found = scannersFound();
   return card(t("scanners"), h("p.dim", {}, t("scanners.about")),
-    h("div.commands", {}, button(t("scanners.find"), find, {id: "find-scanners", wide: true, disabled: !mayChange() || isBusy("scanners")})),
-    workRow("scanners"),
+    h("div.commands", {}, button(t("scanners.find"), findScanners, {id: "find-scanners", wide: true, disabled: !mayChange() || areSought()})),
+    scannersRow(),
     found && (!found.length ? empty(t("choose.none.scanner")) : h("ul.list", {}, ...found.map((one) => h("li", {"data-key": one.name, class: one.problem ? "bad" : ""},
-      h("div", {}, h("b", {}, one.make || one.name), h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", inEnglish(asSentence(one.problem)))))))));
+      h("div", {}, h("b", {}, one.make || one.name), one.make && h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", inEnglish(asSentence(one.problem)))))))));
 }

@@ -7,7 +7,8 @@ import {changed, isStale, mayChange, mayDo, model} from "../model.js";
 import {command} from "../commands.js";
 import {button, fact, facts, hint, inEnglish} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
-import {doSteps, isBusy, run, workRow} from "../work.js";
+import {doSteps, isBusy, workAt, workRow} from "../work.js";
+import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
 
 const kDevices = ["laser", "scanner", "camera"];
 const kRealLaser = "a laser is at this port", kSimulation = "a simulation takes its place";  // by their names in the API
@@ -17,7 +18,7 @@ const kRefusalMs = 10000;
 let devices = null;   // the last GET /devices, and the life of the daemon that told it
 let toldIn = -1;
 let asked = "";       // what was so when it was asked for
-let found = null;     // {lasers, pictures, scanners}, once somebody looked; scanners: null while they are asked for
+let found = null;     // {lasers, pictures}, once somebody looked
 let restartedIn = -1; // the life of the daemon in which it was told to restart
 const picked = {}, sure = {};  // by device: what is marked in its list, and whether what is asked of it is ticked
 let more = {board: "m2", travel_x_mm: "", travel_y_mm: "", dpi: ""};
@@ -48,8 +49,8 @@ export const chooseParts = () => {
   const is = (name) => ((devices.next || devices)[name]).kind;
   return [
     open && kDevices.every((name) => is(name) === "sim") && h("p", {}, t("choose.open")),
-    open && h("div.commands", {}, button(t("choose.look"), look, {wide: true, disabled: !mayChange() || isBusy("devices"), id: "look-devices"})),
-    workRow("devices"),
+    open && h("div.commands", {}, button(t("choose.look"), look, {wide: true, disabled: !mayChange() || isBusy("devices") || areSought(), id: "look-devices"})),
+    workRow("devices"), scannersRow(),
     ...kDevices.map(part),
     is("laser") !== "sim" && (is("scanner") === "sim" || is("camera") === "sim") && h("p.warn", {}, `▲ ${t("choose.mixed")}`),
     devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} `, inEnglish(asSentence(devices.problem))),
@@ -79,16 +80,17 @@ function part(name) {
 
 // What was ticked was said of what was plugged in before.
 const forget = () => { for (const name of kDevices) sure[name] = false; };
-const look = () => (forget(), doSteps("devices", [
-  {text: t("choose.looking"), act: async () => { const {lasers, pictures} = await get("/devices/found"); found = {lasers, pictures, scanners: null}; changed(); }},
-  {text: t("choose.scanners"), act: async () => { found.scanners = (await run("devices", "/scanners", {})).scanners; changed(); }},
-]));
+async function look() {
+  forget();
+  await doSteps("devices", [{text: t("choose.looking"), act: async () => { const {lasers, pictures} = await get("/devices/found"); found = {lasers, pictures}; }}]);
+  if (!workAt("devices").fault) findScanners();
+}
 
 // Each: {key, body, label, small, problem, said: by the page itself, refused}
 function options(name) {
   const simulated = {key: "sim", body: {kind: "sim"}, label: t("choose.sim")};
   if (name === "laser") return [...found.lasers.map((one) => ({key: one.port, body: {kind: one.kind, port: one.port}, label: `${t(`kind.${one.kind}`)}${one.name ? `, ${one.name}` : ""}`, small: [one.port, one.named_by === "socket" ? t("choose.socket") : ""].filter(Boolean).join(" – "), problem: one.refusal, refused: Boolean(one.refusal)})), simulated];
-  if (name === "scanner") return [...(found.scanners || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), said: !one.make, refused: !one.make})), simulated];
+  if (name === "scanner") return [...(scannersFound() || []).map((one) => ({key: one.name, body: {kind: "sane", device: one.make}, label: one.make || one.name, small: one.name, problem: one.make ? one.problem : t("choose.no_make"), said: !one.make, refused: !one.make})), simulated];
   return [...found.pictures.map((one) => ({key: one.device, body: {kind: "file", device: one.device}, label: one.device.split("/").pop(), small: `${one.device}, ${t("choose.age", {span: span(one.age_s)})}`})), simulated];
 }
 
@@ -98,7 +100,7 @@ const field = (key, rules) => ({label: t(`choose.${key}`), text: more[key], rule
 function choices(name, isReal) {
   const all = options(name);
   const mark = all.find((one) => one.key === picked[name]);
-  const asking = name === "scanner" && !found.scanners;
+  const asking = name === "scanner" && !scannersFound();
   const real = name === "laser" && mark && mark.body.kind !== "sim", board = real && mark.body.kind === "lihuiyu";
   const backToSim = mark && mark.body.kind === "sim" && isReal;
   const isSane = name === "scanner" && mark && mark.body.kind === "sane";
@@ -107,7 +109,7 @@ function choices(name, isReal) {
   const busy = !mayDo("maintainer") || isStale() || !kRest.includes(model.cell.state);
   const number = (key, rules, placeholder = "") => numberField(t(`choose.${key}`), more[key], (text) => { more[key] = text; changed(); }, {...rules, placeholder, id: `choose-${key}`});
   return h("div", {"data-key": "choices"},
-    asking ? (isBusy("devices") && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
+    asking ? (areSought() && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
       h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure[name] = false; changed(); }}),
       h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, " ▲ ", one.said ? asSentence(one.problem) : inEnglish(asSentence(one.problem))))))),

@@ -210,6 +210,7 @@ class Remedies(Page):
             ("look at each, then say veneerctl job settle 2 --as-seen --there scrap --pieces A1-1 A2-1 (or released for scrap, when none is burnt)",
              "look at each, then say “Run: Suspect pieces: A1-1, A2-1” (or “Run: Never touched”, when none is burnt)", "#run", "#run"),
             ("lay each on the scanner (veneerctl panel scan)", "lay each on the scanner (“Scan: Scan”)", "#scan"),
+            ("the last one by veneerctl panel scan --again 3", "the last one by “Scan: Scan tile 3 again”", "#scan"),
             ("begin the series anew with veneerctl panel scan --anew", "begin the series anew with “Scan: Scan and begin a new series”", "#scan"),
             ("panel P-0001 was retired: run `veneerctl panel restore P-0001`, or scan the sheet", "panel P-0001 was retired: go to “Panels: Put P-0001 back in stock”, or scan the sheet", "#panels/P-0001"),
             ("it is aborted; veneerctl job start 3 goes on with it", "it is aborted; “Run: job 3: Start” goes on with it", "#run/3"),
@@ -227,7 +228,7 @@ class Remedies(Page):
             ("see to it and confirm all of it, with veneerctl by --confirm \"exhaust\" --confirm \"air assist\"", "see to it and confirm all of it, with the ticks “exhaust”, “air assist”"),
             ("see veneerctl scanner list, and correct it", "see “Settings: Look for scanners”, and correct it", "#settings"),
             ("no panel P-0001 was sawn apart: run veneerctl panel split P-0001 first", "no panel P-0001 was sawn apart: go to “Panels: P-0001 was sawn apart” first", "#panels/P-0001"),
-            ("scan it with --retag when the tag was newly glued to it", "scan it with “Scan: New tags were glued to this face: make them its own” when the tag was newly glued to it", "#scan"),
+            ("scan it with --retag when the tag was newly glued to it", "scan it with “Scan: choose the panel: New tags were glued to this face: make them its own” when the tag was newly glued to it", "#scan"),
             ("there, then `veneerctl panel decide P-0002 4 written-off`, or `... accepted` when", "there, then “Panels: P-0002: Write it off”, or “Panels: Leave it as it is” when", "#panels/P-0002", "#panels")):
             self.check(sentence, words, *hrefs)
 
@@ -460,7 +461,7 @@ class Cards(Page):
         seen = self.does(CELL + """
             const scan = await load('screens/scan.js'), asked = () => window.asked.filter(({path}) => path.endsWith('/scans')).map(({body}) => body);
             window.answers['/proposals'] = {proposals: []};
-            model.panels = ['P-0001', 'P-0002'].map((id) => ({id, retired: null}));
+            model.panels = ['P-0001', 'P-0002'].map((id) => ({id, retired: null, faces: ['show']}));
             const open = (tiles, more = {}) => ({open_scan: {tiles, panel: 'P-0002', face: 'back', ...more}});
             const draw = (fresh) => { given_to(fresh); window.answers['/status'] = model.cell; put(main, scan.draw()); return main.querySelector('#do-scan'); };
             const chosen = () => [...main.querySelectorAll('select')].map(({value}) => value);

@@ -37,21 +37,68 @@ class Seldom(Page):
         self.assertEqual(told["faults"], [])
         return told["told"]
 
-    def test_two_panels_are_made_one_after_a_question(self):
-        told = self.steps("""
+    def merged(self, reply, language="en"):
+        self.speak(language)
+        self.addCleanup(self.speak, "en")
+        return self.steps("""
             await enter('panels', 'P-0001');
+            const about = main.querySelector('[data-key="merge-P-0001"]').innerText;
             const offered = [...main.querySelectorAll('#merge-which option')].map(({value}) => value), shut = main.querySelector('#do-merge').disabled;
             type('#merge-which', 'P-0002'); draw();
             says(false); await press('#do-merge');
             const refused = sent('/merge');
+            answer({'/panels/P-0001/merge': {panel: 'P-0001', merged: 'P-0002', other_face: %s, fiducials: 4, rms_mm: .01}});
             says(true); await press('#do-merge');
-            return {offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: text().includes('P-0002 is one with P-0001 now'), which: main.querySelector('#merge-which').value}""")
+            return {about, offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: main.querySelector('#merge-done')?.innerText, scan: main.querySelector('#merge-scan')?.getAttribute('href'), which: main.querySelector('#merge-which').value}"""
+                          % reply)
+
+    def test_two_panels_are_made_one_after_a_question(self):
+        told = self.merged("false")
         self.assertEqual(told["offered"], ["", "P-0002"], "neither itself nor one that is out of stock")
         self.assertTrue(told["shut"])
         self.assertEqual((told["refused"], told["sent"]), ([], [{"merged": "P-0002"}]))
         self.assertEqual(told["path"], "/api/v1/panels/P-0001/merge")
-        self.assertIn("P-0002 leaves the stock for good", told["questions"][1])
-        self.assertEqual((told["done"], told["which"]), (True, ""))
+        self.assertEqual(told["which"], "")
+
+    def test_what_a_merge_will_do_is_said_before_and_what_it_did_after(self):
+        same = self.merged("false")
+        self.assertIn("Do this at the one whose show face was really scanned", same["about"])
+        self.assertNotIn("scans of both", same["about"])
+        for before in (same["about"], same["questions"][1]):
+            self.assertRegex(before, r"[Nn]othing is planned on P-0001 or cut from it (then )?until")
+        self.assertIn("P-0002 leaves the stock for good", same["questions"][1])
+        self.assertIn("was P-0001 scanned by its show face?", same["questions"][1])
+        self.assertRegex(same["done"], "P-0002 is one with P-0001 now.*Scan P-0001 again, show face down: until then nothing is planned on it")
+        self.assertEqual(same["scan"], "#scan/P-0001")
+        back = self.merged("true")
+        self.assertEqual(back["scan"], None)
+        self.assertEqual(back["done"], "P-0002 was the back of P-0001: its scan and its tags are those of the back now.")
+        german = self.merged("false", "de")
+        self.assertRegex(german["done"], "P-0002 ist jetzt eins mit P-0001.*Scannen Sie P-0001 nochmals")
+        self.assertIn("deren Sichtseite wirklich gescannt wurde", german["about"])
+
+    def test_what_comes_of_a_merge_is_told_of_its_own_panel_only(self):
+        told = self.steps("""
+            answer({'/panels/P-0002': {...panel, id: 'P-0002'}});
+            await enter('panels', 'P-0001');
+            type('#merge-which', 'P-0002'); draw();
+            const ask = window.fetch;
+            let reply;
+            window.fetch = async (path, how) => { if (String(path).includes('/merge')) await new Promise((go) => { reply = go; }); return ask(path, how); };
+            says(true);
+            main.querySelector('#do-merge').click();
+            await until(() => reply);
+            draw();
+            const shut = [main.querySelector('#do-merge').disabled, main.querySelector('#do-split').disabled];
+            await enter('panels', 'P-0002');
+            type('#merge-which', 'P-0001'); type('#split-why', 'too long'); draw();
+            reply();
+            await settled(); await settled(); draw();
+            const kept = [main.querySelector('#merge-which').value, main.querySelector('#split-why').value, main.querySelector('[data-key="merge-P-0002"] [role=status]')];
+            model.panels = model.panels.filter(({id}) => id !== 'P-0001');
+            draw();
+            return {shut, kept, gone: main.querySelector('#merge-which').value, none: main.querySelector('#do-merge').disabled}""")
+        self.assertEqual(told, {"shut": [True, True], "kept": ["P-0001", "too long", None], "gone": "", "none": True})
 
     def test_what_was_chosen_for_one_panel_is_not_chosen_for_another(self):
         told = self.steps("""
@@ -87,6 +134,42 @@ class Seldom(Page):
             return [none, back, main.querySelector('#unsplit'), main.querySelectorAll('a[href="#panels/P-0007"]').length]""")
         self.assertEqual(told, [[None, None, None], 1, None, 1])
 
+    def test_a_part_is_scanned_as_no_panel_and_by_its_show_face(self):
+        told = self.steps("""
+            window.answers['/panels/P-0001'] = {...panel, retired: {reason: 'sawn apart', at, sawn: true}, parts: []};
+            await enter('scan', 'P-0001');
+            type('select', 'back'); draw();
+            const before = [...main.querySelectorAll('select')].map(({value}) => value).slice(0, 2);
+            model.panels[0].retired = {reason: 'sawn apart'};
+            await enter('panels', 'P-0001');
+            const way = [...main.querySelectorAll('a')].find((one) => one.innerText === 'Scan a part').getAttribute('href');
+            await enter('scan', ...way.slice(1).split('/').slice(1));
+            const after = [...main.querySelectorAll('select')].map(({value}) => value).slice(0, 2);
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            await press('#do-scan');
+            main.querySelector('#scan-bare')?.click(); draw();
+            await press('#do-scan');
+            type('select', 'back'); draw();
+            return {before, after, sent: sent('/scans'), back: main.querySelector('#scan-bare')}""")
+        self.assertEqual(told, {"before": ["back", "P-0001"], "after": ["show", ""], "back": None,
+                                "sent": [{"face": "show", "more": False}, {"face": "show", "more": False, "part_of": "P-0001"}]})
+
+    def test_a_panel_that_left_the_stock_is_chosen_no_more(self):
+        told = self.steps("""
+            await enter('scan', 'P-0001');
+            model.panels[0].retired = {reason: 'sawn apart'};
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            await press('#do-scan');
+            return sent('/scans')""")
+        self.assertEqual(told, [{"face": "show", "more": False}])
+
+    def test_a_part_is_no_tile_of_another_panels_series(self):
+        told = self.steps("""
+            const other = (panel) => { const fresh = {open_scan: {tiles: 1, panel, face: 'show', retag: false}}; draw(fresh); screen.enter(...rest); draw(fresh); return main.querySelector('#scan-other') !== null; };
+            await enter('scan', 'part', 'P-0003');
+            return [other(null), other('P-0002')]""")
+        self.assertEqual(told, [False, True])
+
     def test_its_scans_say_how_they_fit(self):
         told = self.steps("""
             const one = (id, face, rms_mm, max_mm) => ({id, face, device: 'x', sha256: '', dpi: 300, taken: at, rms_mm, max_mm, lattice: null});
@@ -96,22 +179,108 @@ class Seldom(Page):
             return main.querySelector('[data-key="fit-P-0001"]').innerText""")
         self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
 
+    def test_its_scans_are_asked_for_once_somebody_looks_and_what_fails_is_said(self):
+        told = self.steps("""
+            const path = '/panels/P-0001/registration', asked = () => window.asked.filter((one) => one.path.includes(path)).length;
+            const one = {id: 1, face: 'show', device: 'x', sha256: '', dpi: 300, taken: at, rms_mm: .0123, max_mm: .05, lattice: null}, card = () => main.querySelector('[data-key="fit-P-0001"]');
+            let socket;
+            window.WebSocket = class { constructor() { socket = this; } };
+            const scans = (told) => { answer({[path]: told}); if (socket) socket.onmessage({data: JSON.stringify({type: 'panel', seq: 1})}); };
+            const fault = {error: {message: 'the disk is gone'}};
+            answer({'/session': {role: 'admin', who: 'anna', user: 'anna', accounts: true, expires_at: at}});
+            (await load('model.js')).begin();
+            await until(() => socket && socket.onmessage);
+            scans(fault);
+            draw = () => { now(); put(main, ...[screen.draw(...rest)].flat()); return main; };  // nothing is unfolded
+            await enter('panels', 'P-0001');
+            for (const open of main.querySelectorAll('details[open]')) open.open = false;
+            await until(() => draw() && card());
+            await settled();
+            const before = asked();
+            screen.enter(...rest);
+            await until(() => draw() && card());
+            await settled(); draw();
+            const unasked = asked() - before;
+            card().open = true;
+            await until(() => draw() && card().innerText.includes('The disk is gone.'));
+            scans({scans: [one], next: null});
+            await until(() => draw() && card().innerText.includes('0.012 mm'));
+            const well = card().innerText.includes('The disk is gone.');
+            scans({scans: [one, {...one, id: 2}], next: null});
+            await until(() => draw() && card().innerText.includes('Scan 2'));
+            scans(fault);
+            await until(() => draw() && card().innerText.includes('The disk is gone.'));
+            return {unasked, well, kept: card().innerText.includes('Scan 2')}""")
+        self.assertEqual(told, {"unasked": 0, "well": False, "kept": True})
+
     def test_a_panel_is_scanned_again_from_its_page(self):
         told = self.steps("""
-            answer({'/panels/P-0002': {...panel, id: 'P-0002'}});
+            answer({'/panels/P-0002': {...panel, id: 'P-0002'}, '/scans': {task: 21}});
             await enter('panels', 'P-0002');
             const way = main.querySelector('#scan-again').getAttribute('href');
             await enter('scan', ...way.slice(1).split('/').slice(1));
             await until(() => !draw().querySelector('#do-scan').disabled);
-            const field = main.querySelectorAll('select')[1].value;
+            const field = main.querySelectorAll('select')[1].value, ticked = [];
             main.querySelector('#scan-retag').click(); draw();
-            await press('#do-scan');
-            const ticked = main.querySelector('#scan-retag').checked;
-            await until(() => !draw().querySelector('#do-scan').disabled);
-            await press('#do-scan');
+            for (const state of ['failed', 'done', 'done']) {
+              await press('#do-scan');
+              model.tasks.set(21, {id: 21, kind: 'scan', state, progress: 1, text: '', result: state === 'done' ? {panel: 'P-0002', face: 'show'} : undefined});
+              await until(() => !draw().querySelector('#do-scan').disabled);
+              ticked.push(main.querySelector('#scan-retag').checked);
+              model.tasks.delete(21);
+              draw();
+            }
             return [way, field, ticked, sent('/scans')]""")
-        self.assertEqual(told, ["#scan/P-0002", "P-0002", False, [{"face": "show", "more": False, "panel": "P-0002", "retag": True}, {"face": "show", "more": False, "panel": "P-0002"}]],
-                         "new tags are asked for once")
+        with_tags = {"face": "show", "more": False, "panel": "P-0002", "retag": True}
+        self.assertEqual(told, ["#scan/P-0002", "P-0002", [True, False, False], [with_tags, with_tags, {"face": "show", "more": False, "panel": "P-0002"}]],
+                         "new tags are asked for until a scan has them")
+
+    def test_a_panel_that_was_gone_to_is_not_replaced_by_an_open_series(self):
+        told = self.steps("""
+            const open = {open_scan: {tiles: 1, panel: 'P-0002', face: 'show', retag: false}};
+            screen = await load('screens/scan.js');
+            rest = ['P-0001'];
+            now(open);
+            screen.enter(...rest);
+            draw(open);
+            return [main.querySelectorAll('select')[1].value, main.querySelector('#scan-other') !== null, main.querySelector('#do-scan').disabled]""")
+        self.assertEqual(told, ["P-0001", True, True])
+
+    def test_new_tags_are_asked_about_of_a_face_that_was_scanned(self):
+        told = self.steps("""
+            model.panels[1].faces = ['show'];
+            await enter('scan', 'P-0002');
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            main.querySelector('#scan-retag').click(); draw();
+            type('select', 'back'); draw();
+            const back = main.querySelector('#scan-retag');
+            await press('#do-scan');
+            const unknown = sent('/scans')[0];
+            type('select', 'show'); draw({open_scan: {tiles: 1, panel: 'P-0002', face: 'show', retag: true}});
+            const series = main.querySelector('#scan-retag').checked;
+            draw();
+            return {back, unknown, series, over: main.querySelector('#scan-retag').checked}""")
+        self.assertEqual(told, {"back": None, "unknown": {"face": "back", "more": False, "panel": "P-0002"}, "series": True, "over": False})
+
+    def test_a_tile_of_a_refused_series_is_scanned_again(self):
+        told = self.steps("""
+            const kept = (tiles) => ({kept_scan: {tiles, since: at}});
+            await enter('scan', 'P-0001');
+            draw(kept(3));
+            await until(() => !draw(kept(3)).querySelector('#scan-again-tile').disabled);
+            const last = main.querySelector('#scan-again-tile').innerText.split('\\n')[0];
+            type('[data-key=kept] select', '2'); draw(kept(3));
+            draw(kept(2));
+            const atOnce = main.querySelector('#scan-again-tile').disabled;
+            await until(() => !draw(kept(2)).querySelector('#scan-again-tile').disabled);
+            now(kept(4));
+            main.querySelector('#scan-again-tile').click();
+            const other = sent('/scans').length;
+            now(kept(2));
+            main.querySelector('#scan-again-tile').click();
+            await until(() => sent('/scans').length);
+            return [last, atOnce, other, sent('/scans')]""")
+        self.assertEqual(told, ["Scan tile 3 again", True, 0, [{"again": 2}]])
 
     def test_a_series_with_new_tags_ends_with_them(self):
         told = self.steps("""
@@ -124,17 +293,34 @@ class Seldom(Page):
             return [words.includes('with new tags'), sent('/scans')]""")
         self.assertEqual(told, [True, [{"face": "back", "more": False, "panel": "P-0002", "retag": True}]])
 
-    def test_the_test_pattern_burns_what_was_seen_to(self):
-        told = self.steps("""
+    def burns(self, script, laser="{}", confirm="['exhaust']", role="admin"):
+        """Settings with its cards of what the laser burns alone; each burn there is task 12."""
+        return self.steps("""
             model.panels = [];
-            answer({'/laser/test-pattern': {task: 12}, '/tasks/12': {}});
+            answer({'/laser/test-pattern': {task: 12}, '/laser/test-card': {task: 12}, '/tasks/12': {}});
+            const fresh = {laser: {...about_all.laser, ...%s}, confirm: %s}, drawn = draw;
+            draw = (more = {}) => drawn({...fresh, ...more});
+            model.role = '%s';
             await enter('settings');
             await until(() => draw().querySelector('#pattern-burn'));
+            const card = (of = 'pattern') => main.querySelector(`#${of}-burn`).closest('section').innerText;
+            const tick = (of) => { main.querySelector(`[data-key=confirm-${of}] input`).click(); draw(); };
+            const moving = (of) => { const seen = {}; for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector(`#${of}-cancel`) !== null, main.querySelector(`#${of}-runs`)?.innerText || '']; } return seen; };
+            """ % (laser, confirm, role) + script)
+
+    def only_stop_ends(self, seen):
+        self.assertEqual(seen.pop("Resetting"), [True, ""])
+        for state, told in seen.items():
+            with self.subTest(state):
+                self.assertEqual(told, [False, "▲ What moves now is ended by STOP; Hold makes it pause."])
+
+    def test_the_test_pattern_burns_what_was_seen_to(self):
+        told = self.burns("""
             const shut = [main.querySelector('#pattern-burn').disabled, main.querySelector('#pattern-dry').disabled];
             type('#pattern-size', '9,9'); draw();
             const none = main.querySelector('#pattern-dry').disabled;
             type('#pattern-size', '20,5'); draw();
-            main.querySelector('[data-key=confirm-pattern] input').click(); draw();
+            tick('pattern');
             const before = main.querySelector('#pattern-burn').disabled;
             main.querySelector('#pattern-burn').click();
             await until(() => sent('/test-pattern').length);
@@ -144,62 +330,74 @@ class Seldom(Page):
             return {shut, none, before, sent: sent('/test-pattern'), left: draw().querySelector('[data-key=confirm-pattern] input').checked}""")
         self.assertEqual(told, {"shut": [True, False], "none": True, "before": False, "sent": [{"size_mm": 20.5, "dry": False, "confirmed": ["exhaust"]}], "left": False})
 
-    def test_strokes_are_ended_by_stop_and_not_by_giving_up(self):
-        told = self.steps("""
-            model.panels = [];
-            answer({'/laser/test-pattern': {task: 12}, '/tasks/12': {}});
-            await enter('settings');
-            await until(() => draw().querySelector('#pattern-burn'));
-            const before = main.querySelector('#pattern-runs');
-            main.querySelector('[data-key=confirm-pattern] input').click(); draw();
-            main.querySelector('#pattern-burn').click();
-            await until(() => draw().querySelector('#pattern-cancel'));
-            const seen = {};
-            for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector('#pattern-cancel') !== null, main.querySelector('#pattern-runs')?.innerText || '']; }
-            return [before, seen]""")
-        self.assertEqual(told[0], None)
-        self.assertEqual(told[1].pop("Resetting"), [True, ""])
-        for state, seen in told[1].items():
-            with self.subTest(state):
-                self.assertEqual(seen, [False, "▲ What moves now is ended by STOP; Hold makes it pause."])
+    def test_the_test_card_burns_what_was_seen_to(self):
+        told = self.burns("""
+            const shut = main.querySelector('#card-burn').disabled;
+            type('#card-operation', 'engrave'); draw();
+            tick('card');
+            main.querySelector('#card-burn').click();
+            await until(() => sent('/laser/test-card').length);
+            await until(() => draw().querySelector('#card-cancel'));
+            return {shut, sent: sent('/laser/test-card'), questions, other: main.querySelector('#pattern-dry').disabled}""")
+        self.assertEqual(told, {"shut": True, "sent": [{"operation": "engrave", "dry": False, "confirmed": ["exhaust"]}], "questions": [], "other": True})
 
-    def pattern(self, script, laser="{}", confirm="['exhaust']", role="admin"):
-        return self.steps("""
-            model.panels = [];
-            answer({'/laser/test-pattern': {task: 12}, '/tasks/12': {}});
-            const fresh = {laser: {...about_all.laser, ...%s}, confirm: %s}, drawn = draw;
-            draw = (more = {}) => drawn({...fresh, ...more});
-            model.role = '%s';
-            await enter('settings');
-            await until(() => draw().querySelector('#pattern-burn'));
-            const card = () => main.querySelector('#pattern-burn').closest('section').innerText;
-            """ % (laser, confirm, role) + script)
+    def test_strokes_are_ended_by_stop_and_not_by_giving_up(self):
+        for of in ("pattern", "card"):
+            self.speak("en")
+            before, seen = self.burns(f"""
+                const before = main.querySelector('#{of}-runs');
+                tick('{of}');
+                main.querySelector('#{of}-burn').click();
+                await until(() => draw().querySelector('#{of}-cancel'));
+                return [before, moving('{of}')]""")
+            self.assertEqual(before, None)
+            self.only_stop_ends(seen)
+
+    def test_what_was_begun_before_the_page_was_opened_is_told_too(self):
+        for of, kind in (("pattern", "laser test-pattern"), ("card", "test card")):
+            self.speak("en")
+            told = self.burns(f"""
+                fresh.tasks = [{{id: 12, kind: '{kind}', state: 'running', progress: .3, text: 'getting ready'}}];
+                draw();
+                const shut = ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), row = card('{of}');
+                main.querySelector('#{of}-cancel').click();
+                await until(() => window.asked.some(({{path, method}}) => method === 'DELETE' && path.endsWith('/tasks/12')));
+                return {{shut, row: row.includes('getting ready'), seen: moving('{of}')}}""")
+            self.assertEqual((told["shut"], told["row"]), ([True, True], True))
+            self.only_stop_ends(told["seen"])
+        self.speak("en")
+        told = self.burns("""
+            fresh.tasks = [{id: 12, kind: 'laser run', state: 'running', progress: .3, text: ''}];
+            draw();
+            return ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled)""")
+        self.assertEqual(told, [True, True])
 
     def test_where_nothing_is_asked_by_name_a_question_stands_before_the_burn(self):
-        told = self.pattern("""
-            says(false); await press('#pattern-burn');
-            const none = sent('/test-pattern').length;
-            says(true); await press('#pattern-burn');
-            await until(() => sent('/test-pattern').length);
-            return [none, sent('/test-pattern'), questions.length]""", confirm="[]")
-        self.assertEqual(told, [0, [{"size_mm": 50, "dry": False, "confirmed": []}], 2])
+        for of, body in (("pattern", {"size_mm": 50}), ("card", {"operation": "cut"})):
+            self.speak("en")
+            with self.subTest(of):
+                told = self.burns(f"""
+                    const burn = () => main.querySelector('#{of}-burn') || [...main.querySelectorAll('button')].find((one) => one.innerText.startsWith('Burn it'));
+                    const go = async (word) => {{ says(word); burn().click(); await settled(); await settled(); draw(); return sent('/laser/test-{of}').length; }};
+                    return [await go(false), await go(true), sent('/laser/test-{of}'), questions.length, (questions[0] || '').startsWith('Burn the ')]""", confirm="[]")
+                self.assertEqual(told, [0, 1, [{**body, "dry": False, "confirmed": []}], 2, True])
 
     def test_where_the_pattern_is_burnt_and_that_the_head_moves(self):
         seen = "return [card(), ...['#pattern-dry', '#pattern-burn'].map((one) => main.querySelector(one).innerText)]"
-        about, dry, burn = self.pattern(seen)
+        about, dry, burn = self.burns(seen)
         self.assertIn("On scrap wood, in the middle of the bed.", about)
         self.assertEqual((dry, burn), ("Run the pattern dark\nhomes the laser first; stay beside the machine", "Burn the pattern\nhomes the laser first; stay beside the machine"))
-        about, dry, burn = self.pattern(seen, laser="{finds_home: false}")
+        about, dry, burn = self.burns(seen, laser="{finds_home: false}")
         self.assertIn("from the lower left corner on that the laser was shown.", about)
         self.assertEqual((dry, burn), ("Run the pattern dark\nthe head moves; stay beside the machine", "Burn the pattern\nthe head moves; stay beside the machine"))
         self.speak("de")
         self.addCleanup(self.speak, "en")
-        about, dry, burn = self.pattern(seen)
+        about, dry, burn = self.burns(seen)
         self.assertIn("In Abfallholz, in der Mitte des Betts.", about)
         self.assertTrue(dry.startswith("Das Muster dunkel abfahren\nfährt zuerst auf Referenz"), dry)
 
     def test_a_dark_run_of_the_pattern(self):
-        told = self.pattern("""
+        told = self.burns("""
             await press('#pattern-dry');
             await until(() => sent('/test-pattern').length);
             model.tasks.set(12, {id: 12, state: 'done', result: {dry: true}});
@@ -208,14 +406,14 @@ class Seldom(Page):
         self.assertEqual(told, [[{"size_mm": 50, "dry": True}], False, 0])
 
     def test_a_refused_pattern_is_told_and_a_viewer_burns_none(self):
-        told = self.pattern("""
+        told = self.burns("""
             answer({'/laser/test-pattern': {error: {message: 'the lid is open'}}});
             await press('#pattern-dry');
             await until(() => !document.getElementById('refusal').hidden);
             return [document.getElementById('refusal').innerText, draw() && main.querySelector('#pattern-dry').disabled, main.querySelector('#pattern-cancel')]""")
         self.assertEqual(told, ["The lid is open.", False, None])
         self.speak("en")
-        told = self.pattern("""return ['#pattern-dry', '#pattern-burn'].map((one) => [main.querySelector(one).disabled, main.querySelector(one).innerText.split('\\n')[1]])""", role="viewer")
+        told = self.burns("""return ['#pattern-dry', '#pattern-burn'].map((one) => [main.querySelector(one).disabled, main.querySelector(one).innerText.split('\\n')[1]])""", role="viewer")
         self.assertEqual(told, [[True, "needs a maintainer"]] * 2)
 
     def test_only_a_laser_that_does_not_find_its_corner_is_told(self):
@@ -249,6 +447,56 @@ class Seldom(Page):
         self.assertEqual(told, {"shut": {"Execute": True, "Resetting": True, "Held": True, "Stopped": False, "Idle": False}, "meanwhile": 0, "sent": 1, "stopped": True, "later": False,
                                 "arrows": {"Execute": False, "Resetting": False, "Held": False, "Stopped": False, "Idle": True}})
 
+    def test_both_screens_tell_of_one_search_for_scanners(self):
+        told = self.steps("""
+            answer({'/scanners': {task: 30}, '/devices/found': {lasers: [], pictures: []}});
+            await enter('setup', 'devices');
+            await until(() => draw().querySelector('#look-devices'));
+            main.querySelector('#look-devices').click();
+            await until(() => sent('/scanners').length);
+            await enter('settings');
+            await until(() => draw().querySelector('#find-scanners'));
+            const shut = main.querySelector('#find-scanners').disabled;
+            model.tasks.set(30, {id: 30, state: 'done', result: {scanners: [{name: 'x:1', make: 'Maker One', problem: ''}]}});
+            await until(() => draw().innerText.includes('Maker One'));
+            const open = !main.querySelector('#find-scanners').disabled;
+            await enter('setup', 'devices');
+            return [shut, open, draw().querySelector('input[value="x:1"]') !== null, sent('/scanners').length]""")
+        self.assertEqual(told, [True, True, True, 1])
+
+    def test_cards_of_settings_stay_when_others_come(self):
+        told = self.steps("""
+            screen = await load('screens/settings.js');
+            rest = [];
+            main.replaceChildren();
+            screen.enter();
+            draw();
+            const jog = main.querySelector('.jog').closest('section'), none = main.querySelector('#pattern-burn');
+            await until(() => draw().querySelector('#pattern-burn'));
+            return [none, main.querySelector('.jog').closest('section') === jog, new Set([...main.querySelectorAll('.column > *')].map(({dataset}) => dataset.key)).size === main.querySelectorAll('.column > *').length]""")
+        self.assertEqual(told, [None, True, True])
+
+    def test_each_word_is_there_in_both_languages_and_once(self):
+        seen = self.does("""
+            const all = {};
+            await (await load('words.js')).learn('seldom');
+            for (const name of ['en', 'de', 'seldom_en', 'seldom_de']) all[name] = (await load(`words/${name}.js`)).words;
+            const places = (text) => [...new Set(JSON.stringify(text).match(/{\\w+}/g))].sort().join();
+            const {seldom_en: en, seldom_de: de} = all;
+            const unlike = (one, other) => Object.keys({...one, ...other}).filter((key) => !key.startsWith('step.') && (!(key in one) || !(key in other) || places(one[key]) !== places(other[key]) || typeof one[key] !== typeof other[key]));
+            return {unlike: [...unlike(all.en, all.de), ...unlike(en, de)],
+                    twice: Object.keys(en).filter((key) => key in all.en || key in all.de), enough: Object.keys(en).length > 40}""")
+        self.assertEqual(seen, {"unlike": [], "twice": [], "enough": True})
+
+    def test_who_reads_german_loads_no_english(self):
+        for language in ("en", "de"):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.does("""
+                await load('words.js');
+                return performance.getEntriesByType('resource').map(({name}) => name.match(/words\\/(\\w+)\\.js/)?.[1]).filter(Boolean)""")
+            self.assertEqual(told, [language])
+
     def test_the_scanners_that_answer(self):
         told = self.steps("""
             answer({'/scanners': {scanners: [{name: 'x:1', make: 'Maker One', problem: ''}, {name: 'y:2', make: '', problem: 'it is busy'}]}});
@@ -257,7 +505,7 @@ class Seldom(Page):
             await press('#find-scanners');
             await until(() => draw().innerText.includes('Maker One'));
             return text().replace(/\\s+/g, ' ')""")
-        self.assertRegex(told, r"Maker One x:1 y:2 y:2 ▲ It is busy\.")
+        self.assertRegex(told, r"Maker One x:1 y:2 ▲ It is busy\.")
 
 
 if __name__ == "__main__":
