@@ -143,7 +143,9 @@ void Cell::note_failure(const TaskView& task) {
 void Cell::take_end(const TaskView& task) {
   if (task.state == TaskState::kRunning) return;
   untold_.ended(task, SteadyClock().now(), [this](const std::string& who) { return listens(who); });
-  if (task.state == TaskState::kFailed && !is_refusal(task)) note_failure(task);
+  if (task.state != TaskState::kFailed) return;
+  log->warn("task {} ({}): {}", task.id, task.kind, task.error->message);
+  if (!is_refusal(task)) note_failure(task);
 }
 
 void Cell::note_untold(TimePoint before) {

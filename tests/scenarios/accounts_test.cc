@@ -151,6 +151,13 @@ TEST_F(AccountsAtTheCell, PeopleSignInElsewhereAndStaySoWhenTheDaemonIsKilled) {
   EXPECT_THAT(shell("away whoami").output, HasSubstr("You have not signed in"));
 }
 
+TEST_F(AccountsAtTheCell, TheJournalTellsWhoBeganWorkAndWhyItFailed) {
+  EXPECT_NE(shell("veneerctl calibrate scanner").status, 0) << "there is none";
+  const std::string log = text_of(daemon_.log());
+  EXPECT_THAT(log, HasSubstr(fmt::format("info veneerd: uid {}: calibrate, POST", geteuid())));
+  EXPECT_THAT(log, ::testing::ContainsRegex("warning veneerd: task [0-9]+ .calibrate scanner.: .*twin"));
+}
+
 TEST_F(AccountsAtTheCell, ProgramsHaveTokens) {
   EXPECT_EQ(shell("echo 'walnut and maple' | veneerctl user add anna --role maintainer").status, 0);
   std::string token = shell("veneerctl token new anna 'press room' --role operator --days 7").output;
