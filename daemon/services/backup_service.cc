@@ -33,7 +33,6 @@ Result<std::int64_t> BackupService::make(TaskRegistry& tasks) {
 void BackupService::end(const TaskReporter& task, const Result<MadeBackup>& made) {
   under_way_ = false;
   if (!made) {
-    log_->error("no backup was made: {}", made.error().message);
     task.fail(made.error());
     if (made.error().code == ErrorCode::kRefused) on_doubt_();
     return;
