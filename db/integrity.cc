@@ -19,17 +19,21 @@ namespace {
 
 // One text for each table, index, trigger and view, in order. Statistics may be there. Tables that SQLite made by
 // itself, the R*Tree's among them, are told by what they are: their words in the schema are those of the SQLite that
-// made the file, and another one may word them otherwise.
+// made the file, and another one may word them otherwise. Of rules that no pragma tells, which none of them has, it is
+// told whether their words are there.
 std::vector<std::string> schema_of(SQLite::Database& connection) {
+  std::string rules;
+  for (const char* rule : {"CHECK", "REFERENCES", "COLLATE", "CONFLICT", "AUTOINCREMENT"})
+    rules += fmt::format(" || (s.sql LIKE '%{}%')", rule);
   auto out = texts_of(
       connection,
-      "SELECT s.type || ' ' || s.name || ' ' || s.tbl_name || ' ' || CASE WHEN s.type = 'table' AND (s.name = "
-      "'sqlite_sequence' OR l.type = 'shadow') THEN (SELECT l.wr || l.strict || group_concat(printf(',%Q %Q %d %Q %d "
-      "%d', name, upper(type), \"notnull\", dflt_value, pk, hidden), '') FROM (SELECT * FROM "
-      "pragma_table_xinfo(s.name) "
-      "ORDER BY cid)) ELSE coalesce(s.sql, '') END FROM sqlite_schema AS s LEFT JOIN pragma_table_list AS l ON l.name "
-      "= "
-      "s.name AND l.schema = 'main' WHERE s.name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\'");
+      fmt::format("SELECT s.type || ' ' || s.name || ' ' || s.tbl_name || ' ' || CASE WHEN s.type = 'table' AND "
+                  "(s.name = 'sqlite_sequence' OR l.type = 'shadow') THEN (SELECT l.wr || l.strict || "
+                  "group_concat(printf(',%Q %Q %d %Q %d %d', name, upper(type), \"notnull\", dflt_value, pk, hidden), "
+                  "'') FROM (SELECT * FROM pragma_table_xinfo(s.name) ORDER BY cid)){} ELSE coalesce(s.sql, '') END "
+                  "FROM sqlite_schema AS s LEFT JOIN pragma_table_list AS l ON l.name = s.name AND l.schema = 'main' "
+                  "WHERE s.name NOT LIKE 'sqlite\\_stat%' ESCAPE '\\'",
+                  rules));
   std::ranges::sort(out);
   return out;
 }

@@ -11,7 +11,8 @@ class Database;
 
 namespace veneer::db {
 
-// Tables, indices, triggers and views are word for word those of this program's newest schema. Milliseconds.
+// Tables, indices, triggers and views are word for word those of this program's newest schema; tables that SQLite made
+// by itself have the same columns, keys and rules, in whatever words. Milliseconds.
 Status check_schema(SQLite::Database& connection, const std::string& file);
 
 // Everything: SQLite's own check of pages and indices, foreign keys, the schema, the chain of the audit log, the

@@ -447,6 +447,27 @@ Result<std::vector<PanelRecord>> Panels::in_stock() {
   return all;
 }
 
+Result<std::map<PanelId, PanelSummary>> Panels::summaries(const std::optional<PanelId>& of) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, PanelSummary>> {
+    SQLite::Statement rows(
+        connection,
+        fmt::format("SELECT p.id, (SELECT count(*) FROM differences AS d WHERE d.panel = p.id AND NOT EXISTS (SELECT 1 "
+                    "FROM difference_verdicts WHERE difference = d.id)), EXISTS (SELECT 1 FROM fiducials WHERE panel = "
+                    "p.id AND face = 'back'), (SELECT rms_mm FROM scans WHERE panel = p.id ORDER BY id DESC LIMIT 1) "
+                    "FROM panels AS p{}",
+                    of ? " WHERE p.id = ?" : ""));
+    if (of) rows.bind(1, of->value);
+    std::map<PanelId, PanelSummary> out;
+    while (rows.executeStep()) {
+      PanelSummary& told = out[PanelId{text(rows.getColumn(0))}];
+      told.open_differences = rows.getColumn(1).getInt();
+      told.back_known = rows.getColumn(2).getInt() != 0;
+      if (!rows.isColumnNull(3)) told.rms = Millimetres(rows.getColumn(3).getDouble());
+    }
+    return out;
+  });
+}
+
 Result<std::vector<FiducialRecord>> Panels::fiducials(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<FiducialRecord>> {
     SQLite::Statement rows(connection,

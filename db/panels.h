@@ -4,6 +4,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -100,6 +101,13 @@ struct ScanRecord {
   std::string taken_at;
 };
 
+// What a list tells of each panel beside its wood.
+struct PanelSummary {
+  int open_differences = 0;        // between its wood and the ledger, that nobody has decided on
+  bool back_known = false;         // it has a fiducial on its back
+  std::optional<Millimetres> rms;  // of the last scan of either face
+};
+
 class Panels {
  public:
   explicit Panels(Database& database) : database_(&database) {}
@@ -173,6 +181,8 @@ class Panels {
   Result<std::vector<PanelRecord>> list();                                 // in order of id, retired ones too
   Result<std::vector<PanelRecord>> list(std::int64_t skipped, int limit);  // at most so many, behind the first ones
   Result<std::vector<PanelRecord>> in_stock();                             // in order of id
+  // Of all panels, in one query, or of one of them; nothing of one that is not there.
+  Result<std::map<PanelId, PanelSummary>> summaries(const std::optional<PanelId>& of = {});
   Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
   // The highest tag that any panel ever carried, retired ones too; nothing when there is none.
   Result<std::optional<int>> highest_tag();

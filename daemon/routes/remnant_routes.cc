@@ -46,14 +46,14 @@ std::optional<PanelSearch> read_search(RequestReader& query) {
 
 // What it has of the wanted wood; nothing when that is too little, or it is out of stock.
 Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockServices& s, const db::PanelRecord& panel,
-                                                  const PanelSearch& search) {
+                                                  const PanelSearch& search, std::int64_t newest) {
   const std::optional<SquareMillimetres> none;
   // No picture is looked at for what cannot be.
   if (panel.retired) return none;
-  const auto free = s.figures.free(r, panel);
+  const auto free = s.figures.free(r, panel, newest);
   if (!free) return free.error();
   if (*free <= 0 || *free < search.least.count()) return none;
-  const auto area = s.remnants.fitting(r, panel, search.wood);
+  const auto area = s.remnants.fitting(r, panel, search.wood, newest);
   if (!area) return area.error();
   return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
 }
@@ -69,6 +69,8 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   if (!shelves) return shelves.error();
   const auto woods = r.materials.woods();
   if (!woods) return woods.error();
+  const auto asked = s.figures.ask(r);
+  if (!asked) return asked.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   std::int64_t at = page.after;
@@ -80,12 +82,12 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
     ++at;
     std::optional<SquareMillimetres> fitting;
     if (search) {
-      const auto found = found_in(r, s, panel, *search);
+      const auto found = found_in(r, s, panel, *search, asked->newest);
       if (!found) return found.error();
       if (!*found) continue;
       fitting = *found;
     }
-    auto figures = s.figures.of(r, panel);
+    auto figures = s.figures.of(r, panel, *asked);
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
     const auto shelf = shelves->find(panel.id);
@@ -104,12 +106,14 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
 void count_panels(Repositories& r, const StockServices& s, const Page& page, const std::optional<PanelSearch>& search) {
   const auto list = r.panels.list(page.after, search ? -1 : page.limit);
   if (!list) return;
+  const auto newest = s.memory.newest_step(r);
+  if (!newest) return;
   int told = 0;
   for (const db::PanelRecord& panel : *list) {
     if (told == page.limit) break;
     if (search)
-      if (const auto found = found_in(r, s, panel, *search); !found || !*found) continue;
-    static_cast<void>(s.figures.of(r, panel));
+      if (const auto found = found_in(r, s, panel, *search, *newest); !found || !*found) continue;
+    static_cast<void>(s.figures.count(r, panel, *newest));
     ++told;
   }
 }

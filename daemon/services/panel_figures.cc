@@ -48,8 +48,8 @@ Result<std::optional<PanelFigures::Free>> PanelFigures::free_of(Repositories& r,
   return std::optional(free);
 }
 
-Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = memory_.state_of(r, panel);
+Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest) {
+  const auto state = memory_.state_of(r, panel, newest);
   if (!state) return state.error();
   if (const auto known = memory_.find(panel.id, "booked", state->booked))
     return Wood{known->at(0), known->at(1), known->at(2), static_cast<int>(known->at(3))};
@@ -79,7 +79,12 @@ Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::Pane
 }
 
 Result<double> PanelFigures::free(Repositories& r, const db::PanelRecord& panel) {
-  const auto wood = wood_of(r, panel);
+  const auto newest = memory_.newest_step(r);
+  return newest ? free(r, panel, *newest) : Result<double>(newest.error());
+}
+
+Result<double> PanelFigures::free(Repositories& r, const db::PanelRecord& panel, std::int64_t newest) {
+  const auto wood = wood_of(r, panel, newest);
   if (!wood) return wood.error();
   if (wood->pieces > 0) return wood->free;
   const auto usable = library_.usable_area(panel);
@@ -87,21 +92,40 @@ Result<double> PanelFigures::free(Repositories& r, const db::PanelRecord& panel)
   return usable->count();
 }
 
+Status PanelFigures::count(Repositories& r, const db::PanelRecord& panel, std::int64_t newest) {
+  const auto wood = wood_of(r, panel, newest);
+  if (!wood) return wood.error();
+  const auto usable = library_.usable_area(panel);
+  return usable ? Ok() : Status(usable.error());
+}
+
+Result<PanelFigures::Asked> PanelFigures::ask(Repositories& r) {
+  const auto newest = memory_.newest_step(r);
+  if (!newest) return newest.error();
+  auto summaries = r.panels.summaries();
+  if (!summaries) return summaries.error();
+  return Asked{*newest, std::move(*summaries)};
+}
+
 Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelRecord& panel) {
+  const auto newest = memory_.newest_step(r);
+  if (!newest) return newest.error();
+  auto summary = r.panels.summaries(panel.id);
+  if (!summary) return summary.error();
+  return of(r, panel, Asked{*newest, std::move(*summary)});
+}
+
+Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelRecord& panel, const Asked& asked) {
   Figures figures;
-  const auto wood = wood_of(r, panel);
+  const auto wood = wood_of(r, panel, asked.newest);
   if (!wood) return wood.error();
   figures.free = wood->free, figures.reserved = wood->reserved, figures.cut = wood->cut;
   figures.pieces = wood->pieces;
-  const auto differences = r.differences.open(panel.id);
-  if (!differences) return differences.error();
-  figures.open_differences = *differences;
-  const auto fiducials = r.panels.fiducials(panel.id);
-  if (!fiducials) return fiducials.error();
-  for (const auto& f : *fiducials) figures.back_known |= f.face == Face::kBack;
-  const auto scans = r.panels.scans(panel.id);
-  if (!scans) return scans.error();
-  if (!scans->empty()) figures.rms = scans->back().rms;
+  if (const auto summary = asked.summaries.find(panel.id); summary != asked.summaries.end()) {
+    figures.open_differences = summary->second.open_differences;
+    figures.back_known = summary->second.back_known;
+    figures.rms = summary->second.rms;
+  }
   const auto usable = library_.usable_area(panel);
   if (!usable) return usable.error();
   figures.usable = usable->count();

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <list>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -37,8 +38,19 @@ class PanelFigures {
   // `library` and `memory` outlive this.
   PanelFigures(const PanelLibrary& library, StockMemory& memory) : library_(library), memory_(memory) {}
 
+  // What is asked once for all panels that are told of together.
+  struct Asked {
+    std::int64_t newest = 0;  // step of the ledger's history
+    std::map<PanelId, db::PanelSummary> summaries;
+  };
+  Result<Asked> ask(Repositories& r);
+
   Result<Figures> of(Repositories& r, const db::PanelRecord& panel);
+  Result<Figures> of(Repositories& r, const db::PanelRecord& panel, const Asked& asked);
   Result<double> free(Repositories& r, const db::PanelRecord& panel);  // as Figures tell it
+  Result<double> free(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
+  // Looks at its mask where that has to be, so that of() need not.
+  Status count(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
   // What each square millimetre of it is; nothing when its mask cannot be read.
   Result<std::optional<AreaBook>> book(Repositories& r, const db::PanelRecord& panel);
   // Whether all of this is told without a look at its mask, which takes long.
@@ -55,7 +67,7 @@ class PanelFigures {
     SquareMillimetres usable{0};
     std::unordered_map<std::int64_t, BookedWood> wood;  // by allocation
   };
-  Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel);
+  Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
   Result<double> area_of(Repositories& r, db::AllocationId allocation);
   struct Free {
     double area = 0;   // mm2

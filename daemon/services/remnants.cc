@@ -33,15 +33,20 @@ struct PanelState {
   }
 };
 
-Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
+Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel, std::int64_t newest) {
   PanelState out;
-  const auto state = memory.state_of(r, panel);
+  const auto state = memory.state_of(r, panel, newest);
   if (!state) return state.error();
   out.wood = state->wood;
   auto all = r.materials.zones(panel.id);
   if (!all) return all.error();
   out.zones = std::move(*all);
   return out;
+}
+
+Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
+  const auto newest = memory.newest_step(r);
+  return newest ? read_state(r, memory, panel, *newest) : Result<PanelState>(newest.error());
 }
 
 std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
@@ -198,7 +203,13 @@ Result<std::optional<SquareMillimetres>> Remnants::booked_fitting(Repositories& 
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
-  auto state = read_state(r, memory_, panel);
+  const auto newest = memory_.newest_step(r);
+  return newest ? fitting(r, panel, wanted, *newest) : Result<SquareMillimetres>(newest.error());
+}
+
+Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
+                                            std::int64_t newest) {
+  auto state = read_state(r, memory_, panel, newest);
   if (!state) return state.error();
   if (wanted.material && !materials_of(state->zones).contains(*wanted.material)) return SquareMillimetres(0);
   if (const auto known = memory_.find_text(panel.id, kind_of(wanted), counted_of(*state, panel, wanted)))

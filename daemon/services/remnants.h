@@ -5,6 +5,7 @@
 // Thread-safe; reads through the connection it is given, and files: on a thread that may wait for the disk.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
@@ -71,6 +72,9 @@ class Remnants {
   // How much of the wanted wood it has; none when its pictures cannot be read. Its mask is looked at once for each kind
   // of wood, whatever the patches' sides.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
+  // The same of one of many panels: `newest` as StockMemory::newest_step() told it once for all of them.
+  Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
+                                    std::int64_t newest);
   // Counts now what fitting() would have to look at the mask for, of whatever wood. How many kinds it had to count.
   Result<int> count_for_searches(Repositories& r, const db::PanelRecord& panel);
   // What is booked with a remnant: wood of any tone in patches of the usual side.

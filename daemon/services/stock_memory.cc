@@ -60,8 +60,8 @@ void StockMemory::load(Repositories& r) {
   }
 }
 
-// The newest step that `r` sees. Each reader may see another one: what is counted now is as old as this.
-Result<std::int64_t> StockMemory::note_changes(Repositories& r) {
+// Each reader may see another one: what is counted now is as old as this.
+Result<std::int64_t> StockMemory::newest_step(Repositories& r) {
   load(r);
   std::int64_t seen = 0;
   {
@@ -77,8 +77,11 @@ Result<std::int64_t> StockMemory::note_changes(Repositories& r) {
 }
 
 Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::PanelRecord& panel) {
-  const auto newest = note_changes(r);
-  if (!newest) return newest.error();
+  const auto newest = newest_step(r);
+  return newest ? state_of(r, panel, *newest) : Result<State>(newest.error());
+}
+
+Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest) {
   {
     const std::lock_guard lock(mutex_);
     const auto known = panels_.find(panel.id);
@@ -92,7 +95,7 @@ Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::Pane
   Kept& kept = panels_[panel.id];
   kept.mask_file = panel.mask_file;
   kept.state = name_of(panel, *live);
-  kept.counted_at = *newest;
+  kept.counted_at = newest;
   return kept.state;
 }
 

@@ -32,6 +32,10 @@ class StockMemory {
     std::string booked;  // also when what is booked is in another state
   };
   Result<State> state_of(Repositories& r, const db::PanelRecord& panel);
+  // The newest step that `r` sees of the ledger's history. Who looks at many panels asks once, and then of each: its
+  // state, of that step or a later one.
+  Result<std::int64_t> newest_step(Repositories& r);
+  Result<State> state_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
   // The state of a panel on which this is booked: what is counted of it is kept under this name. state_of() may tell of
   // what another reader saw later.
   static State name_of(const db::PanelRecord& panel,
@@ -69,7 +73,6 @@ class StockMemory {
     std::int64_t number = -1;
     std::string mark;
   };
-  Result<std::int64_t> note_changes(Repositories& r);
   void load(Repositories& r);
   std::optional<std::string> to_be_saved();
 

@@ -27,7 +27,7 @@ class Tiles : public benchmark::Fixture {
     map_ = grain(static_cast<double>(state.range(0)), static_cast<double>(state.range(1)));
     if (!write_tile_pyramid(map_, file_).ok()) std::abort();
   }
-  void TearDown(const benchmark::State&) override { map_ = {}; }
+  void TearDown(const benchmark::State&) override { map_.release(); }
 
  protected:
   testing::TempDirectory dir_;

@@ -115,7 +115,7 @@ TEST(GrownSchemaRows, LeaveNoTableEmpty) {
   for (const auto& [table, said] : said_by(old, newest_columns())) EXPECT_FALSE(said.rows.empty()) << table;
 }
 
-// Before schema 35 only the plan by which a cut piece was made again told who had said that it is lost.
+// Before schema 35 no verdict told who had given up a cut piece: the plan that placed it anew at that instant does.
 TEST(GrownSchemaRows, TellWhoGaveUpAPieceThatWasCut) {
   const testing::TempDirectory directory;
   const auto file = directory / "veneerd.db";
@@ -127,7 +127,8 @@ TEST(GrownSchemaRows, TellWhoGaveUpAPieceThatWasCut) {
   EXPECT_THAT(texts(database.connection(),
                     "SELECT v.allocation || ' ' || v.verdict || ' ' || v.as_seen || ' ' || v.who || ' ' || v.at || ' ' "
                     "|| h.state FROM verdicts AS v JOIN allocation_history AS h ON h.id = v.step ORDER BY v.id"),
-              ElementsAre("21 cut 0 local:1000 t27 cut", "21 scrap 0 user anna t28 scrap"));
+              ElementsAre("21 cut 0 local:1000 t27 cut", "22 scrap 0 user bert t28 scrap",
+                          "21 scrap 0 user anna t28 scrap", "30 scrap 0 user carl t30 scrap"));
   EXPECT_THAT(texts(database.connection(),
                     "SELECT kind || ' ' || what || ' ' || who FROM events WHERE panel = 'P-0001' AND at = 't28'"),
               ElementsAre("verdict scrap user anna"))

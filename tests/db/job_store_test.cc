@@ -7,6 +7,7 @@
 #include "db/guard.h"
 #include "tests/db/everything.h"
 #include "tests/db/planned_job.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -515,22 +516,27 @@ TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
   must(jobs.settle_as_seen(job, {}, "user anna", kLater));
   EXPECT_EQ(said().back(), line(1, "cut 1 user anna cut"));
 
-  // Once of each step, the newest, and of wood that was suspect.
-  const auto say_again = [&](int piece, const char* step) -> std::string {
+  // Once of each step, the newest, and what may be said after the step before it.
+  const auto say_again = [&](int piece, const char* step, int as_seen = 0) -> std::string {
     const WritePermission permission(cell.database().guard());
     try {
       cell.database().connection().exec(fmt::format(
-          "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT a.id, {}(h.id), a.state, 0, 'user "
-          "anna', 't' FROM allocations AS a JOIN allocation_history AS h ON h.allocation = a.id AND h.state = a.state "
+          "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT a.id, {}(h.id), a.state, {}, "
+          "'user anna', 't' FROM allocations AS a JOIN allocation_history AS h ON h.allocation = a.id AND h.state = "
+          "a.state "
           "WHERE a.piece = {} GROUP BY a.id",
-          step, pieces[static_cast<std::size_t>(piece)].id.value));
+          step, as_seen, pieces[static_cast<std::size_t>(piece)].id.value));
     } catch (const SQLite::Exception& refused) {
       return refused.what();
     }
     return "";
   };
   EXPECT_THAT(say_again(1, "max"), HasSubstr("UNIQUE"));
-  EXPECT_THAT(say_again(2, "max"), HasSubstr("a verdict is of a piece")) << "it was not suspect";
+  EXPECT_THAT(say_again(2, "max"), HasSubstr("a verdict is of a piece")) << "the machine said that it is cut";
+  VENEER_ASSERT_OK(execute(cell.database(),
+                           fmt::format("UPDATE allocations SET state = 'scrap' WHERE piece = {}", pieces[2].id.value)));
+  EXPECT_THAT(say_again(2, "max", 1), HasSubstr("a verdict is of a piece")) << "a scan saw nothing of what was cut";
+  EXPECT_EQ(say_again(2, "max"), "");
   VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_THAT(say_again(0, "min"), HasSubstr("a verdict is of a piece")) << "something became of it since";
 }

@@ -129,6 +129,7 @@ class ModelledCell : public ModelledPeople {
     }
     RC_ASSERT(must(cell_.jobs().list()).size() == jobs_.size());
     compare_runs();
+    compare_verdicts();
     compare_people();
     look_at_a_point();
     std::vector<PieceId> kept;

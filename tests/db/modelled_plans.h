@@ -149,6 +149,7 @@ class ModelledPlans : public ModelledWood {
     }
     NewPlan again = to_store(plan);
     for (std::size_t i = 0; i < indices.size(); ++i) again.pieces[i].mark = fmt::format("A{}", indices[i]);
+    again.who = indices.size() > 1 ? "user anna" : "user bert";
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(says_why(redone.error(), plan.pieces));
@@ -156,6 +157,8 @@ class ModelledPlans : public ModelledWood {
     expire(kLater);
     for (std::size_t i = 0; i < indices.size(); ++i) {
       ModelPiece& piece = job.pieces[indices[i]];
+      if (piece.state == AllocationState::kCut)
+        verdicts_.push_back({piece.id, AllocationState::kScrap, false, again.who});
       if (piece.state != AllocationState::kReleased)
         ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
       piece = plan.pieces[i];

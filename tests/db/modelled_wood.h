@@ -155,6 +155,14 @@ inline std::set<Cell> random_cells() {
   return cells;
 }
 
+// What somebody said of a piece, and so of the wood that it had then.
+struct ModelVerdict {
+  PieceId piece;
+  AllocationState verdict = AllocationState::kCut;
+  bool as_seen = false;
+  std::string who;
+};
+
 // A value: what was known when a backup was made is known again once that is put back.
 struct ModelledKnowledge {
   std::vector<PanelId> panels_;
@@ -168,11 +176,12 @@ struct ModelledKnowledge {
   std::optional<ModelRun> run_;
   std::vector<ModelRun> runs_;  // all of them; run_ is the last one, as long as it is on
   int bookings_ = 0;
-  std::vector<PieceId> kept_cuts_;  // of the last run
-  bool clear_owed_ = false;         // the newest abort
-  bool at_work_ = false;            // something is under way
-  int tick_ = 0;                    // the last moment
-  int scans_ = 0;                   // rows of raw scans, of all panels
+  std::vector<ModelVerdict> verdicts_;  // in the order in which they were said
+  std::vector<PieceId> kept_cuts_;      // of the last run
+  bool clear_owed_ = false;             // the newest abort
+  bool at_work_ = false;                // something is under way
+  int tick_ = 0;                        // the last moment
+  int scans_ = 0;                       // rows of raw scans, of all panels
   int next_tag_ = 601;
   std::optional<int> scans_when_restored_;
   std::map<std::string, std::pair<std::optional<std::string>, std::optional<std::string>>> woods_;  // names, origins

@@ -1,6 +1,8 @@
 // Runs: what is cut, broken off, in doubt and settled, and what a crash leaves.
 #pragma once
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include "tests/db/modelled_plans.h"
 
 namespace veneer::db {
@@ -145,6 +147,7 @@ class ModelledWork : public ModelledPlans {
     const bool allowed = piece->state == from && !(back && known_[piece->panel].retired);
     RC_ASSERT(cell_.jobs().settle(piece->id, verdict, kLater, "user anna").ok() == allowed);
     if (!allowed) return;
+    verdicts_.push_back({piece->id, verdict, false, "user anna"});
     if (back) return doubt_again(*piece);
     piece->state = verdict;
     for (auto& job : jobs_)
@@ -185,8 +188,24 @@ class ModelledWork : public ModelledPlans {
     if (!settled.ok()) return;
     RC_ASSERT(settled->cut.size() + settled->there.size() == clear.size());
     RC_ASSERT(settled->left.size() == left);
-    for (ModelPiece* piece : clear) piece->state = piece->seen->first == Seen::kCut ? AllocationState::kCut : *there;
+    for (ModelPiece* piece : clear) {
+      piece->state = piece->seen->first == Seen::kCut ? AllocationState::kCut : *there;
+      verdicts_.push_back({piece->id, piece->state, true, "local:1000"});
+    }
     if (job.state == JobState::kStopped || job.state == JobState::kAborted) job.state = job.after(job.state);
+  }
+  // Each is of the piece's wood, and of the step by which that became what was said.
+  void compare_verdicts() {
+    std::vector<std::string> wanted, found;
+    for (const ModelVerdict& said : verdicts_)
+      wanted.push_back(fmt::format("{} {} {} {} {}", said.piece.value, to_string(said.verdict), said.as_seen ? 1 : 0,
+                                   said.who, kLater));
+    SQLite::Statement rows(cell_.database().connection(),
+                           "SELECT a.piece || ' ' || v.verdict || ' ' || v.as_seen || ' ' || v.who || ' ' || v.at FROM "
+                           "verdicts AS v JOIN allocations AS a ON a.id = v.allocation JOIN allocation_history AS h ON "
+                           "h.id = v.step AND h.allocation = a.id AND h.state = v.verdict ORDER BY v.id");
+    while (rows.executeStep()) found.push_back(rows.getColumn(0).getString());
+    RC_ASSERT(found == wanted);
   }
   // STOP, and what a person says to it.
   void break_off_or_clear() {

@@ -146,20 +146,56 @@ INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, latti
     {30, "INSERT INTO proofs (run, step, at) VALUES (3, NULL, 't24');"},
     {31, "INSERT INTO aborts (cleared, who, reason, at) VALUES (0, 'veneerd', 'STOP by anna', 't25');"},
     {32, "INSERT INTO activities (under_way, doing, at) VALUES (1, 'while the head was jogged', 't26');"},
+    // Five people have pieces made again, four of them at t28: dora of another job of the same plan, bert a piece that
+    // he had called lost while it was suspect, anna one that was cut, and once its new wood was released, erik. It is
+    // cut from that, and given up by carl.
     {34, R"sql(
 UPDATE allocations SET state = 'suspect', changed_at = 't27' WHERE id = 21;
 UPDATE allocations SET state = 'cut', changed_at = 't27' WHERE id = 21;
 INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at)
 SELECT 21, max(id), 'cut', 0, 'local:1000', 't27' FROM allocation_history WHERE allocation = 21;
-UPDATE allocations SET state = 'scrap', changed_at = 't28' WHERE id = 21;
+UPDATE jobs SET state = 'running', changed_at = 't27' WHERE id = 7;
+INSERT INTO runs VALUES (4, 7, 'P-0002', 0, 0, 0, 0, 0.05, 't27', NULL, '');
+UPDATE allocations SET state = 'cutting', changed_at = 't27' WHERE id = 22;
+UPDATE allocations SET state = 'cut', changed_at = 't27' WHERE id = 22;
+UPDATE runs SET ended_at = 't27', result = 'stopped' WHERE id = 4;
+UPDATE jobs SET state = 'stopped', changed_at = 't27' WHERE id = 7;
+INSERT INTO jobs (id, name, plan, state, created_at, changed_at)
+SELECT 9, 'once more', plan, 'planned', 't27', 't27' FROM jobs WHERE id = 7;
+INSERT INTO pieces (id, job, patch) SELECT 16, 9, patch FROM pieces WHERE id = 11;
 INSERT INTO plans (id, name, parent, who, created_at, target_file, preview_file, plan_sha256, plan_bytes, options_json,
                    report_json)
-SELECT 21, 'again', 20, 'user anna', 't28', 'target', 'preview', plan_sha256, plan_bytes, '{}', '{}' FROM plans WHERE id = 20;
-INSERT INTO plan_panels (plan, panel, mask_version) VALUES (21, 'P-0002', 2);
+SELECT n.column1, 'again', n.column2, n.column3, n.column4, 'target', 'preview', p.plan_sha256, p.plan_bytes, '{}', '{}'
+FROM plans AS p, (VALUES (21, 20, 'user anna', 't28'), (22, 20, 'user bert', 't28'), (23, 21, 'user carl', 't30'),
+                         (24, 7, 'user dora', 't28'), (25, 21, 'user erik', 't28')) AS n WHERE p.id = 20;
+INSERT INTO plan_panels (plan, panel, mask_version) SELECT id, 'P-0002', 2 FROM plans WHERE id BETWEEN 21 AND 25;
 INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, shift_y_mm, improper,
                         lead_in_um)
-SELECT 21, patch, 'P-0002', '=??S??S', '=??S??S', 0, 0, 0, 0, '[]' FROM pieces WHERE id = 11;
-INSERT INTO redos (job, plan, at) VALUES (7, 21, 't28');)sql"},
+SELECT n.id, p.patch, 'P-0002', '=??S??S', '=??S??S', 0, 0, 0, 0, '[]'
+FROM plans AS n JOIN pieces AS p ON p.id = CASE n.id WHEN 22 THEN 12 ELSE 11 END WHERE n.id BETWEEN 21 AND 25;
+INSERT INTO redos (job, plan, at) VALUES (9, 24, 't28');
+UPDATE allocations SET state = 'suspect', changed_at = 't28' WHERE id = 22;
+UPDATE allocations SET state = 'scrap', changed_at = 't28' WHERE id = 22;
+INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at)
+SELECT 22, max(id), 'scrap', 0, 'user bert', 't28' FROM allocation_history WHERE allocation = 22;
+INSERT INTO redos (job, plan, at) VALUES (7, 22, 't28');
+UPDATE allocations SET state = 'scrap', changed_at = 't28' WHERE id = 21;
+INSERT INTO redos (job, plan, at) VALUES (7, 21, 't28');
+INSERT INTO allocations (id, panel, job, piece, placement, state, area_um, outline_um, lead_in_um, reason, changed_at)
+SELECT 29, 'P-0002', 7, 11, id, 'reserved', area_um, panel_outline_um, '~', '', 't28' FROM placements WHERE plan = 21;
+UPDATE allocations SET state = 'released', changed_at = 't28' WHERE id = 29;
+INSERT INTO redos (job, plan, at) VALUES (7, 25, 't28');
+INSERT INTO allocations (id, panel, job, piece, placement, state, area_um, outline_um, lead_in_um, reason, changed_at)
+SELECT 30, 'P-0002', 7, 11, id, 'reserved', area_um, panel_outline_um, '~', '', 't28' FROM placements WHERE plan = 25;
+UPDATE jobs SET state = 'running', changed_at = 't29' WHERE id = 7;
+INSERT INTO runs VALUES (5, 7, 'P-0002', 0, 0, 0, 0, 0.05, 't29', NULL, '');
+UPDATE allocations SET state = 'cutting', changed_at = 't29' WHERE id = 30;
+UPDATE allocations SET state = 'cut', changed_at = 't29' WHERE id = 30;
+INSERT INTO kept_cuts (piece, run, laser, strokes) VALUES (11, 5, 'Grbl 1.1h', '[]');
+UPDATE runs SET ended_at = 't29', result = 'stopped' WHERE id = 5;
+UPDATE jobs SET state = 'stopped', changed_at = 't29' WHERE id = 7;
+UPDATE allocations SET state = 'scrap', changed_at = 't30' WHERE id = 30;
+INSERT INTO redos (job, plan, at) VALUES (7, 23, 't30');)sql"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "db/certificates.h"
+#include "db/differences.h"
 #include "tests/db/stray_sql.h"
 
 namespace veneer::db {
@@ -393,6 +394,36 @@ TEST(Certificates, OfAnotherLaserAreVoidAndCountAgainOnTheirs) {
 TEST(Certificates, CannotExpireBeforeTheyAreIssued) {
   CellDatabase cell;
   EXPECT_FALSE(Certificates(cell.database()).issue({{}, CertificateKind::kKerf, kLater, kNow, 0.02_mm, "{}"}).ok());
+}
+
+// As the panel's own rows tell it.
+TEST_F(PanelsTest, AllPanelsAreSummedUpAtOnce) {
+  for (const char* name : {"P-0001", "P-0002", "P-0003"}) {
+    const PanelId panel{name};
+    ScanRecord first = scan(panel, Face::kShow), second = scan(panel, Face::kBack);
+    first.rms = 0.01_mm, second.rms = 0.02_mm;
+    VENEER_ASSERT_OK(panels.add(sheet(panel), {first}, {}));
+    if (name == std::string("P-0002"))
+      VENEER_ASSERT_OK(panels.add_scans(panel, {second}, {hole(0, Face::kBack, 20, 20)}));
+  }
+  VENEER_ASSERT_OK(panels.add(sheet(PanelId{"P-0004"}), {}, {}));
+  Differences differences(cell.database());
+  DifferenceRecord chip, stain;
+  chip.gone = true, chip.shape = rectangle(20, 20, 9, 9), chip.place = point<PanelFrame>(24, 24);
+  stain.gone = true, stain.shape = rectangle(90, 20, 9, 9), stain.place = point<PanelFrame>(94, 24);
+  VENEER_ASSERT_OK(differences.found({"P-0003"}, {chip, stain}, kNow));
+  VENEER_ASSERT_OK(differences.decide({"P-0003"}, {1}, DifferenceVerdict::kAccepted, "local:1000", "a chip", kLater));
+  const auto lines = [](const std::map<PanelId, PanelSummary>& told) {
+    std::vector<std::string> out;
+    for (const auto& [panel, one] : told)
+      out.push_back(fmt::format("{} {} {} {}", panel.value, one.open_differences, one.back_known,
+                                one.rms ? one.rms->count() : -1));
+    return out;
+  };
+  EXPECT_THAT(lines(must(panels.summaries())),
+              ElementsAre("P-0001 0 false 0.01", "P-0002 0 true 0.02", "P-0003 1 false 0.01", "P-0004 0 false -1"));
+  EXPECT_THAT(lines(must(panels.summaries(PanelId{"P-0002"}))), ElementsAre("P-0002 0 true 0.02"));
+  EXPECT_TRUE(must(panels.summaries(PanelId{"P-0009"})).empty());
 }
 
 // What was cut after the backup is in no row: only a scan shows it.
