@@ -159,8 +159,7 @@ TEST_F(FaultsTest, ADatabaseIsOpenedOrNotAndNothingIsLost) {
   int opened = 0, refused = 0;
   for (const bool checked : {false, true})
     for (const Fault& fault : kFaults)
-      for (int nth = 1 + static_cast<int>(random_() % stride_);;
-           nth += 1 + static_cast<int>(random_() % openings_)) {
+      for (int nth = 1 + static_cast<int>(random_() % stride_);; nth += 1 + static_cast<int>(random_() % openings_)) {
         SCOPED_TRACE(fmt::format("{} {}, {}", fault.name, nth, checked ? "checked whole" : "closed in order"));
         database_.reset();
         if (checked) fs::remove(file().string() + ".clean");
@@ -204,8 +203,7 @@ TEST_F(FaultsTest, ANewDatabaseIsMadeWholeOrMadeByTheNextStart) {
   open();
   const std::string wanted = everything_in(database_->connection());
   for (const Fault& fault : kFaults)
-    for (int nth = 1 + static_cast<int>(random_() % stride_);;
-         nth += 1 + static_cast<int>(random_() % openings_)) {
+    for (int nth = 1 + static_cast<int>(random_() % stride_);; nth += 1 + static_cast<int>(random_() % openings_)) {
       SCOPED_TRACE(fmt::format("{} {}", fault.name, nth));
       database_.reset();
       for (const char* end : {"", "-wal", "-shm", ".clean"}) fs::remove(file().string() + end);
