@@ -296,15 +296,4 @@ Result<std::vector<DifferenceRecord>> Differences::open_after(const PanelId& pan
   });
 }
 
-Result<int> Differences::open(const PanelId& panel) {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Result<int> {
-    SQLite::Statement row(connection,
-                          "SELECT count(*) FROM differences AS d WHERE d.panel = ? AND NOT EXISTS (SELECT 1 FROM "
-                          "difference_verdicts WHERE difference = d.id)");
-    row.bind(1, panel.value);
-    row.executeStep();
-    return row.getColumn(0).getInt();
-  });
-}
-
 }  // namespace veneer::db

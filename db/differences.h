@@ -61,7 +61,6 @@ class Differences {
   Result<std::vector<DifferenceRecord>> of(const PanelId& panel);  // the newest first, decided ones too
   // At most `limit` of them, of those older than `before`; {0}: of all.
   Result<std::vector<DifferenceRecord>> of(const PanelId& panel, DifferenceId before, int limit);
-  Result<int> open(const PanelId& panel);  // how many
   // Those that were open once the scan of `version` of the panel's mask had been looked at, as far as no person has
   // decided since: what is open when later scans are taken back (Panels::revert_mask).
   Result<std::vector<DifferenceRecord>> open_after(const PanelId& panel, int version);

@@ -121,11 +121,12 @@ Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelR
   if (!wood) return wood.error();
   figures.free = wood->free, figures.reserved = wood->reserved, figures.cut = wood->cut;
   figures.pieces = wood->pieces;
-  if (const auto summary = asked.summaries.find(panel.id); summary != asked.summaries.end()) {
-    figures.open_differences = summary->second.open_differences;
-    figures.back_known = summary->second.back_known;
-    figures.rms = summary->second.rms;
-  }
+  const auto summary = asked.summaries.find(panel.id);
+  if (summary == asked.summaries.end())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", panel.id.value)};
+  figures.open_differences = summary->second.open_differences;
+  figures.back_known = summary->second.back_known;
+  figures.rms = summary->second.rms;
   const auto usable = library_.usable_area(panel);
   if (!usable) return usable.error();
   figures.usable = usable->count();

@@ -20,7 +20,7 @@ ORDER BY h.id;
 CREATE TRIGGER a_verdict_is_what_its_wood_became BEFORE INSERT ON verdicts
 WHEN NOT EXISTS (SELECT 1 FROM allocations WHERE id = NEW.allocation AND piece IS NOT NULL AND state = NEW.verdict)
  OR NOT EXISTS (SELECT 1 FROM allocation_history
-                WHERE id = NEW.step AND allocation = NEW.allocation AND state = NEW.verdict)
+                WHERE id = NEW.step AND allocation = NEW.allocation AND state = NEW.verdict AND at = NEW.at)
  OR EXISTS (SELECT 1 FROM allocation_history WHERE allocation = NEW.allocation AND id > NEW.step)
  OR NOT coalesce((NEW.verdict,
                   (SELECT state FROM allocation_history WHERE allocation = NEW.allocation AND id < NEW.step

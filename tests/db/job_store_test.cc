@@ -517,15 +517,15 @@ TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
   EXPECT_EQ(said().back(), line(1, "cut 1 user anna cut"));
 
   // Once of each step, the newest, and what may be said after the step before it.
-  const auto say_again = [&](int piece, const char* step, int as_seen = 0) -> std::string {
+  const auto say_again = [&](int piece, const char* step, int as_seen = 0, const char* at = "h.at") -> std::string {
     const WritePermission permission(cell.database().guard());
     try {
       cell.database().connection().exec(fmt::format(
           "INSERT INTO verdicts (allocation, step, verdict, as_seen, who, at) SELECT a.id, {}(h.id), a.state, {}, "
-          "'user anna', 't' FROM allocations AS a JOIN allocation_history AS h ON h.allocation = a.id AND h.state = "
+          "'user anna', {} FROM allocations AS a JOIN allocation_history AS h ON h.allocation = a.id AND h.state = "
           "a.state "
           "WHERE a.piece = {} GROUP BY a.id",
-          step, as_seen, pieces[static_cast<std::size_t>(piece)].id.value));
+          step, as_seen, at, pieces[static_cast<std::size_t>(piece)].id.value));
     } catch (const SQLite::Exception& refused) {
       return refused.what();
     }
@@ -536,6 +536,7 @@ TEST_F(JobStoreTest, WhatPeopleSayOfSuspectPiecesIsKept) {
   VENEER_ASSERT_OK(execute(cell.database(),
                            fmt::format("UPDATE allocations SET state = 'scrap' WHERE piece = {}", pieces[2].id.value)));
   EXPECT_THAT(say_again(2, "max", 1), HasSubstr("a verdict is of a piece")) << "a scan saw nothing of what was cut";
+  EXPECT_THAT(say_again(2, "max", 0, "'t'"), HasSubstr("a verdict is of a piece")) << "that was at another time";
   EXPECT_EQ(say_again(2, "max"), "");
   VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, kLater, "user anna"));
   EXPECT_THAT(say_again(0, "min"), HasSubstr("a verdict is of a piece")) << "something became of it since";

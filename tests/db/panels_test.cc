@@ -407,6 +407,9 @@ TEST_F(PanelsTest, AllPanelsAreSummedUpAtOnce) {
       VENEER_ASSERT_OK(panels.add_scans(panel, {second}, {hole(0, Face::kBack, 20, 20)}));
   }
   VENEER_ASSERT_OK(panels.add(sheet(PanelId{"P-0004"}), {}, {}));
+  ScanRecord fitted = scan(PanelId{"P-0005"}, Face::kShow), unfitted = scan(PanelId{"P-0005"}, Face::kShow);
+  fitted.rms = 0.01_mm, unfitted.rms.reset();
+  VENEER_ASSERT_OK(panels.add(sheet(PanelId{"P-0005"}), {fitted, unfitted}, {}));
   Differences differences(cell.database());
   DifferenceRecord chip, stain;
   chip.gone = true, chip.shape = rectangle(20, 20, 9, 9), chip.place = point<PanelFrame>(24, 24);
@@ -421,7 +424,9 @@ TEST_F(PanelsTest, AllPanelsAreSummedUpAtOnce) {
     return out;
   };
   EXPECT_THAT(lines(must(panels.summaries())),
-              ElementsAre("P-0001 0 false 0.01", "P-0002 0 true 0.02", "P-0003 1 false 0.01", "P-0004 0 false -1"));
+              ElementsAre("P-0001 0 false 0.01", "P-0002 0 true 0.02", "P-0003 1 false 0.01", "P-0004 0 false -1",
+                          "P-0005 0 false -1"))
+      << "of the newest scan, whether it was fitted or not";
   EXPECT_THAT(lines(must(panels.summaries(PanelId{"P-0002"}))), ElementsAre("P-0002 0 true 0.02"));
   EXPECT_TRUE(must(panels.summaries(PanelId{"P-0009"})).empty());
 }
