@@ -163,7 +163,7 @@ class ModelledCell : public ModelledPeople {
         edits.push_back(!edit.removal);
       RC_ASSERT(edits == known_[panel].edits);
       compare_facts(panel);
-      RC_ASSERT(must(differences_store().open(panels_[panel])) ==
+      RC_ASSERT(must(cell_.panels().summaries(panels_[panel])).at(panels_[panel]).open_differences ==
                 std::count_if(differences_.begin(), differences_.end(),
                               [&](const auto& d) { return d.panel == panel && d.open; }));
     }
