@@ -235,6 +235,25 @@ class Seldom(Page):
         self.assertEqual(told, ["#scan/P-0002", "P-0002", [True, False, False], [with_tags, with_tags, {"face": "show", "more": False, "panel": "P-0002"}]],
                          "new tags are asked for until a scan has them")
 
+    def test_new_tags_are_asked_for_until_what_a_scan_proposed_is_in_stock(self):
+        told = self.steps("""
+            answer({'/proposals/4/accept': {task: 22}, '/proposals/4/picture': {}, '/scans': {task: 21}});
+            window.answers['/proposals'].proposals[0].warnings = [];
+            const isTicked = () => draw().querySelector('#scan-retag').checked, over = (id, state, result) => { model.tasks.set(id, {id, kind: 'scan', state, progress: 1, text: '', ...(result && {result})}); return isTicked(); };
+            const accept = async () => { main.querySelector('#accept-4').click(); await settled(); await settled(); return isTicked(); };
+            await enter('scan', 'P-0001');
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            main.querySelector('#scan-retag').click(); draw();
+            await press('#do-scan');
+            const proposed = [over(21, 'done'), over(21, 'done', {proposal: 4, panel: 'P-0001', face: 'show'})];
+            const path = '/proposals/4/picture.png', dot = document.createElement('canvas');
+            await until(() => draw().querySelector('#accept-4'));
+            Object.assign(main.querySelector(`img[data-picture="${path}"]`), {came_: path, hidden: false, src: dot.toDataURL()});
+            await until(() => !draw().querySelector('#accept-4').disabled);
+            const accepted = [await accept(), over(22, 'failed'), await accept(), over(22, 'done', {panel: 'P-0001', face: 'show'})];
+            return {proposed, accepted, sent: sent('/scans').length, taken: sent('/accept').length}""")
+        self.assertEqual(told, {"proposed": [True, True], "accepted": [True, True, True, False], "sent": 1, "taken": 2})
+
     def test_a_panel_that_was_gone_to_is_not_replaced_by_an_open_series(self):
         told = self.steps("""
             const open = {open_scan: {tiles: 1, panel: 'P-0002', face: 'show', retag: false}};
@@ -281,6 +300,15 @@ class Seldom(Page):
             await until(() => sent('/scans').length);
             return [last, atOnce, other, sent('/scans')]""")
         self.assertEqual(told, ["Scan tile 3 again", True, 0, [{"again": 2}]])
+
+    def test_which_tile_was_chosen_is_of_its_series_only(self):
+        told = self.steps("""
+            const label = (since) => draw({kept_scan: {tiles: 3, since}}).querySelector('#scan-again-tile').innerText.split('\\n')[0];
+            await enter('scan', 'P-0001');
+            label(at);
+            type('[data-key=kept] select', '1');
+            return [label(at), label('2026-05-02T07:30:00Z'), label(at)]""")
+        self.assertEqual(told, ["Scan tile 1 again", "Scan tile 3 again", "Scan tile 3 again"])
 
     def test_a_series_with_new_tags_ends_with_them(self):
         told = self.steps("""
