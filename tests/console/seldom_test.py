@@ -37,10 +37,11 @@ class Seldom(Page):
         self.assertEqual(told["faults"], [])
         return told["told"]
 
-    def merged(self, reply, language="en"):
+    def merged(self, reply, language="en", scan_again="null"):
         self.speak(language)
         self.addCleanup(self.speak, "en")
         return self.steps("""
+            window.answers['/panels/P-0001'] = {...panel, scan_again: %s};
             await enter('panels', 'P-0001');
             const about = main.querySelector('[data-key="merge-P-0001"]').innerText;
             const offered = [...main.querySelectorAll('#merge-which option')].map(({value}) => value), shut = main.querySelector('#do-merge').disabled;
@@ -50,7 +51,7 @@ class Seldom(Page):
             answer({'/panels/P-0001/merge': {panel: 'P-0001', merged: 'P-0002', other_face: %s, fiducials: 4, rms_mm: .01}});
             says(true); await press('#do-merge');
             return {about, offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: main.querySelector('#merge-done')?.innerText, scan: main.querySelector('#merge-scan')?.getAttribute('href'), which: main.querySelector('#merge-which').value}"""
-                          % reply)
+                          % (scan_again, reply))
 
     def test_two_panels_are_made_one_after_a_question(self):
         told = self.merged("false")
@@ -73,6 +74,10 @@ class Seldom(Page):
         back = self.merged("true")
         self.assertEqual(back["scan"], None)
         self.assertEqual(back["done"], "P-0002 was the back of P-0001: its scan and its tags are those of the back now.")
+        gone = self.merged("true", scan_again="'wood of it is gone'")
+        self.assertRegex(gone["done"], "P-0002 was the back of P-0001: .*what was cut from it is booked here.*Scan P-0001 again, show face down: until then nothing is planned on it or cut from it")
+        self.assertEqual(gone["scan"], "#scan/P-0001")
+        self.assertRegex(self.merged("true", "de", "'wood of it is gone'")["done"], "P-0002 war die Rückseite von P-0001: .*ist hier verbucht.*Scannen Sie P-0001 nochmals")
         german = self.merged("false", "de")
         self.assertRegex(german["done"], "P-0002 ist jetzt eins mit P-0001.*Scannen Sie P-0001 nochmals")
         self.assertIn("deren Sichtseite wirklich gescannt wurde", german["about"])
