@@ -5,7 +5,7 @@ apart, new tags, how scans fit, the test pattern, a laser's corner, which scanne
 import sys
 import unittest
 
-from page_test import CELL, EVERYTHING, Page
+from page_test import CELL, EVERYTHING, Files, Page
 
 # Of a screen of EVERYTHING: draw() as it is now, press(), and what was sent.
 STEPS = CELL + EVERYTHING + """
@@ -26,6 +26,8 @@ STEPS = CELL + EVERYTHING + """
     model.panels = ['P-0001', 'P-0002', 'P-0003'].map((id) => ({...panel, id, name: id, retired: id === 'P-0003' ? {reason: 'lent'} : null}));
     const text = () => main.innerText;
 """
+
+UNTIL = "const until = async (is) => { for (let i = 0; i < 2000; ++i) { const told = is(); if (told) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it did not come: ' + is); };"
 
 
 class Seldom(Page):
@@ -496,6 +498,70 @@ class Seldom(Page):
             await enter('setup', 'devices');
             return [shut, open, draw().querySelector('input[value="x:1"]') !== null, sent('/scanners').length]""")
         self.assertEqual(told, [True, True, True, 1])
+
+    def test_a_page_whose_words_do_not_come_comes_up_later_and_stops_meanwhile(self):
+        for language in ("de", "en"):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            self.refuse("words/de.js", "words/en.js")
+            self.browser.get(f"http://127.0.0.1:{self.server.server_address[1]}/console/index.html")
+            told = self.does(UNTIL + """
+                await until(() => performance.getEntriesByType('resource').some(({name}) => name.endsWith('words/en.js')));
+                document.querySelector('#stop button').click();
+                await until(() => document.getElementById('stop-note').innerText.includes(given[0]));
+                return [window.asked.filter(({path, method}) => method === 'POST' && path.endsWith('/stop')).length > 0, document.querySelectorAll('#nav a').length]""",
+                             {"de": "bestätigt: Strahl aus", "en": "confirmed"}[language])
+            self.assertEqual(told, [True, 0])
+            Files.refused = ()
+            self.assertEqual(self.does(UNTIL + "await until(() => document.querySelector('#nav a')); return document.documentElement.lang"), language)
+
+    def test_who_lacks_the_german_words_reads_english(self):
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+        self.refuse("words/de.js")
+        self.assertEqual(self.does("return (await load('words.js')).language"), "en")
+
+    def test_cards_that_do_not_come_are_told_and_asked_for_by_one(self):
+        for screen, file, rest, there in (("settings", "settings_laser.js", [], "#pattern-burn"), ("panels", "panel_apart.js", ["P-0001"], "#do-merge")):
+            with self.subTest(screen):
+                self.speak("en")
+                self.refuse(f"screens/{file}")
+                told = self.steps("""
+                    screen = await load('screens/%s.js');
+                    rest = %s;
+                    for (let n = 0; n < 3; ++n) { screen.enter(...rest); await settled(); await settled(); draw(); }
+                    await settled(); draw();
+                    window.look = () => draw().querySelector('%s') !== null;
+                    return [[...main.querySelectorAll('p.empty')].some((one) => one.innerText === 'connecting'), window.look()]""" % (screen, rest, there))
+                self.assertEqual(told, [True, False])
+                self.assertEqual(len(Files.lost), 1, "three who asked are one")
+                Files.refused = ()
+                self.assertFalse(self.does(UNTIL + """
+                    await until(() => window.look());
+                    return [...document.querySelectorAll('#main p.empty')].some((one) => one.innerText === 'connecting')"""))
+
+    def test_a_map_that_does_not_come_is_told_on_its_page_and_asked_for_again(self):
+        self.refuse("screens/panel_map.js")
+        told = self.steps("""
+            const fault = () => { draw(); screen.drawn(main, ...rest); return main.querySelector('#no-map')?.innerText || ''; };
+            await enter('panels', 'P-0001');
+            const said = await until(fault);
+            window.look = () => { fault(); return [main.querySelector('#no-map'), main.querySelector('.layers input').disabled, main.querySelector('.map .leaflet-pane') !== null]; };
+            return [said, window.look()[1], document.getElementById('refusal').hidden]""")
+        self.assertRegex(told[0], "The map cannot be shown")
+        self.assertEqual(told[1:], [True, True])
+        Files.refused = ()
+        self.assertEqual(self.does(UNTIL + "return await until(() => { const told = window.look(); return !told[1] && told; })"), [None, False, True])
+
+    def test_who_has_gone_on_hears_of_no_map(self):
+        self.refuse("screens/panel_map.js")
+        told = self.steps("""
+            await enter('panels', 'P-0001');
+            screen.drawn(main, ...rest);
+            main.replaceChildren();
+            await settled(); await settled(); await settled(); await settled();
+            return document.getElementById('refusal').innerText""")
+        self.assertEqual(told, "")
 
     def test_cards_of_settings_stay_when_others_come(self):
         told = self.steps("""
