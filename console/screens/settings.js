@@ -43,7 +43,7 @@ export function draw() {
   const {part} = alone;
   return [viewerHint(), h("div.columns.two-even", {},
     h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: part && part.scannersCard()})),
-    h("div.column", {}, keyed({comes: alone.comes(), card: part && part.testCard(), pattern: part && part.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
+    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------

@@ -340,7 +340,7 @@ class Seldom(Page):
             await until(() => draw().querySelector('#pattern-burn'));
             const card = (of = 'pattern') => main.querySelector(`#${of}-burn`).closest('section').innerText;
             const tick = (of) => { main.querySelector(`[data-key=confirm-${of}] input`).click(); draw(); };
-            const moving = (of) => { const seen = {}; for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector(`#${of}-cancel`) !== null, main.querySelector(`#${of}-runs`)?.innerText || '']; } return seen; };
+            const moving = (of) => { const seen = {}; for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector(`#${of}-cancel`) !== null, main.querySelector('#burns-runs')?.innerText || '']; } return seen; };
             """ % (laser, confirm, role) + script)
 
     def only_stop_ends(self, seen):
@@ -380,7 +380,7 @@ class Seldom(Page):
         for of in ("pattern", "card"):
             self.speak("en")
             before, seen = self.burns(f"""
-                const before = main.querySelector('#{of}-runs');
+                const before = main.querySelector('#burns-runs');
                 tick('{of}');
                 main.querySelector('#{of}-burn').click();
                 await until(() => draw().querySelector('#{of}-cancel'));
@@ -394,25 +394,26 @@ class Seldom(Page):
             told = self.burns(f"""
                 fresh.tasks = [{{id: 12, kind: '{kind}', state: 'running', progress: .3, text: 'getting ready'}}];
                 draw();
-                const shut = ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), row = card('{of}');
+                const shut = ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), row = text();
                 main.querySelector('#{of}-cancel').click();
                 await until(() => window.asked.some(({{path, method}}) => method === 'DELETE' && path.endsWith('/tasks/12')));
-                return {{shut, row: row.includes('getting ready'), seen: moving('{of}')}}""")
-            self.assertEqual((told["shut"], told["row"]), ([True, True], True))
+                return {{shut, row: row.split('getting ready').length, seen: moving('{of}')}}""")
+            self.assertEqual((told["shut"], told["row"]), ([True, True], 2), "once")
             self.only_stop_ends(told["seen"])
         self.speak("en")
         told = self.burns("""
-            fresh.tasks = [{id: 12, kind: 'laser run', state: 'running', progress: .3, text: ''}];
-            draw();
-            return ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled)""")
-        self.assertEqual(told, [True, True])
+            fresh.tasks = [{id: 12, kind: 'laser run', state: 'running', progress: .3, text: 'layer 2'}];
+            draw({state: 'Execute'});
+            const now = main.querySelector('[data-key=burns]');
+            return [['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), now.innerText.split('\\n').filter(Boolean), now.nextElementSibling.contains(main.querySelector('#card-dry'))]""")
+        self.assertEqual(told, [[True, True], ["▲ What moves now is ended by STOP; Hold makes it pause.", "layer 2"], True])
 
     def test_where_nothing_is_asked_by_name_a_question_stands_before_the_burn(self):
         for of, body in (("pattern", {"size_mm": 50}), ("card", {"operation": "cut"})):
             self.speak("en")
             with self.subTest(of):
                 told = self.burns(f"""
-                    const burn = () => main.querySelector('#{of}-burn') || [...main.querySelectorAll('button')].find((one) => one.innerText.startsWith('Burn it'));
+                    const burn = () => main.querySelector('#{of}-burn');
                     const go = async (word) => {{ says(word); burn().click(); await settled(); await settled(); draw(); return sent('/laser/test-{of}').length; }};
                     return [await go(false), await go(true), sent('/laser/test-{of}'), questions.length, (questions[0] || '').startsWith('Burn the ')]""", confirm="[]")
                 self.assertEqual(told, [0, 1, [{**body, "dry": False, "confirmed": []}], 2, True])
@@ -439,6 +440,37 @@ class Seldom(Page):
             await until(() => draw().innerText.includes('with the beam off'));
             return [sent('/test-pattern'), card().includes('is burnt.'), questions.length]""")
         self.assertEqual(told, [[{"size_mm": 50, "dry": True}], False, 0])
+
+    def test_a_dark_run_of_the_card(self):
+        for language, dark, burnt in (("en", "with the beam off", "card is done"), ("de", "ohne Strahl", "Karte ist fertig")):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.burns(f"""
+                await press('#card-dry');
+                await until(() => sent('/laser/test-card').length);
+                model.tasks.set(12, {{id: 12, state: 'done', result: {{dry: true, strokes: 9}}}});
+                await until(() => draw().querySelector('#card-dry').disabled === false);
+                return [sent('/laser/test-card'), card('card').includes('{dark}'), card('card').includes('{burnt}'), questions.length]""")
+            self.assertEqual(told, [[{"operation": "cut", "dry": True}], True, False, 0])
+
+    def test_a_drawing_that_comes_late_is_of_its_own_operation_only(self):
+        told = self.burns("""
+            const ask = window.fetch, gone = [], revoke = URL.revokeObjectURL, seen = () => draw().querySelector('img.target')?.src || null;
+            URL.revokeObjectURL = (url) => { gone.push(url); revoke.call(URL, url); };
+            answer({'/test-card': {svg: '<svg xmlns="http://www.w3.org/2000/svg"/>'}});
+            const first = [...main.querySelectorAll('button')].find((one) => one.innerText === 'Show it first');
+            first.click();
+            const url = await until(seen);
+            let reply = null;
+            window.fetch = async (path, how) => { if (String(path).includes('/test-card')) await new Promise((go) => { reply = go; }); return ask(path, how); };
+            first.click();
+            await until(() => reply);
+            type('#card-operation', 'engrave');
+            const chosen = [seen(), gone.includes(url)];
+            reply();
+            await settled(); await settled();
+            return {chosen, late: seen()}""")
+        self.assertEqual(told, {"chosen": [None, True], "late": None})
 
     def test_a_refused_pattern_is_told_and_a_viewer_burns_none(self):
         told = self.burns("""
