@@ -26,9 +26,13 @@ function make(node, spec, attributes, children) {
     }
   }
   node.append(...flat(children));
-  // A choice is there only once its options are.
-  if (node.nodeName === "SELECT" && "value" in node.wanted) apply(node, "value", node.wanted.value);
+  choose(node);
   return node;
+}
+
+// A choice is there only once its options are.
+function choose(node) {
+  if (node.nodeName === "SELECT" && "value" in node.wanted) apply(node, "value", node.wanted.value);
 }
 
 // `share`: of its parent's width. `part`: what is seen of a picture that its parent cuts off, {left, top, side} in
@@ -85,6 +89,5 @@ function become(live, node) {
   for (const [name, value] of Object.entries(after)) apply(live, name, value);
   live.wanted = after;
   put(live, ...node.childNodes);
-  // A choice is there only once its options are.
-  if (live.nodeName === "SELECT" && "value" in after && live.value !== after.value) live.value = after.value;
+  choose(live);
 }

@@ -1,7 +1,8 @@
 // Parts that several screens are made of.
 import {h} from "./dom.js";
-import {asSentence, language, span, t} from "./words.js";
-import {mayDo, model} from "./model.js";
+import {asSentence, language, learn, span, t} from "./words.js";
+import {kAgainMs, pause} from "./link.js";
+import {changed, mayDo, model} from "./model.js";
 import {byPage} from "./by_page.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
@@ -41,6 +42,25 @@ export const facts = (...rows) => h("ul.facts", {}, ...rows);
 export const empty = (text) => h("p.empty", {}, text);
 
 export const hint = (text) => (text ? h("p.dim.hint", {}, text) : null);
+
+// What is seldom wanted comes after the rest of its screen, with words of its own. `part`: it, once it is there; `comes()`: a line until
+// then. However often it is asked for, it is fetched by one at a time.
+export function later(fetch) {
+  let asked = false;
+  const one = {
+    part: null,
+    comes: () => (one.part ? null : empty(t("connecting"))),
+    async ask() {
+      if (asked) return;
+      asked = true;
+      while (!one.part) {
+        try { [one.part] = await Promise.all([fetch(), learn("seldom")]); } catch (fault) { await pause(kAgainMs); }
+      }
+      changed();
+    },
+  };
+  return one;
+}
 
 // Why a button is shut off by a link of the chain, and what to do; nothing when none is.
 export const blockedHint = (link) => link && h("p.warn", {"data-blocked": link.name, role: "status"}, `▲ ${t(`interlock.${link.name}`)}: `, inEnglish(asSentence(link.sentence)), " ", inEnglish(link.remedy));

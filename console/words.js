@@ -1,5 +1,6 @@
 // What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
 // from the daemon, in English.
+import {kAgainMs, pause} from "./link.js";
 
 // Its own name for each, which is on the button that changes to it, and how it writes dates.
 export const kLanguages = {
@@ -7,11 +8,15 @@ export const kLanguages = {
   de: {name: "Deutsch", dates: "de-DE"},
 };
 const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
-// One is asked for, by whoever reads it; another one that does not come leaves English.
-const catalogue = (one) => import(`./words/${one}.js`).then((all) => all.words);
-const other = chosen in kLanguages && chosen !== "en" && await catalogue(chosen).catch(() => null);
-const words = other || await catalogue("en");
-export const language = other ? chosen : "en";
+// One is asked for, by whoever reads it; another one that does not come leaves English. While neither comes both are asked for
+// again: the daemon may begin anew just then.
+async function firstOf(...asked) {
+  for (; ; await pause(kAgainMs)) {
+    for (const one of asked) try { return {language: one, words: (await import(`./words/${one}.js`)).words}; } catch (fault) { continue; }
+  }
+}
+const {language, words} = await firstOf(...(chosen in kLanguages && chosen !== "en" ? [chosen] : []), "en");
+export {language};
 document.documentElement.lang = language;
 const {dates} = kLanguages[language];
 

@@ -1,10 +1,10 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
-import {dayTime, language, learn, sizeOf, squareCm, t} from "../words.js";
+import {dayTime, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {bar, button, card, empty, fact, facts, inEnglish, link, tWith} from "../parts.js";
+import {bar, button, card, empty, fact, facts, inEnglish, later, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers} from "./panel_layers.js";
@@ -16,26 +16,21 @@ import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
 let map = null;      // the open map
 let mapOf = "";
+let noMap = "";      // why there is none
 
 const code = encodeURIComponent;
 
 export function enterPanel(id, piece) {
   Object.assign(shown, {id, panel: null, fault: "", allocations: [], differences: [], piece: Number(piece) || null, passport: null, version: ""});
   if (map) { map.close(); map = null; }
-  mapOf = "";
+  mapOf = noMap = "";
   beginBrush(id);
   beginFacts();
-  if (apart) apart.enterApart();
-  loadApart();
+  if (apart.part) apart.part.enterApart();
+  apart.ask();
 }
 
-// What is seldom wanted comes after the panel itself.
-let apart = null;
-async function loadApart() {
-  if (apart) return;
-  try { [apart] = await Promise.all([import("./panel_apart.js"), learn("seldom")]); } catch (fault) { setTimeout(loadApart, kAgainMs); }
-  changed();
-}
+const apart = later(() => import("./panel_apart.js"));
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
 // its shelf or its treatment the list need not tell.
@@ -85,12 +80,19 @@ export function panelDrawn(place, id) {
   import("./panel_map.js").then(({openMap}) => openMap(canvas, panel, tapped)).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
+    noMap = "";
     brushOn(map);
     changed();
     map.show(shown.allocations);
     map.zones(shown.panel.zones);
     if (shown.piece) map.choose(shown.piece);
-  }, (fault) => showRefusal(tWith("map.none", "why", fault.message), language));
+  }, (fault) => {
+    const isHere = () => mapOf === id && canvas.isConnected;
+    if (!isHere()) return;
+    noMap = fault.message;
+    setTimeout(() => { if (isHere()) { mapOf = ""; changed(); } }, kAgainMs);
+    changed();
+  });
 }
 
 export function drawPanel(id) {
@@ -103,10 +105,11 @@ export function drawPanel(id) {
       !panel.retired && link(`#scan/${code(id)}`, t("panel.scan"), {class: "go", id: "scan-again"}), link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
+        noMap && h("p.fault", {id: "no-map", role: "alert"}, "▲ ", tWith("map.none", "why", noMap)),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, apart && apart.sawnCard(panel), passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart && apart.fitCard(panel), ...(apart ? apart.apartCards(panel) : []), stockCard(panel))),
+      h("div.column", {}, apart.part && apart.part.sawnCard(panel), passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart.comes(), apart.part && [apart.part.fitCard(panel), ...apart.part.apartCards(panel)], stockCard(panel))),
   ];
 }
 

@@ -60,7 +60,7 @@ function mergeCard(panel) {
     h("div.form", {}, h("label", {}, t("merge.which"), h("select", {id: "merge-which", value: merged, onchange: (event) => { merged = event.target.value; done = null; changed(); }},
       h("option", {value: ""}, t(others.length ? "merge.choose" : "merge.none")), ...others.map((one) => h("option", {value: one.id}, name(one)))))),
     h("div.commands", {}, button(merged ? t("merge.do", {panel: panel.id, other: merged}) : t("merge.choose"), () => merge(panel), {id: "do-merge", wide: true, disabled: !mayChange() || busy || !merged})),
-    done && h("p", {id: "merge-done", role: "status"}, t(done.other_face ? "merge.done.back" : "merge.done.same", {panel: panel.id, other: done.merged})),
+    done && h("p", {id: "merge-done", role: "status"}, t(`merge.done.${!done.other_face ? "same" : panel.scan_again ? "carried" : "back"}`, {panel: panel.id, other: done.merged})),
     done && (!done.other_face || panel.scan_again) && h("div.commands", {}, link(`#scan/${code(panel.id)}`, t("panel.scan"), {class: "go wide", id: "merge-scan"})));
 }
 

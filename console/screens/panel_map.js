@@ -20,14 +20,14 @@ const kStates = {  // what a state is drawn as, and on which layer
 
 const at = ([x, y]) => [y, x];  // Leaflet's latitude is our y
 const words = (text) => h("span", {}, text);  // Leaflet takes a string for HTML, and a wood's name is what somebody typed
-let leaflet = null;
+let leaflet = null, sheet = null;
 
 async function library() {
   if (leaflet) return leaflet;
-  const sheet = document.createElement("link");
-  sheet.rel = "stylesheet";
-  sheet.href = "/console/lib/leaflet.css";
-  document.head.append(sheet);
+  if (!sheet) {
+    sheet = h("link", {rel: "stylesheet", href: "/console/lib/leaflet.css"});
+    document.head.append(sheet);
+  }
   leaflet = await import("/console/lib/leaflet.js");
   return leaflet;
 }

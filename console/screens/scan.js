@@ -11,7 +11,8 @@ import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false, retag: false, bare: false};
 let begun = 0;  // the task
-let told = 0;   // the task that was told of new tags, or of a part without old ones
+let told = 0;   // the task that was told of new tags, or of a part without old ones; then the one that takes it into stock
+let proposed = 0;  // what came of it, and waits
 let sawn = "";  // the panel whose parts are scanned
 
 // #scan/P-0001 scans that panel again; #scan/part/P-0001 a part that was sawn off it.
@@ -24,7 +25,7 @@ export function enter(panel, parent) {
 
 // New tags were glued to the panel that was chosen before.
 function choosePanel(panel) {
-  if (wanted.panel !== panel) { wanted.retag = false; told = 0; }
+  if (wanted.panel !== panel) { wanted.retag = false; told = proposed = 0; }
   wanted.panel = panel;
 }
 
@@ -35,7 +36,9 @@ const mayBeBare = () => Boolean(sawn) && !wanted.panel && wanted.face === "show"
 
 // Once the panel has them the next scan of it is an ordinary one. A panel that has left the stock is scanned as none.
 function followChoice(task) {
-  if (told && task && task.id === told && task.state === "done") { told = 0; wanted.retag = wanted.bare = false; }
+  const {proposal, panel} = (told && task && task.id === told && task.state === "done" && task.result) || {};
+  if (proposal) { told = 0; proposed = proposal; }
+  else if (panel) { told = proposed = 0; wanted.retag = wanted.bare = false; }
   if ((panelOf(wanted.panel) || {}).retired) choosePanel("");
 }
 
@@ -99,14 +102,15 @@ function seriesPart(busy) {
 
 // One that was refused: a tile of it is scanned anew, and what the series is of stays. By its number in the order of scanning.
 const keptOne = sameThing();
-let tile = 0;
+let tile = 0, tileOf = "";
 function keptPart(kept, busy) {
+  if (tileOf !== kept.since) { tileOf = kept.since; tile = kept.tiles; }
   const key = JSON.stringify(kept), n = tile >= 1 && tile <= kept.tiles ? tile : kept.tiles;
   keptOne.drawn(key);
-  const isShown = () => keptOne.isLooked() && JSON.stringify((model.cell || {}).kept_scan) === key;
+  const asShown = () => keptOne.isLooked() && JSON.stringify((model.cell || {}).kept_scan) === key;
   return h("div.note", {"data-key": "kept", role: "status"}, h("p", {}, t("scan.kept_series", {n: kept.tiles, at: dayTime(kept.since)})),
     h("div.form", {}, choice(t("scan.again.which"), String(n), Array.from({length: kept.tiles}, (_, at) => [String(at + 1), t("scan.again.tile", {n: at + 1})]), (word) => { tile = Number(word); })),
-    h("div.commands", {}, button(t("scan.again", {n}), () => { if (isShown()) begin({again: n}); }, {wide: true, id: "scan-again-tile", small: t("scan.again.small"), disabled: !mayChange() || busy || !keptOne.isLooked()})));
+    h("div.commands", {}, button(t("scan.again", {n}), () => { if (asShown()) begin({again: n}); }, {wide: true, id: "scan-again-tile", small: t("scan.again.small"), disabled: !mayChange() || busy || !keptOne.isLooked()})));
 }
 
 async function begin(body) {
@@ -164,8 +168,9 @@ function proposalCard(seen, task) {
   const {number, panel} = seen, mine = task && task.result && task.result.proposal === seen.number ? task.result : null;
   const take = async () => {
     if (openDoubts(seen).length || !mayOverrule(seen)) return;  // the button may be of a moment ago
-    const told = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
-    if (told) begun = told.task;
+    const accepted = await command(`/proposals/${number}/accept`, {body: overruled(seen)});
+    if (accepted) begun = accepted.task;
+    if (accepted && number === proposed) told = accepted.task;
     changed();
   };
   const refuse = async () => { await command(`/proposals/${number}/refuse`, {body: {}}); changed(); };

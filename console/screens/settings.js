@@ -1,10 +1,10 @@
 // How each wood is cut, the head by hand, overrides, what can be printed, and copies of it all.
 import {h} from "../dom.js";
-import {language, learn, t} from "../words.js";
+import {language, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
+import {button, card, empty, hint, lacking, later, viewerHint} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {gridButton, tagForm} from "./setup_devices.js";
 import {backupsCard, enterBackups} from "./settings_backups.js";
@@ -13,17 +13,11 @@ let recipes = null, woods = [];
 
 export function enter() {
   enterBackups();
-  loadAlone();
+  alone.ask();
   return enterRecipes();
 }
 
-// What is seldom wanted comes after the rest.
-let alone = null;
-async function loadAlone() {
-  if (alone) return;
-  try { [alone] = await Promise.all([import("./settings_laser.js"), learn("seldom")]); } catch (fault) { setTimeout(loadAlone, kAgainMs); }
-  changed();
-}
+const alone = later(() => import("./settings_laser.js"));
 
 async function enterRecipes() {
   try {
@@ -46,9 +40,10 @@ function keyed(cards) {
 
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
+  const {part} = alone;
   return [viewerHint(), h("div.columns.two-even", {},
-    h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: alone && alone.scannersCard()})),
-    h("div.column", {}, keyed({card: alone && alone.testCard(), pattern: alone && alone.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
+    h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: part && part.scannersCard()})),
+    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------
@@ -128,7 +123,7 @@ function jogCard() {
     Array.isArray(laser.position_mm) && h("p.big", {}, laser.position_mm.map((value) => value.toFixed(1)).join(" / "), " mm"),
     h("div.choices", {role: "group", "aria-label": t("jog.step")}, ...[1, 10, 50].map((one) => h("button", {type: "button", "aria-pressed": String(step === one), onclick: () => { step = one; changed(); }}, `${one} mm`))),
     h("div.jog", {}, ...kArrows.map(([arrow, x, y]) => button(arrow, () => move(x, y), {disabled: x || y ? !may : !operates(), "aria-label": t(x || y ? "jog.move" : "jog.stop", {x: x * step, y: y * step})}))),
-    alone && alone.cornerPart());
+    alone.part && alone.part.cornerPart());
 }
 
 // ---- to be printed --------------------------------------------------------------------------------------------------

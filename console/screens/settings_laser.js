@@ -13,16 +13,24 @@ import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 // ---- what the laser burns on its own --------------------------------------------------------------------------------
 
 const kStrokes = ["Execute", "Holding", "Held", "Unholding"];  // a task that is given up ends none of them
-const kBurns = ["test card", "laser test-pattern", "laser run"];  // tasks, by their names in the API
+const kCard = "test card", kPattern = "laser test-pattern", kBurns = [kCard, kPattern, "laser run"];  // tasks, by their names in the API
 const findsHome = () => (model.cell.laser || {}).finds_home !== false;
 // One of them goes on, whoever began it, and wherever.
 const burning = (...kinds) => (model.cell.tasks || []).find((one) => kinds.includes(one.kind) && one.state === "running");
-const isFree = () => !isBusy("pattern") && !isBusy("card") && !burning(...kBurns);
+const isMine = () => isBusy("pattern") || isBusy("card");
+const isFree = () => !isMine() && !burning(...kBurns);
+const runs = () => !isFree() && kStrokes.includes(model.cell.state);
+
+// Above both cards, since it shuts both.
+export function burnsNow() {
+  const now = burning(...kBurns);
+  return (now || runs()) && h("div.card", {"data-key": "burns"},
+    runs() && h("p.warn", {id: "burns-runs", role: "status"}, `▲ ${t("burns.runs")}`), now && h("ul.list", {}, taskRow(now)));
+}
 
 // `asked`: what is asked where nothing is by name. `asShown()`: it is still what is asked about.
 function burns(place, kind, ticks, asked, asShown, begin) {
-  const isMine = isBusy(place), other = isMine ? null : burning(kind), task = isMine ? workAt(place).task : (other || {}).id;
-  const runs = (isMine || Boolean(other)) && kStrokes.includes(model.cell.state), free = mayDo("maintainer") && mayChange() && isFree();
+  const task = isBusy(place) ? workAt(place).task : (burning(kind) || {}).id, free = mayDo("maintainer") && mayChange() && isFree();
   const go = (text, body) => { if (asShown()) doSteps(place, [{text, act: () => begin(body)}]); };
   const burn = async () => {
     const confirmed = ticks.take();
@@ -33,8 +41,8 @@ function burns(place, kind, ticks, asked, asShown, begin) {
     buttons: [
       button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), wide: true, id: `${place}-dry`}),
       button(t(`${place}.burn`), burn, {...more, disabled: !free || !asShown() || !ticks.ready(), wide: true, id: `${place}-burn`}),
-      task > 0 && !runs && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
-    rows: [runs && h("p.warn", {id: `${place}-runs`, role: "status"}, `▲ ${t("burns.runs")}`), workRow(place), other && h("ul.list", {}, taskRow(other))],
+      task > 0 && !runs() && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
+    row: !burning(kind) && workRow(place),
   };
 }
 
@@ -44,21 +52,25 @@ let operation = "cut", drawing = null;
 const ticksOfCard = burnTicks("confirm-card");
 
 export function testCard() {
-  const of = operation;
-  const {buttons, rows} = burns("card", "test card", ticksOfCard, "card.sure", () => operation === of, (body) => run("card", "/laser/test-card", {operation: of, ...body}));
+  const of = operation, {result} = workAt("card");
+  const {buttons, row} = burns("card", kCard, ticksOfCard, "card.sure", () => operation === of, (body) => run("card", "/laser/test-card", {operation: of, ...body}));
   return card(t("card"), h("p.dim", {}, t("card.about")),
-    h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {id: "card-operation", value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
+    h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {id: "card-operation", value: operation, onchange: (event) => { operation = event.target.value; showDrawing(null); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
     drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
     ticksOfCard.list(),
     h("div.commands", {}, button(t("card.draw"), showCard, {wide: true, disabled: !operates() || isStale()}), ...buttons),
-    ...rows, workAt("card").result && hint(t("card.done")));
+    row, result && hint(t(result.dry ? "card.ran" : "card.done")));
+}
+
+function showDrawing(svg) {
+  if (drawing) URL.revokeObjectURL(drawing);
+  drawing = svg && URL.createObjectURL(new Blob([svg], {type: "image/svg+xml"}));
+  changed();
 }
 
 async function showCard() {
-  const drawn = await command("/test-card", {body: {operation}});
-  if (drawing) URL.revokeObjectURL(drawing);
-  drawing = drawn ? URL.createObjectURL(new Blob([drawn.svg], {type: "image/svg+xml"})) : null;
-  changed();
+  const of = operation, drawn = await command("/test-card", {body: {operation: of}});
+  if (operation === of) showDrawing(drawn && drawn.svg);
 }
 
 // ---- test pattern ---------------------------------------------------------------------------------------------------
@@ -70,11 +82,11 @@ const faultOfSize = () => firstFault({label: t("pattern.size"), text: size, rule
 
 export function patternCard() {
   const of = size, bad = faultOfSize(), {result} = workAt("pattern");
-  const {buttons, rows} = burns("pattern", "laser test-pattern", ticksOfPattern, "pattern.sure", () => size === of && !faultOfSize(), (body) => run("pattern", "/laser/test-pattern", {size_mm: numberOf(of), ...body}));
+  const {buttons, row} = burns("pattern", kPattern, ticksOfPattern, "pattern.sure", () => size === of && !faultOfSize(), (body) => run("pattern", "/laser/test-pattern", {size_mm: numberOf(of), ...body}));
   return card(t("pattern"), h("p.dim", {}, t("pattern.about", {where: t(findsHome() ? "pattern.middle" : "pattern.corner")})),
     h("div.form", {}, numberField(t("pattern.size"), size, (text) => { size = text; changed(); }, {...kSize, id: "pattern-size"})),
     ticksOfPattern.list(), bad && hint(faultWords(bad)),
-    h("div.commands", {}, ...buttons), ...rows, result && hint(t(result.dry ? "pattern.ran" : "pattern.done")));
+    h("div.commands", {}, ...buttons), row, result && hint(t(result.dry ? "pattern.ran" : "pattern.done")));
 }
 
 // ---- where the head stands ------------------------------------------------------------------------------------------

@@ -23,6 +23,8 @@ PATIENCE_S = 60
 class Files(http.server.SimpleHTTPRequestHandler):
     """/console/... from the tree; / is the page's frame without its scripts."""
     extensions_map = {".js": "text/javascript", ".css": "text/css", ".html": "text/html"}
+    refused = ()  # ends of the paths that it does not have at the moment
+    lost = []     # what was asked for of those
 
     def translate_path(self, path):
         if path.startswith("/console/lib/"):  # as the daemon serves Leaflet
@@ -30,6 +32,9 @@ class Files(http.server.SimpleHTTPRequestHandler):
         return os.path.join(CONSOLE, path.split("?")[0].removeprefix("/console/").lstrip("/"))
 
     def do_GET(self):
+        if self.path.split("?")[0].endswith(Files.refused):
+            Files.lost.append(self.path)
+            return self.send_error(503)
         if self.path != "/":
             return super().do_GET()
         with open(os.path.join(CONSOLE, "index.html"), encoding="utf-8") as file:
@@ -38,6 +43,10 @@ class Files(http.server.SimpleHTTPRequestHandler):
         self.send_header("Content-Type", "text/html; charset=utf-8")
         self.end_headers()
         self.wfile.write("".join(lines).encode())
+
+    def end_headers(self):
+        self.send_header("Cache-Control", "no-store")  # what is refused is not had from before
+        super().end_headers()
 
     def log_message(self, *_):
         pass
@@ -79,6 +88,10 @@ class Page(unittest.TestCase):
         cls.browser.get(place)
         cls.browser.execute_script("localStorage.setItem('veneer_language', arguments[0])", language)
         cls.browser.get(place)
+
+    def refuse(self, *paths):
+        Files.refused, Files.lost = paths, []
+        self.addCleanup(setattr, Files, "refused", ())
 
     def does(self, script, *values):
         """An async function's body, with load(module) and the values as `given`; what it returns."""

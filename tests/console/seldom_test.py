@@ -5,7 +5,7 @@ apart, new tags, how scans fit, the test pattern, a laser's corner, which scanne
 import sys
 import unittest
 
-from page_test import CELL, EVERYTHING, Page
+from page_test import CELL, EVERYTHING, Files, Page
 
 # Of a screen of EVERYTHING: draw() as it is now, press(), and what was sent.
 STEPS = CELL + EVERYTHING + """
@@ -27,6 +27,8 @@ STEPS = CELL + EVERYTHING + """
     const text = () => main.innerText;
 """
 
+UNTIL = "const until = async (is) => { for (let i = 0; i < 2000; ++i) { const told = is(); if (told) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it did not come: ' + is); };"
+
 
 class Seldom(Page):
     def setUp(self):
@@ -37,10 +39,11 @@ class Seldom(Page):
         self.assertEqual(told["faults"], [])
         return told["told"]
 
-    def merged(self, reply, language="en"):
+    def merged(self, reply, language="en", scan_again="null"):
         self.speak(language)
         self.addCleanup(self.speak, "en")
         return self.steps("""
+            window.answers['/panels/P-0001'] = {...panel, scan_again: %s};
             await enter('panels', 'P-0001');
             const about = main.querySelector('[data-key="merge-P-0001"]').innerText;
             const offered = [...main.querySelectorAll('#merge-which option')].map(({value}) => value), shut = main.querySelector('#do-merge').disabled;
@@ -50,7 +53,7 @@ class Seldom(Page):
             answer({'/panels/P-0001/merge': {panel: 'P-0001', merged: 'P-0002', other_face: %s, fiducials: 4, rms_mm: .01}});
             says(true); await press('#do-merge');
             return {about, offered, shut, refused, sent: sent('/merge'), path: window.asked.find(({path}) => path.includes('/merge')).path, questions, done: main.querySelector('#merge-done')?.innerText, scan: main.querySelector('#merge-scan')?.getAttribute('href'), which: main.querySelector('#merge-which').value}"""
-                          % reply)
+                          % (scan_again, reply))
 
     def test_two_panels_are_made_one_after_a_question(self):
         told = self.merged("false")
@@ -73,6 +76,10 @@ class Seldom(Page):
         back = self.merged("true")
         self.assertEqual(back["scan"], None)
         self.assertEqual(back["done"], "P-0002 was the back of P-0001: its scan and its tags are those of the back now.")
+        gone = self.merged("true", scan_again="'wood of it is gone'")
+        self.assertRegex(gone["done"], "P-0002 was the back of P-0001: .*what was cut from it is booked here.*Scan P-0001 again, show face down: until then nothing is planned on it or cut from it")
+        self.assertEqual(gone["scan"], "#scan/P-0001")
+        self.assertRegex(self.merged("true", "de", "'wood of it is gone'")["done"], "P-0002 war die Rückseite von P-0001: .*ist hier verbucht.*Scannen Sie P-0001 nochmals")
         german = self.merged("false", "de")
         self.assertRegex(german["done"], "P-0002 ist jetzt eins mit P-0001.*Scannen Sie P-0001 nochmals")
         self.assertIn("deren Sichtseite wirklich gescannt wurde", german["about"])
@@ -235,6 +242,25 @@ class Seldom(Page):
         self.assertEqual(told, ["#scan/P-0002", "P-0002", [True, False, False], [with_tags, with_tags, {"face": "show", "more": False, "panel": "P-0002"}]],
                          "new tags are asked for until a scan has them")
 
+    def test_new_tags_are_asked_for_until_what_a_scan_proposed_is_in_stock(self):
+        told = self.steps("""
+            answer({'/proposals/4/accept': {task: 22}, '/proposals/4/picture': {}, '/scans': {task: 21}});
+            window.answers['/proposals'].proposals[0].warnings = [];
+            const isTicked = () => draw().querySelector('#scan-retag').checked, over = (id, state, result) => { model.tasks.set(id, {id, kind: 'scan', state, progress: 1, text: '', ...(result && {result})}); return isTicked(); };
+            const accept = async () => { main.querySelector('#accept-4').click(); await settled(); await settled(); return isTicked(); };
+            await enter('scan', 'P-0001');
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            main.querySelector('#scan-retag').click(); draw();
+            await press('#do-scan');
+            const proposed = [over(21, 'done'), over(21, 'done', {proposal: 4, panel: 'P-0001', face: 'show'})];
+            const path = '/proposals/4/picture.png', dot = document.createElement('canvas');
+            await until(() => draw().querySelector('#accept-4'));
+            Object.assign(main.querySelector(`img[data-picture="${path}"]`), {came_: path, hidden: false, src: dot.toDataURL()});
+            await until(() => !draw().querySelector('#accept-4').disabled);
+            const accepted = [await accept(), over(22, 'failed'), await accept(), over(22, 'done', {panel: 'P-0001', face: 'show'})];
+            return {proposed, accepted, sent: sent('/scans').length, taken: sent('/accept').length}""")
+        self.assertEqual(told, {"proposed": [True, True], "accepted": [True, True, True, False], "sent": 1, "taken": 2})
+
     def test_a_panel_that_was_gone_to_is_not_replaced_by_an_open_series(self):
         told = self.steps("""
             const open = {open_scan: {tiles: 1, panel: 'P-0002', face: 'show', retag: false}};
@@ -282,6 +308,15 @@ class Seldom(Page):
             return [last, atOnce, other, sent('/scans')]""")
         self.assertEqual(told, ["Scan tile 3 again", True, 0, [{"again": 2}]])
 
+    def test_which_tile_was_chosen_is_of_its_series_only(self):
+        told = self.steps("""
+            const label = (since) => draw({kept_scan: {tiles: 3, since}}).querySelector('#scan-again-tile').innerText.split('\\n')[0];
+            await enter('scan', 'P-0001');
+            label(at);
+            type('[data-key=kept] select', '1');
+            return [label(at), label('2026-05-02T07:30:00Z'), label(at)]""")
+        self.assertEqual(told, ["Scan tile 1 again", "Scan tile 3 again", "Scan tile 3 again"])
+
     def test_a_series_with_new_tags_ends_with_them(self):
         told = self.steps("""
             await enter('scan');
@@ -305,7 +340,7 @@ class Seldom(Page):
             await until(() => draw().querySelector('#pattern-burn'));
             const card = (of = 'pattern') => main.querySelector(`#${of}-burn`).closest('section').innerText;
             const tick = (of) => { main.querySelector(`[data-key=confirm-${of}] input`).click(); draw(); };
-            const moving = (of) => { const seen = {}; for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector(`#${of}-cancel`) !== null, main.querySelector(`#${of}-runs`)?.innerText || '']; } return seen; };
+            const moving = (of) => { const seen = {}; for (const state of ['Resetting', 'Execute', 'Holding', 'Held', 'Unholding']) { draw({state}); seen[state] = [main.querySelector(`#${of}-cancel`) !== null, main.querySelector('#burns-runs')?.innerText || '']; } return seen; };
             """ % (laser, confirm, role) + script)
 
     def only_stop_ends(self, seen):
@@ -345,7 +380,7 @@ class Seldom(Page):
         for of in ("pattern", "card"):
             self.speak("en")
             before, seen = self.burns(f"""
-                const before = main.querySelector('#{of}-runs');
+                const before = main.querySelector('#burns-runs');
                 tick('{of}');
                 main.querySelector('#{of}-burn').click();
                 await until(() => draw().querySelector('#{of}-cancel'));
@@ -359,25 +394,26 @@ class Seldom(Page):
             told = self.burns(f"""
                 fresh.tasks = [{{id: 12, kind: '{kind}', state: 'running', progress: .3, text: 'getting ready'}}];
                 draw();
-                const shut = ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), row = card('{of}');
+                const shut = ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), row = text();
                 main.querySelector('#{of}-cancel').click();
                 await until(() => window.asked.some(({{path, method}}) => method === 'DELETE' && path.endsWith('/tasks/12')));
-                return {{shut, row: row.includes('getting ready'), seen: moving('{of}')}}""")
-            self.assertEqual((told["shut"], told["row"]), ([True, True], True))
+                return {{shut, row: row.split('getting ready').length, seen: moving('{of}')}}""")
+            self.assertEqual((told["shut"], told["row"]), ([True, True], 2), "once")
             self.only_stop_ends(told["seen"])
         self.speak("en")
         told = self.burns("""
-            fresh.tasks = [{id: 12, kind: 'laser run', state: 'running', progress: .3, text: ''}];
-            draw();
-            return ['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled)""")
-        self.assertEqual(told, [True, True])
+            fresh.tasks = [{id: 12, kind: 'laser run', state: 'running', progress: .3, text: 'layer 2'}];
+            draw({state: 'Execute'});
+            const now = main.querySelector('[data-key=burns]');
+            return [['#pattern-dry', '#card-dry'].map((one) => main.querySelector(one).disabled), now.innerText.split('\\n').filter(Boolean), now.nextElementSibling.contains(main.querySelector('#card-dry'))]""")
+        self.assertEqual(told, [[True, True], ["▲ What moves now is ended by STOP; Hold makes it pause.", "layer 2"], True])
 
     def test_where_nothing_is_asked_by_name_a_question_stands_before_the_burn(self):
         for of, body in (("pattern", {"size_mm": 50}), ("card", {"operation": "cut"})):
             self.speak("en")
             with self.subTest(of):
                 told = self.burns(f"""
-                    const burn = () => main.querySelector('#{of}-burn') || [...main.querySelectorAll('button')].find((one) => one.innerText.startsWith('Burn it'));
+                    const burn = () => main.querySelector('#{of}-burn');
                     const go = async (word) => {{ says(word); burn().click(); await settled(); await settled(); draw(); return sent('/laser/test-{of}').length; }};
                     return [await go(false), await go(true), sent('/laser/test-{of}'), questions.length, (questions[0] || '').startsWith('Burn the ')]""", confirm="[]")
                 self.assertEqual(told, [0, 1, [{**body, "dry": False, "confirmed": []}], 2, True])
@@ -404,6 +440,37 @@ class Seldom(Page):
             await until(() => draw().innerText.includes('with the beam off'));
             return [sent('/test-pattern'), card().includes('is burnt.'), questions.length]""")
         self.assertEqual(told, [[{"size_mm": 50, "dry": True}], False, 0])
+
+    def test_a_dark_run_of_the_card(self):
+        for language, dark, burnt in (("en", "with the beam off", "card is done"), ("de", "ohne Strahl", "Karte ist fertig")):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.burns(f"""
+                await press('#card-dry');
+                await until(() => sent('/laser/test-card').length);
+                model.tasks.set(12, {{id: 12, state: 'done', result: {{dry: true, strokes: 9}}}});
+                await until(() => draw().querySelector('#card-dry').disabled === false);
+                return [sent('/laser/test-card'), card('card').includes('{dark}'), card('card').includes('{burnt}'), questions.length]""")
+            self.assertEqual(told, [[{"operation": "cut", "dry": True}], True, False, 0])
+
+    def test_a_drawing_that_comes_late_is_of_its_own_operation_only(self):
+        told = self.burns("""
+            const ask = window.fetch, gone = [], revoke = URL.revokeObjectURL, seen = () => draw().querySelector('img.target')?.src || null;
+            URL.revokeObjectURL = (url) => { gone.push(url); revoke.call(URL, url); };
+            answer({'/test-card': {svg: '<svg xmlns="http://www.w3.org/2000/svg"/>'}});
+            const first = [...main.querySelectorAll('button')].find((one) => one.innerText === 'Show it first');
+            first.click();
+            const url = await until(seen);
+            let reply = null;
+            window.fetch = async (path, how) => { if (String(path).includes('/test-card')) await new Promise((go) => { reply = go; }); return ask(path, how); };
+            first.click();
+            await until(() => reply);
+            type('#card-operation', 'engrave');
+            const chosen = [seen(), gone.includes(url)];
+            reply();
+            await settled(); await settled();
+            return {chosen, late: seen()}""")
+        self.assertEqual(told, {"chosen": [None, True], "late": None})
 
     def test_a_refused_pattern_is_told_and_a_viewer_burns_none(self):
         told = self.burns("""
@@ -463,6 +530,70 @@ class Seldom(Page):
             await enter('setup', 'devices');
             return [shut, open, draw().querySelector('input[value="x:1"]') !== null, sent('/scanners').length]""")
         self.assertEqual(told, [True, True, True, 1])
+
+    def test_a_page_whose_words_do_not_come_comes_up_later_and_stops_meanwhile(self):
+        for language in ("de", "en"):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            self.refuse("words/de.js", "words/en.js")
+            self.browser.get(f"http://127.0.0.1:{self.server.server_address[1]}/console/index.html")
+            told = self.does(UNTIL + """
+                await until(() => performance.getEntriesByType('resource').some(({name}) => name.endsWith('words/en.js')));
+                document.querySelector('#stop button').click();
+                await until(() => document.getElementById('stop-note').innerText.includes(given[0]));
+                return [window.asked.filter(({path, method}) => method === 'POST' && path.endsWith('/stop')).length > 0, document.querySelectorAll('#nav a').length]""",
+                             {"de": "bestätigt: Strahl aus", "en": "confirmed"}[language])
+            self.assertEqual(told, [True, 0])
+            Files.refused = ()
+            self.assertEqual(self.does(UNTIL + "await until(() => document.querySelector('#nav a')); return document.documentElement.lang"), language)
+
+    def test_who_lacks_the_german_words_reads_english(self):
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+        self.refuse("words/de.js")
+        self.assertEqual(self.does("return (await load('words.js')).language"), "en")
+
+    def test_cards_that_do_not_come_are_told_and_asked_for_by_one(self):
+        for screen, file, rest, there in (("settings", "settings_laser.js", [], "#pattern-burn"), ("panels", "panel_apart.js", ["P-0001"], "#do-merge")):
+            with self.subTest(screen):
+                self.speak("en")
+                self.refuse(f"screens/{file}")
+                told = self.steps("""
+                    screen = await load('screens/%s.js');
+                    rest = %s;
+                    for (let n = 0; n < 3; ++n) { screen.enter(...rest); await settled(); await settled(); draw(); }
+                    await settled(); draw();
+                    window.look = () => draw().querySelector('%s') !== null;
+                    return [[...main.querySelectorAll('p.empty')].some((one) => one.innerText === 'connecting'), window.look()]""" % (screen, rest, there))
+                self.assertEqual(told, [True, False])
+                self.assertEqual(len(Files.lost), 1, "three who asked are one")
+                Files.refused = ()
+                self.assertFalse(self.does(UNTIL + """
+                    await until(() => window.look());
+                    return [...document.querySelectorAll('#main p.empty')].some((one) => one.innerText === 'connecting')"""))
+
+    def test_a_map_that_does_not_come_is_told_on_its_page_and_asked_for_again(self):
+        self.refuse("screens/panel_map.js")
+        told = self.steps("""
+            const fault = () => { draw(); screen.drawn(main, ...rest); return main.querySelector('#no-map')?.innerText || ''; };
+            await enter('panels', 'P-0001');
+            const said = await until(fault);
+            window.look = () => { fault(); return [main.querySelector('#no-map'), main.querySelector('.layers input').disabled, main.querySelector('.map .leaflet-pane') !== null]; };
+            return [said, window.look()[1], document.getElementById('refusal').hidden]""")
+        self.assertRegex(told[0], "The map cannot be shown")
+        self.assertEqual(told[1:], [True, True])
+        Files.refused = ()
+        self.assertEqual(self.does(UNTIL + "return await until(() => { const told = window.look(); return !told[1] && told; })"), [None, False, True])
+
+    def test_who_has_gone_on_hears_of_no_map(self):
+        self.refuse("screens/panel_map.js")
+        told = self.steps("""
+            await enter('panels', 'P-0001');
+            screen.drawn(main, ...rest);
+            main.replaceChildren();
+            await settled(); await settled(); await settled(); await settled();
+            return document.getElementById('refusal').innerText""")
+        self.assertEqual(told, "")
 
     def test_cards_of_settings_stay_when_others_come(self):
         told = self.steps("""

@@ -153,12 +153,26 @@ class Day:
     def morning(self):
         self.until_says("#role", "you operate")
         self.until_says("#next", "Job 1 “control” has 16 pieces to cut: Reset homes the laser first")
+        self.weigh("English")
+        # Who reads German for the first time has nothing of it from before.
+        self.browser.execute_cdp_cmd("Network.enable", {})
+        self.browser.execute_cdp_cmd("Network.setCacheDisabled", {"cacheDisabled": True})
+        self.press("#language")
+        self.until_says("#nav", "Platten")
+        self.until_says("#next", "Als Nächstes:")
+        self.weigh("German")
+        self.browser.execute_cdp_cmd("Network.setCacheDisabled", {"cacheDisabled": False})
+        self.press("#language")
+        self.until_says("#nav", "Panels")
+        self.until_says("#next", "Job 1 “control” has 16 pieces to cut: Reset homes the laser first")
+        self.show("cell")
+
+    def weigh(self, language):
         taken = self.browser.execute_script(
             "return performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
             ".reduce((all, entry) => all + entry.transferSize, 0)")
-        assert 0 < taken <= FIRST_VIEW_BYTES, f"the first view took {taken} bytes"
-        print("first view:", taken, "bytes")
-        self.show("cell")
+        assert 0 < taken <= FIRST_VIEW_BYTES, f"the first view in {language} took {taken} bytes"
+        print(f"first view in {language}: {taken} bytes")
 
     def look_at_the_wood(self):
         self.go("panels")
