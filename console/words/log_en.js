@@ -5,7 +5,7 @@ export const names = {
   "api.newToken": "Make a token", "api.revokeToken": "Revoke a token", "api.newConsoleLink": "Make a console link", "api.endConsoleLinks": "End all console links",
   "api.stop": "STOP", "api.command": "Command", "api.restart": "Restart the cell's program", "api.chooseDevice": "Choose a device", "api.findScanners": "Look for scanners", "api.lookAtBed": "Look at the bed",
   "api.scan": "Scan", "api.acceptProposal": "Accept what was scanned", "api.refuseProposal": "Refuse what was scanned",
-  "api.setPanelMaterial": "Name a panel's wood", "api.setPanelFacts": "Note something of a panel", "api.setMaterial": "Note something of a wood", "api.editMask": "Paint on a panel's mask", "api.removeMaskEdit": "Take back what was painted", "api.revertPanel": "Let an earlier version of a panel's wood count",
+  "api.setPanelMaterial": "Name a panel's wood", "api.setPanelFacts": "Note something about a panel", "api.setMaterial": "Note something about a wood", "api.editMask": "Paint on a panel's mask", "api.removeMaskEdit": "Take back what was painted", "api.revertPanel": "Let an earlier version of a panel's wood count",
   "api.mergePanels": "Make two panels one", "api.splitPanel": "Note that a panel was sawn apart", "api.retirePanel": "Take a panel out of stock", "api.restorePanel": "Put a panel back in stock", "api.decideDifference": "Decide about a difference",
   "api.setRecipe": "Set a recipe", "api.removeRecipe": "Remove a recipe", "api.drawTestCard": "Draw a test card", "api.burnTestCard": "Test card", "api.calibrate": "Calibrate",
   "api.laserTestPattern": "Test pattern", "api.laserRun": "Drawing at the laser", "api.laserCorner": "Say that the head stands at the corner", "api.laserJog": "Move the head", "api.laserJogStop": "Stop moving the head", "api.laserOverrides": "Change speed or power while it runs",
@@ -21,7 +21,7 @@ export const names = {
   "job.start": "A job began", "job.recut": "Pieces are cut once more", "job.settle-as-seen": "Suspect pieces were settled as a scan saw them",
   "run.start": "A run began", "run.end": "A run ended", "run.proven": "The pose was proven after a run",
   "laser.pattern": "Strokes without a job", "laser.check": "The controller reads strokes", "laser.jog": "The head is moved", "laser.found": "A laser was found", "device.choose": "A device was chosen", "device.choose.failed": "A device could not be chosen",
-  "lease.end": "Wood kept for a plan became free", "mask.withhold": "Wood was withheld", "mask.give": "Wood was given back to a panel", "mask.take_back": "What was painted was taken back", "alarm.new": "New alarm", "alarm.returned": "An alarm went by itself", "task.unfinished": "Work was broken off by an end of the program", "store.restore": "A backup was restored",
+  "lease.end": "Wood kept for a plan became free", "mask.withhold": "Wood was withheld", "mask.give": "Wood was given back to a panel", "mask.take_back": "What was painted was taken back", "alarm.new": "New alarm", "alarm.returned": "An alarm went by itself", "task.unfinished": "Work was broken off when the program ended", "store.restore": "A backup was restored",
 };
 // How a request ended, after its name.
 export const ends = {done: "{what}: done", failed: "{what}: failed", cancelled: "{what}: broken off", refused: "{what}: refused"};

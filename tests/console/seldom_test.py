@@ -424,7 +424,7 @@ class Seldom(Page):
         self.assertIn("On scrap wood, in the middle of the bed.", about)
         self.assertEqual((dry, burn), ("Run the pattern dark\nhomes the laser first; stay beside the machine", "Burn the pattern\nhomes the laser first; stay beside the machine"))
         about, dry, burn = self.burns(seen, laser="{finds_home: false}")
-        self.assertIn("from the lower left corner on that the laser was shown.", about)
+        self.assertIn("from the lower left corner that the laser was shown.", about)
         self.assertEqual((dry, burn), ("Run the pattern dark\nthe head moves; stay beside the machine", "Burn the pattern\nthe head moves; stay beside the machine"))
         self.speak("de")
         self.addCleanup(self.speak, "en")

@@ -31,7 +31,7 @@ class Stock(Pieces):
         self.until("its picture", self.is_seen)
         for name in self.doubts():
             self.press(f"[data-doubt={name}]")
-        self.until_says("main", "A doubt here takes a maintainer")
+        self.until_says("main", "A doubt here needs a maintainer")
         self.until("refusing to be all that is left", lambda: self.find("[id^=refuse-]").is_enabled() and not self.find("[id^=accept-]").is_enabled())
         self.browser.get("about:blank")  # else the link differs only behind the #, and the page stays
         self.browser.get(os.environ["MAINTAINER_LINK"])
