@@ -92,7 +92,7 @@ void add_token(CLI::App& app, CommandContext& context) {
   CLI::App* add = tokens->add_subcommand("new", "Make a token; it is shown this once");
   CLI::App* revoke = tokens->add_subcommand("revoke", "End a token");
   for (CLI::App* command : {add, revoke}) {
-    command->add_option("USER", given->user, "Whose it is; it never may more than this user")->required();
+    command->add_option("USER", given->user, "Whose it is; it may never do more than this user")->required();
     command->add_option("NAME", given->token, "What it is for, as in \"press room\"")->required();
   }
   add->add_option("--role", given->role, kRoles)->check(one_of_the_roles())->capture_default_str();

@@ -31,7 +31,7 @@ std::string render_alarms(const json& told, bool all) {
 void add_acknowledge(CLI::App& alarm, CommandContext& context) {
   const auto number = std::make_shared<std::optional<std::int64_t>>();
   const auto all = std::make_shared<bool>(false);
-  CLI::App* command = alarm.add_subcommand("acknowledge", "Say that an alarm, or each, was seen");
+  CLI::App* command = alarm.add_subcommand("acknowledge", "Say that an alarm was seen, or that all were");
   command->add_option("NUMBER", *number, "Which one, as `alarm list` numbers them")->check(positive_number());
   command->add_flag("--all", *all, "All that nobody has seen");
   command->callback([&context, number, all] {
@@ -51,14 +51,14 @@ void add_alarm_commands(CLI::App& app, CommandContext& context) {
   alarm->require_subcommand(1);
   const auto all = std::make_shared<bool>(false);
   CLI::App* list = alarm->add_subcommand("list", "Alarms that are new, acknowledged, or gone before anybody saw them");
-  list->add_flag("--all", *all, "Those that are over as well");
+  list->add_flag("--all", *all, "Alarms that are over, too");
   list->callback([&context, all] {
     context.finish(context.client().get_all("/alarms", "alarms"),
                    [all](const json& told) { return render_alarms(told, *all); });
   });
   add_acknowledge(*alarm, context);
-  CLI::App* attempt =
-      alarm->add_subcommand("try", "Send a try to the webhook and the broker of [notify], and say whether it came");
+  CLI::App* attempt = alarm->add_subcommand(
+      "try", "Send a test notice to the webhook and the broker of [notify], and say whether it arrived");
   attempt->callback([&context] {
     context.finish_step(context.run_task(context.client().post("/alarms/try")), [](const json& done) {
       std::string out;

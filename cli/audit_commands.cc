@@ -99,9 +99,10 @@ void add_audit_command(CLI::App& app, CommandContext& context) {
   command->add_option("--since", options->since, "From this time on, in UTC: 2026-05-01 or 2026-05-01T07:30");
   command->add_option("--until", options->until, "Before this time, in UTC");
   command->add_option("--text", options->text, "Only rows that have each of these words somewhere");
-  command->add_option("--kind", options->kind, "Only what begins so: run, job, cell, alarm, api, laser");
+  command->add_option("--kind", options->kind, "Only kinds that begin with this: run, job, cell, alarm, api, laser");
   command->add_option("--job", options->job, "Only rows that name this job")->check(CLI::PositiveNumber);
-  command->add_option("--who", options->who, "Only what this one did, as the log calls him: \"uid 1000\", veneerd");
+  command->add_option("--who", options->who,
+                      "Only what one user or program did, as the log names them: \"uid 1000\", veneerd");
   command->add_option("--panel", options->panel, "Only rows that name this panel");
   command->add_option("--limit", options->limit, "How many rows")->check(positive_number())->capture_default_str();
   command->add_flag("--all", options->all, "All rows, however many");

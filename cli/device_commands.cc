@@ -103,15 +103,17 @@ void add_choose(CLI::App& device, CommandContext& context) {
   choose->add_option("DEVICE", wanted->device, "laser, scanner or camera")
       ->required()
       ->check(CLI::IsMember({"laser", "scanner", "camera"}));
-  choose->add_option("KIND", wanted->kind, "sim; of a laser grbl or lihuiyu, of a scanner sane, of a camera file")
+  choose->add_option("KIND", wanted->kind, "sim; for a laser grbl or lihuiyu, for a scanner sane, for a camera file")
       ->required()
       ->check(CLI::IsMember({"sim", "grbl", "lihuiyu", "sane", "file"}));
   choose->add_option("ADDRESS", wanted->address,
                      "Its port, make or picture, as `device find` or `scanner list` tells it");
-  choose->add_option("--board", wanted->board, "Of a Lihuiyu laser: m2 or m3")->check(CLI::IsMember({"m2", "m3"}));
-  choose->add_option("--travel-x", wanted->travel_x, "Of a Lihuiyu laser: its travel, mm")->check(CLI::Range(50, 2000));
-  choose->add_option("--travel-y", wanted->travel_y, "Of a Lihuiyu laser: its travel, mm")->check(CLI::Range(50, 2000));
-  choose->add_option("--dpi", wanted->dpi, "Of a scanner: the resolution; else as configured")
+  choose->add_option("--board", wanted->board, "For a Lihuiyu laser: m2 or m3")->check(CLI::IsMember({"m2", "m3"}));
+  choose->add_option("--travel-x", wanted->travel_x, "For a Lihuiyu laser: its travel across, mm")
+      ->check(CLI::Range(50, 2000));
+  choose->add_option("--travel-y", wanted->travel_y, "For a Lihuiyu laser: its travel in depth, mm")
+      ->check(CLI::Range(50, 2000));
+  choose->add_option("--dpi", wanted->dpi, "For a scanner: the resolution; else as configured")
       ->check(CLI::Range(75, 1200));
   add_confirm_option(*choose, wanted->confirmed);
   choose->callback([wanted, &context] {
@@ -130,7 +132,7 @@ void add_device_commands(CLI::App& app, CommandContext& context) {
   find->callback([&context] { context.finish(context.client().get("/devices/found"), render_plugged_in); });
   add_choose(*device, context);
   CLI::App* restart =
-      app.add_subcommand("restart", "End veneerd in order and have it started again, while nothing goes on");
+      app.add_subcommand("restart", "End veneerd in order and have it started again, when nothing is going on");
   restart->callback([&context] {
     context.finish(context.client().post("/restart"), [](const json&) {
       return "The cell starts again. It moves nothing before somebody says Reset; `veneerctl next` says what comes "

@@ -47,15 +47,15 @@ void add_panel_set(CLI::App& panel, CommandContext& context) {
   CLI::App* set = panel.add_subcommand(
       "set",
       "Note where a panel lies, how thick it is, and what was done to its surface. After sanding or finishing it "
-      "looks different: it is not planned from before its next scan");
+      "looks different: nothing is planned from it until its next scan");
   set->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
   set->add_option("--shelf", options->shelf, "Where it lies; \"\" takes it back");
   set->add_option("--veneer-mm", options->veneer_mm, "How thick the veneer is")->check(positive_number());
-  set->add_option("--substrate-mm", options->substrate_mm, "How thick what it is glued to is")
+  set->add_option("--substrate-mm", options->substrate_mm, "How thick the board is that it is glued to")
       ->check(positive_number());
   set->add_option("--sanded", options->sanded, "With what, as in \"grit 240\"");
   set->add_option("--finished", options->finished, "With what, as in shellac");
-  set->add_option("--day", options->day, "The day of that, as in 2026-05-01 [now]");
+  set->add_option("--day", options->day, "The day when that was done, as in 2026-05-01 [now]");
   set->callback([options, &context] {
     json body = json::object();
     for (const auto& [key, value] : {std::pair("shelf", &options->shelf),

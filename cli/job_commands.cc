@@ -48,7 +48,8 @@ void add_redo(CLI::App& job, CommandContext& context) {
       job, "redo", "Find other wood for lost pieces and reserve it; they keep their marks, all others stay", "JOB", id);
   redo->add_option("PIECE", *pieces, "Their marks [all that are missing]");
   const auto lost = std::make_shared<bool>(false);
-  redo->add_flag("--lost", *lost, "Those named that are cut are lost: without this they are good, and refused");
+  redo->add_flag("--lost", *lost,
+                 "The named pieces that are cut are lost: without this they count as good, and are refused");
   redo->callback([id, pieces, lost, &context] {
     if (*lost && pieces->empty()) throw CLI::ValidationError("--lost without a PIECE: name the pieces that are lost");
     json body = json::object();
@@ -117,9 +118,10 @@ void add_settle(CLI::App& job, CommandContext& context) {
       settle->add_flag("--as-seen", *as_seen, "All whose wood the last scan saw gone are cut; the rest stays suspect")
           ->excludes(named);
   settle
-      ->add_option("--there", *there,
-                   "What the --pieces are that the scan still saw in the panel: scrap, or released if you looked and "
-                   "none is burnt. A scan does not see a cut that was only begun")
+      ->add_option(
+          "--there", *there,
+          "What became of the --pieces that the scan still saw in the panel: scrap, or released if you looked and "
+          "none is burnt. A scan does not see a cut that was only begun")
       ->check(CLI::IsMember({"scrap", "released"}))
       ->needs(seen);
   settle->add_option("--pieces", *looked_at, "With --as-seen: only these marks [with --there: shows which to look at]")
@@ -231,7 +233,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   add_plans(*job, context);
   const auto all = std::make_shared<bool>(false);
   CLI::App* list = job->add_subcommand("list", "The jobs");
-  list->add_flag("--all", *all, "Those that are archived too");
+  list->add_flag("--all", *all, "Archived ones too");
   list->callback([all, &context] {
     context.finish(context.client().get_all(*all ? "/jobs?archived=true" : "/jobs", "jobs"), render_jobs);
   });

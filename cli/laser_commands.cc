@@ -98,7 +98,8 @@ void add_override(CLI::App& laser, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = laser.add_subcommand(
-      "override", "Turn speed and power while a job runs, in per cent of what it asks for; what is not named stays");
+      "override",
+      "Turn speed and power up or down while a job runs, in per cent of what it asks for; what is not named stays");
   add_percent_option(
       *command, "--feed", kFeedOverride, [options](int percent) { options->feed = percent; },
       fmt::format("Speed of burning moves, {} to {}; above 100 the power has to come down as far", kFeedOverride.least,

@@ -54,7 +54,8 @@ void add_map_command(CLI::App& app) {
       "map", "Draw the map by which a planned picture is put together: every piece with its mark, and lists");
   map->add_option("PLAN", arguments->plan, "plan.json, as `plan` wrote it")->required();
   add_map_arguments(*map, arguments->map);
-  map->add_option("--artwork", arguments->artwork, "Of several pictures, the one whose marks begin so [the first]");
+  map->add_option("--artwork", arguments->artwork,
+                  "Of several pictures, the one whose marks begin with this [the first]");
   map->add_option("--picture", arguments->picture,
                   "The finished picture, to be shown small [preview.png beside the plan, if it is there]");
   map->callback([arguments] { run_map(*arguments); });

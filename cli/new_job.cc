@@ -226,7 +226,7 @@ void add_leases(CLI::App& job, CommandContext& context) {
   CLI::App* release = job.add_subcommand("release", "Give back the wood that a plan leases; the plan stays");
   for (CLI::App* command : {lease, release})
     command->add_option("PLAN", options->id, "Its number")->required()->check(positive_number());
-  lease->add_option("--days", options->days, "For how long, from now on; a lease that it has is renewed")
+  lease->add_option("--days", options->days, "For how long, from now on; a lease that the plan has already is renewed")
       ->check(CLI::Range(1, 90))
       ->capture_default_str();
   lease->callback([options, &context] {
@@ -247,7 +247,9 @@ void add_new_job(CLI::App& job, CommandContext& context) {
       job.add_subcommand("new", "Plan a picture from free stock and reserve its wood; or reserve that of a plan");
   add_planning_options(*command, *wanted);
   add_layout_options(*command, kLaidOver, wanted->files);
-  command->add_option("--plan", wanted->plan, "Make it of this plan (see `job plans`); no picture and no option then")
+  command
+      ->add_option("--plan", wanted->plan,
+                   "Make the job from this plan (see `job plans`), without a picture or other options")
       ->check(positive_number());
   command->callback([wanted, command, &context] {
     if (wanted->plan == 0 && wanted->picture.empty())
@@ -269,7 +271,8 @@ void add_plans(CLI::App& job, CommandContext& context) {
   plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
   const auto asked = std::make_shared<NewJob>();
   CLI::App* advise = job.add_subcommand(
-      "advise", "At which crop, size, patches and layout a picture reads in the free wood; nothing is kept");
+      "advise",
+      "Say at which crop, size, patches and layout a picture is recognisable in the free wood; nothing is kept");
   add_planning_options(*advise, *asked)->required();
   add_importance_option(*advise, kLaidOver, asked->files);
   advise->callback([asked, &context] { plan_picture(context, "/plans/advice", *asked, render_advice); });

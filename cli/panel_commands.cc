@@ -145,7 +145,7 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
     return "/panels/" + url_encode(options.id) + "/" + what;
   };
 
-  const auto [scans, of_scans] = command("scans", "What its wood was seen as, scan by scan");
+  const auto [scans, of_scans] = command("scans", "What each scan saw as its wood");
   scans->callback([of_scans = of_scans, target, &context] {
     context.finish(context.client().get_all(target(*of_scans, "masks"), "versions"), render_masks);
   });
@@ -243,11 +243,11 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
                         "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
   calibrate
       ->add_option("--board-width-mm", options->board_width_mm,
-                   "laser (has to be told): how wide the board on the bed is, along x")
+                   "laser (required): how wide the board on the bed is, along x")
       ->check(positive_number());
   calibrate
       ->add_option("--board-height-mm", options->board_height_mm,
-                   "laser (has to be told): how high the board on the bed is, along y")
+                   "laser (required): how high the board on the bed is, along y")
       ->check(positive_number());
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {

@@ -328,9 +328,10 @@ void add_plan_command(CLI::App& app) {
       "Draw full.png too: the picture with every pixel that the panels' pictures have, whatever --dpi is");
   plan->add_flag("--cut-lines", arguments->cut_lines, "With --full-preview: draw where the laser cuts")->needs(full);
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
-  plan->add_flag("--suggest", arguments->suggest,
-                 "Plan nothing, but say at which crop, size, patches and layout the picture reads in this wood: a "
-                 "contact sheet of small plans, with the command for each");
+  plan->add_flag(
+      "--suggest", arguments->suggest,
+      "Plan nothing, but say at which crop, size, patches and layout the picture is recognisable in this wood: a "
+      "contact sheet of small plans, with the command for each");
   plan->callback([arguments, plan] {
     if (arguments->suggest)
       run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);

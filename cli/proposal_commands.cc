@@ -18,7 +18,7 @@ void add_override(CLI::App& command, std::vector<std::string>& overruled) {
   command
       .add_option("--override", overruled,
                   "A warning that you looked into and overrule, by its name, as in --override strip-1; once for each. "
-                  "Those that leave nothing out of use need a maintainer")
+                  "Those that admit what is in doubt need a maintainer")
       ->allow_extra_args(false);
 }
 
@@ -48,8 +48,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
           ->excludes(more);
   scan->add_flag("--anew", options->anew, "Give up the parts that were scanned with --more; this is the first one")
       ->excludes(again);
-  scan->add_flag("--retag", options->retag,
-                 "Tags of this panel that it never had were newly glued on, and become its own");
+  scan->add_flag("--retag", options->retag, "Tags that this panel never had were newly glued on, and become its own");
   scan->add_flag("--accept", options->accept, "Take it into stock at once, unless it has warnings")->excludes(more);
   add_override(*scan, options->overruled);
   scan->add_option("--picture", options->picture, "Save the picture of what waits to be accepted (PNG)");

@@ -145,7 +145,8 @@ void add_material(CLI::App& panel, CommandContext& context) {
     std::optional<int> zone;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = panel.add_subcommand("material", "Say of which material a panel is, so that its recipe is taken");
+  CLI::App* command =
+      panel.add_subcommand("material", "Say which material a panel is made of, so that its recipe is taken");
   command->add_option("PANEL", options->id, "Its name")->required();
   command->add_option("MATERIAL", options->material, "As in `recipe set`")->required();
   command->add_option("--zone", options->zone, "Only this strip, counted from the left; see `panel show`");

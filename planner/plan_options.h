@@ -45,8 +45,8 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"min_width_mm", OptionKind::kNumber,
                 "No part of a piece is thinner, in millimetres; squares are as they are"},
     NamedOption{"min_size_mm", OptionKind::kNumber,
-                "Side of the square, in millimetres, than which layouts make no smaller piece; pieces that are smaller "
-                "because patches are asked so small are named"},
+                "Layouts make no piece smaller than a square of this side, in millimetres; pieces that are smaller "
+                "because such small patches were asked for are named"},
     NamedOption{"rematch", OptionKind::kWhole,
                 "With refined borders: how often, at most, to choose wood again for the new shapes and refine again"},
     NamedOption{"dpi", OptionKind::kNumber, "Working resolution, in dots per inch"},
