@@ -49,7 +49,7 @@ export const words = {
   "interlocks": "Bevor der Strahl angeht", "interlocks.emergency": "Der Not-Halt der Maschine selbst ist von hier aus nicht zu sehen.", "interlocks.free": "Nichts steht im Weg.", "interlocks.unknown": {one: "Nichts Bekanntes steht im Weg. 1 Sache ist nicht bekannt.", other: "Nichts Bekanntes steht im Weg. {n} Dinge sind nicht bekannt."}, "interlocks.blocks": {one: "1 Sache steht im Weg.", other: "{n} Dinge stehen im Weg."},
   "interlock.lid": "Deckel", "interlock.machine": "Maschine", "interlock.stop": "STOP, Halten", "interlock.guardian": "Wächter", "interlock.consent": "Freigabe", "interlock.certificates": "Kalibrierung",
   "interlock.camera": "Bettkamera", "interlock.scanner": "Scanner", "interlock.disk": "Datenträger", "interlock.backup": "Sicherung", "interlock.database": "Datenbank",
-  "interlock.is_good": "gut", "interlock.is_warns": "wird später fehlen", "interlock.is_blocks": "im Weg", "interlock.is_unknown": "nicht bekannt", "interlock.age": "{span} alt.",
+  "interlock.is_good": "gut", "interlock.is_warns": "wird später gebraucht", "interlock.is_blocks": "im Weg", "interlock.is_unknown": "nicht bekannt", "interlock.age": "{span} alt.",
   "machine": "Maschine", "work": "Im Hintergrund",
   "laser": "Laser", "laser.none": "noch nicht verbunden: Reset verbindet ihn", "laser.chosen": "Gewählt", "laser.connected": "verbunden", "laser.not_homed": "nicht auf Referenz",
   "beam": "Strahl", "beam.on": "AN", "beam.off": "aus", "controller": "Steuerung",
