@@ -1,4 +1,6 @@
 // veneer-proof: judges what the cell claims against the twin's truth.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -20,8 +22,12 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
-  // Tesseract's own threads only get in the way of ours. Nothing else runs yet.
-  setenv("OMP_THREAD_LIMIT", "1", 1);  // NOLINT(concurrency-mt-unsafe)
+  // Tesseract's own threads only get in the way of ours. OpenMP reads this when the program is loaded, so it is loaded
+  // anew; where that fails they do get in the way. Nothing else runs yet.
+  if (std::getenv("OMP_THREAD_LIMIT") == nullptr) {  // NOLINT(concurrency-mt-unsafe)
+    setenv("OMP_THREAD_LIMIT", "1", 1);              // NOLINT(concurrency-mt-unsafe)
+    execv("/proc/self/exe", argv);
+  }
 
   const auto fail = [](const veneer::Error& error) {
     std::fprintf(stderr, "veneer-proof: %s\n", error.message.c_str());
