@@ -387,7 +387,7 @@ class Cards(Page):
     def test_a_lost_piece_is_asked_for_as_lost(self):
         told = self.lose_a_piece("")
         self.assertEqual(told["label"], "It is lost: find other wood")
-        self.assertIn("Piece A1-2 is lost", told["sure"])
+        self.assertIn("Is piece A1-2 lost", told["sure"])
         self.assertEqual(told["body"], {"pieces": ["A1-2"], "lost": True})
 
     def test_a_failed_redo_is_told_in_the_pages_words(self):

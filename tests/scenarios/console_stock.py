@@ -191,7 +191,7 @@ class Stock(Pieces):
         self.until_says("main", "Name its wood, shelf")
         self.press("details[data-key=say] summary")
         self.browser.execute_script("const it = document.querySelector('#say-treated'); it.value = 'sanded'; it.dispatchEvent(new Event('change'))")
-        self.until_says("details[data-key=say]", "nothing is planned from it before it is scanned again")
+        self.until_says("details[data-key=say]", "nothing is planned from it until it is scanned again")
         assert not self.find("#do-say").is_enabled(), "with what?"
         self.say("#say-product", "grit 240")
         self.press("#do-say")
