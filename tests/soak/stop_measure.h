@@ -1,6 +1,8 @@
 // One STOP, from the request to the byte on the wire, as the campaigns measure it.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <functional>
@@ -36,7 +38,10 @@ struct OneStop {
   std::chrono::steady_clock::time_point asked;
 };
 
-inline Status told_of(const Result<nlohmann::json>& reply) { return reply ? Ok() : Status(reply.error()); }
+template <class T>
+Status told_of(const Result<T>& reply) {
+  return reply ? Ok() : Status(reply.error());
+}
 
 // The daemon, and what its machine truly does.
 struct StopMachine {
@@ -60,19 +65,23 @@ inline StopMachine machine_of(LaserOnlyCell& cell) {
   return {cell, [&cell] { return cell.laser.beam_on(); }, [&cell] { return cell.laser.resets(); }, 300};
 }
 
-// Burns until the beam is on. What the cell looks at before it burns may come too late beside a crowd: then it is Idle
-// again and says why, and is asked once more, as an operator would.
+// Burns until the beam is on. What the cell looks at before it homes or burns may come too late beside a crowd: then
+// its work ends and says why, and is asked for once more, as an operator would.
 inline Status burn(const StopMachine& machine) {
   const LoneDaemon& daemon = machine.daemon;
-  Status begun = Ok();
+  Status last = Ok();
   const bool burning = daemon.wait_for([&] {
-    if (begun = daemon.begin_pattern(machine.pattern_mm); !begun) return false;
-    if (daemon.wait_for([&] { return machine.beam_on() || daemon.state() == "Idle"; }) && machine.beam_on())
+    const auto begun = daemon.begin_pattern(machine.pattern_mm);
+    if (last = told_of(begun); !last) return false;
+    const auto is_over = [&] {
+      const auto task = daemon.api().get(fmt::format("/tasks/{}", *begun));
+      if (!task || (*task)["state"] == "running") return false;
+      last = Error{ErrorCode::kRefused, task->dump()};
       return true;
-    begun = Error{ErrorCode::kRefused, daemon.state() + ": " + daemon.reason()};
-    return false;
+    };
+    return daemon.wait_for([&] { return machine.beam_on() || is_over(); }) && machine.beam_on();
   });
-  return burning ? Ok() : begun;
+  return burning ? Ok() : last;
 }
 
 // Burns, says STOP somewhere in the stream, once, waits for the end, Clears.

@@ -83,13 +83,14 @@ std::string LoneDaemon::reason() const {
   return status ? status->value("reason", "") : status.error().message;
 }
 
-Status LoneDaemon::begin_pattern(double size_mm) const {
+Result<std::int64_t> LoneDaemon::begin_pattern(double size_mm) const {
   const auto status = api_->get("/status");
   if (!status) return status.error();
   nlohmann::json confirmed = (*status)["confirm"];
   confirmed.push_back("scrap on the bed");
   const auto begun = api_->post("/laser/test-pattern", {{"size_mm", size_mm}, {"confirmed", confirmed}});
-  return begun ? Ok() : Status(begun.error());
+  if (!begun) return begun.error();
+  return (*begun)["task"].get<std::int64_t>();
 }
 
 // Processes say nothing when they get on; the pause only bounds how often they are asked.

@@ -2,6 +2,7 @@
 // laser if its table of the configuration names one.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -52,8 +53,8 @@ class LoneDaemon {
   Finished veneerctl_seen_to(std::vector<std::string> arguments) const;
   std::string state() const;
   std::string reason() const;  // why it is in this state, in its own words
-  // Begins a test pattern over the API, with all that is asked for confirmed.
-  Status begin_pattern(double size_mm) const;
+  // Begins a test pattern over the API, with all that is asked for confirmed; the task that it is.
+  Result<std::int64_t> begin_pattern(double size_mm) const;
   // From now on the daemon can write to no file, or can again.
   void set_disk_full(bool full) const { process_->set_disk_full(full); }
   // False when it did not come about in time.
