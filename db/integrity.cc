@@ -48,13 +48,18 @@ std::vector<std::string> moves_of(SQLite::Database& connection) {
 struct Newest {
   std::vector<std::string> schema, moves;
 };
-Newest newest_schema() {
-  SQLite::Database fresh(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-  register_functions(fresh);
-  // The migrations are the program's own: they work, or no database would.
-  if (const Status made = migrate(fresh, migrations()); !made.ok())
-    throw SQLite::Exception("the newest schema cannot be made: " + made.error().message);
-  return {schema_of(fresh), moves_of(fresh)};
+// Made once: a database is opened for each connection and each backup, and the migrations take longer than all else
+// that an opening does.
+const Newest& newest_schema() {
+  static const Newest kNewest = [] {
+    SQLite::Database fresh(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    register_functions(fresh);
+    // The migrations are the program's own: they work, or no database would.
+    if (const Status made = migrate(fresh, migrations()); !made.ok())
+      throw SQLite::Exception("the newest schema cannot be made: " + made.error().message);
+    return Newest{schema_of(fresh), moves_of(fresh)};
+  }();
+  return kNewest;
 }
 
 // The name of the first of `found` that differs; both are in order.
@@ -168,7 +173,7 @@ Status check_pages(SQLite::Database& connection, const std::string& file) {
 }
 
 Status check_schema(SQLite::Database& connection, const std::string& file) {
-  const Newest wanted = newest_schema();
+  const Newest& wanted = newest_schema();
   if (const auto found = schema_of(connection); found != wanted.schema)
     return is_damaged(file, fmt::format("its {} is not this program's", first_difference(found, wanted.schema)));
   if (moves_of(connection) != wanted.moves) return is_damaged(file, "the moves between states are not this program's");

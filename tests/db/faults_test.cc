@@ -120,8 +120,6 @@ class FaultsTest : public ::testing::Test {
   std::optional<Database> database_;
   std::mt19937 random_{static_cast<std::uint32_t>(number_from("VENEER_SEED", 20260501))};
   unsigned stride_ = static_cast<unsigned>(number_from("VENEER_FAULT_STRIDE", 120 * testing::kFewer));
-  // To open a database asks for memory some hundred thousand times, and takes as long as a hundred transactions.
-  unsigned openings_ = 40 * static_cast<unsigned>(number_from("VENEER_FAULT_STRIDE", 480 * testing::kFewer));
   std::map<std::string, int> tried_, unharmed_;
 
  private:
@@ -159,7 +157,8 @@ TEST_F(FaultsTest, ADatabaseIsOpenedOrNotAndNothingIsLost) {
   int opened = 0, refused = 0;
   for (const bool checked : {false, true})
     for (const Fault& fault : kFaults)
-      for (int nth = 1 + static_cast<int>(random_() % stride_);; nth += 1 + static_cast<int>(random_() % openings_)) {
+      for (int nth = 1 + static_cast<int>(random_() % stride_);;
+           nth += 1 + static_cast<int>(random_() % (40 * stride_))) {
         SCOPED_TRACE(fmt::format("{} {}, {}", fault.name, nth, checked ? "checked whole" : "closed in order"));
         database_.reset();
         if (checked) fs::remove(file().string() + ".clean");
@@ -203,7 +202,8 @@ TEST_F(FaultsTest, ANewDatabaseIsMadeWholeOrMadeByTheNextStart) {
   open();
   const std::string wanted = everything_in(database_->connection());
   for (const Fault& fault : kFaults)
-    for (int nth = 1 + static_cast<int>(random_() % stride_);; nth += 1 + static_cast<int>(random_() % openings_)) {
+    for (int nth = 1 + static_cast<int>(random_() % stride_);;
+         nth += 1 + static_cast<int>(random_() % (40 * stride_))) {
       SCOPED_TRACE(fmt::format("{} {}", fault.name, nth));
       database_.reset();
       for (const char* end : {"", "-wal", "-shm", ".clean"}) fs::remove(file().string() + end);
