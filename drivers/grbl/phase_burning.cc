@@ -428,10 +428,8 @@ void Burning::tick() {
   if (m_.now - last_progress_ >= m_.options.stall_timeout)
     emergency({ErrorCode::kDeviceFault,
                "the laser neither moves nor answers lines, as if its controller hung or was busy with something else, "
-               "the cable "
-               "had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and "
-               "supply, end other heavy "
-               "programs, then Clear and Reset"});
+               "the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check "
+               "cable and supply, end other heavy programs, then Clear and Reset"});
 }
 
 TimePoint Burning::next_deadline() const {
