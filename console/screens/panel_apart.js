@@ -32,11 +32,11 @@ export function apartCards(panel) {
 }
 
 // Asked first where `words` are given, of what is shown then. The reply, unless another panel is shown by now.
-async function tell(panel, path, body, words, asShown = () => true) {
+async function tell(panel, send, words, asShown = () => true) {
   if (busy || (words && !await isSure(words, () => !busy && of === panel.id && asShown()))) return null;
   busy = true;
   changed();
-  const told = await command(`/panels/${code(panel.id)}/${path}`, {body});
+  const told = await send();
   busy = false;
   loadPanels();
   changed();
@@ -47,7 +47,8 @@ async function tell(panel, path, body, words, asShown = () => true) {
 
 async function merge(panel) {
   const other = merged;
-  const told = await tell(panel, "merge", {merged: other}, t("merge.sure", {panel: panel.id, other}), () => merged === other);
+  const told = await tell(panel, () => command(`/panels/${code(panel.id)}/merge`, {body: {merged: other}}),
+    t("merge.sure", {panel: panel.id, other}), () => merged === other);
   if (!told) return;
   merged = "";
   done = told;
@@ -67,7 +68,8 @@ function mergeCard(panel) {
 // ---- sawn apart -----------------------------------------------------------------------------------------------------
 
 async function split(panel) {
-  if (await tell(panel, "split", reason.trim() ? {reason: reason.trim()} : {}, t("split.sure", {panel: panel.id}))) reason = "";
+  const body = reason.trim() ? {reason: reason.trim()} : {};
+  if (await tell(panel, () => command(`/panels/${code(panel.id)}/split`, {body}), t("split.sure", {panel: panel.id}))) reason = "";
 }
 
 const splitCard = (panel) => h("details.card", {"data-key": `split-${panel.id}`}, h("summary", {}, t("split")), h("p.dim", {}, t("split.about", {panel: panel.id})),
@@ -81,7 +83,7 @@ export function sawnCard(panel) {
   const parts = panel.parts || [];
   return card(t("split.is"), h("p", {}, t(parts.length ? "split.parts" : "split.next")),
     parts.length > 0 && h("div.choices", {}, ...parts.map((one) => link(`#panels/${code(one)}`, one, {class: "go"}))),
-    h("div.commands", {}, link(`#scan/part/${code(panel.id)}`, t("split.scan"), {class: "go wide", id: "scan-part"}), !parts.length && button(t("split.back"), () => tell(panel, "restore", {}), {id: "unsplit", wide: true, disabled: !mayChange() || busy})));
+    h("div.commands", {}, link(`#scan/part/${code(panel.id)}`, t("split.scan"), {class: "go wide", id: "scan-part"}), !parts.length && button(t("split.back"), () => tell(panel, () => command(`/panels/${code(panel.id)}/restore`, {body: {}})), {id: "unsplit", wide: true, disabled: !mayChange() || busy})));
 }
 
 // ---- how well its scans fit -----------------------------------------------------------------------------------------
