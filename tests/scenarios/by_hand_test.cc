@@ -1,5 +1,5 @@
-// README.md's way to the first cut piece, played as it stands there: nothing is put in but what a newcomer has (the
-// repository's folder, and `./dev build`, which is done).
+// README.md's way to the first cut piece, and docs/DAY.md's day after it, played as they stand there: nothing is put in
+// but what a newcomer has (the repository's folder, and `./dev build`, which is done).
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -26,16 +26,20 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-struct Section {
+struct Played {
   std::string commands;               // between ```
   std::vector<std::string> promised;  // lines between ```console: what it shows
 };
 
-Section section_of(const std::string& readme, const std::string& heading) {
+std::string section_of(const std::string& readme, const std::string& heading) {
   const std::size_t begin = readme.find("\n" + heading + "\n"), end = readme.find("\n### ", begin + 1);
   EXPECT_NE(begin, std::string::npos) << heading;
-  std::istringstream text(readme.substr(begin, end - begin));
-  Section section;
+  return readme.substr(begin, end - begin);
+}
+
+Played played_from(const std::string& written) {
+  std::istringstream text(written);
+  Played section;
   enum { kProse, kCommands, kPromised } now = kProse;
   for (std::string line; std::getline(text, line);) {
     if (line.starts_with("```"))
@@ -48,7 +52,7 @@ Section section_of(const std::string& readme, const std::string& heading) {
   return section;
 }
 
-TEST(ByHand, TheReadmeLeadsToTheFirstCutPiece) {
+TEST(ByHand, TheReadmeLeadsToTheFirstCutPieceAndADayGoesOnFromThere) {
   const fs::path source = VENEER_SOURCE;
   // On a disk: maps and databases are large. Its name is short, since names of sockets are limited to 107 bytes.
   const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
@@ -66,16 +70,19 @@ TEST(ByHand, TheReadmeLeadsToTheFirstCutPiece) {
   std::ofstream(folder / "systemd/veneerd.toml")
       << std::regex_replace(shipped, std::regex("listen = \"127.0.0.1:8765\""), "listen = \"\"");
 
-  const Section section = section_of(text_of(source / "README.md"), "### To the first cut piece");
+  const Played first = played_from(section_of(text_of(source / "README.md"), "### To the first cut piece"));
+  const Played day = played_from(text_of(source / "docs/DAY.md"));
   // The first line that fails ends it, and so do the two programs that it left running.
   std::ofstream(folder / "played.sh") << "set -e\ntrap 'kill $(jobs -p)' EXIT\ncd '" << folder.path().string() << "'\n"
                                       << "PS4='+ '; set -x\n"
-                                      << section.commands;
+                                      << first.commands << day.commands;
   const Finished played =
-      run_program({"/usr/bin/timeout", "--kill-after=10", "600", "/bin/bash", (folder / "played.sh").string()});
+      run_program({"/usr/bin/timeout", "--kill-after=10", "1200", "/bin/bash", (folder / "played.sh").string()});
   EXPECT_EQ(played.status, 0) << played.output;
-  EXPECT_GE(section.promised.size(), 5U);
-  for (const std::string& line : section.promised) EXPECT_THAT(played.output, HasSubstr(line));
+  EXPECT_GE(first.promised.size(), 5U);
+  EXPECT_GE(day.promised.size(), 9U);
+  for (const Played& part : {first, day})
+    for (const std::string& line : part.promised) EXPECT_THAT(played.output, HasSubstr(line));
   const Finished read = run_program({"/usr/bin/gs", "-q", "-dBATCH", "-dNOPAUSE", "-dSAFER", "-sDEVICE=txtwrite",
                                      "-sOutputFile=" + (folder / "map.txt").string(), (folder / "map.pdf").string()});
   EXPECT_EQ(read.status, 0) << read.output;
