@@ -267,7 +267,12 @@ Result<ScanView> view_scan(const ViewScan& order, const std::filesystem::path& f
   if (const Status written = write_stored_picture(picture->pixels, folder / kMadeScan); !written)
     return written.error();
   progress(0.4, "looking for tags and holes");
-  return ScanView{calib::view_tile(picture->pixels, order.nominal, order.name), *std::move(doubts)};
+  ScanView out{calib::view_tile(picture->pixels, order.nominal, order.name), *std::move(doubts)};
+  std::ranges::move(
+      doubts_of_sharpness(order.name, calib::measure_sharpness(picture->pixels, out.tile.tags, order.nominal),
+                          order.nominal),
+      std::back_inserter(out.warnings));
+  return out;
 }
 
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,

@@ -157,6 +157,16 @@ TEST_F(ScanProposalsTest, WarningsAreOverruledByTheirNames) {
   EXPECT_THAT(stock(), SizeIs(1));
 }
 
+TEST_F(ScanProposalsTest, ASheetThatStandsOffTheGlassIsLookedAt) {
+  cv::Mat picture = cv::imread(scanner_.file.string());
+  cv::GaussianBlur(picture, picture, {}, 0.3 * scanner_.nominal.px_per_mm);
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), picture));
+  const ScanOutcome seen = must_scan(true);
+  ASSERT_THAT(seen.warnings, SizeIs(1));
+  EXPECT_THAT(seen.warnings[0].name, ::testing::StartsWith("blurred-tag-"));
+  EXPECT_TRUE(stock().empty()) << "--accept takes scans without warnings";
+}
+
 TEST_F(ScanProposalsTest, TheMaskKeepsTheMarginsOfTheConfiguration) {
   const double usual = must_scan().usable.count();
   config_.mask.edge_margin = 2_mm;
