@@ -255,7 +255,9 @@ class Masker {
   }
 
   void take_out(const ScrewSpot& screw, VeneerMask& out) {
-    const double radius = screw.diameter / 2 + (options_.screw_margin - options_.edge_margin).count() * work_.px_per_mm;
+    // Its edge gets the edge's margin beside; that may be the wider one.
+    const double radius =
+        std::max(0.0, screw.diameter / 2 + (options_.screw_margin - options_.edge_margin).count() * work_.px_per_mm);
     cv::circle(wood_, cv::Point2d(screw.centre.x - 0.5, screw.centre.y - 0.5), static_cast<int>(std::ceil(radius)),
                cv::Scalar(0), cv::FILLED);
     const Point<PanelFrame> centre = on_panel(screw.centre);

@@ -141,6 +141,10 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   panel.quantity("position_margin_mm", config.panel.position_margin, 0, 5);
   panel.integer("calibration_days", config.panel.calibration_days, 1, 3650);
   panel.refuse_unread();
+  Section mask(root, file, "mask", errors);
+  mask.quantity("edge_margin_mm", config.mask.edge_margin, 0.2, 10);
+  mask.quantity("round_margin_mm", config.mask.round_margin, 0.2, 10);
+  mask.refuse_unread();
   read_before_motion(root, file, config, errors);
   read_notify(root, file, config, errors);
   Section log(root, file, "log", errors);
@@ -240,8 +244,8 @@ Result<Config> read_configuration(const std::filesystem::path& file) {
   config.file = file;
   std::vector<std::string> errors;
   static constexpr std::string_view kSections[] = {
-      "devices", "laser", "scanner", "camera",  "sim",           "api",     "store",    "recipe",
-      "panel",   "log",   "planner", "workers", "before_motion", "framing", "keep_out", "notify"};
+      "devices", "laser", "scanner", "camera",  "sim",           "api",     "store",    "recipe", "panel",
+      "mask",    "log",   "planner", "workers", "before_motion", "framing", "keep_out", "notify"};
   for (auto&& [key, node] : parsed->root)
     if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
       errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", parsed->name,

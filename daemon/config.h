@@ -131,6 +131,12 @@ struct PanelConfig {
   int calibration_days = 30;         // certificates expire after this
 };
 
+// What the mask of a panel keeps away from. Wood that is ragged or badly glued along its edges wants more.
+struct MaskConfig {
+  Millimetres edge_margin{0.5};   // from strips' sides, cracks and cuts
+  Millimetres round_margin{0.7};  // from screws' heads and holes
+};
+
 // What an operator has to confirm by name before the beam comes on, since no sensor of the cell sees it.
 struct BeforeMotionConfig {
   std::vector<std::string> confirm;  // not written: nothing in a simulated cell, else exhaust, air assist and cooling
@@ -213,6 +219,7 @@ struct Config {
   WorkersConfig workers;
   RecipeConfig recipe;
   PanelConfig panel;
+  MaskConfig mask;
   BeforeMotionConfig before_motion;
   NotifyConfig notify;
   FramingConfig framing;

@@ -220,6 +220,22 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
   return std::vector<ScanWarning>{{"dpi", told}};
 }
 
+std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
+                                             ScanResolution nominal) {
+  // A sheet that lies flat is blurred by some 0.75 pixels, and by 0.05 mm of its print.
+  constexpr double kMostPixels = 1.2;
+  const Millimetres most = std::max(Millimetres(0.2), nominal.to_mm(Pixels(kMostPixels)));
+  const auto is_blurred = [&](const calib::TagSharpness& tag) { return tag.blur > most; };
+  const auto blurred = std::ranges::count_if(tags, is_blurred);
+  if (blurred == 0) return {};
+  const auto& worst = *std::ranges::max_element(tags, {}, &calib::TagSharpness::blur);
+  return {
+      {fmt::format("blurred-tag-{}", worst.id),
+       fmt::format("{} shows tag {}{} blurred by {:.2f} mm, and the wood there as well, so that cracks, screws and "
+                   "grain may not be seen: press the sheet flat on the glass, wipe the glass and scan again",
+                   scan, worst.id, blurred > 1 ? fmt::format(" (and {} more)", blurred - 1) : "", worst.blur.count())}};
+}
+
 std::optional<std::string> remark_on_size(Millimetres width, Millimetres height) {
   if (is_round(width) && is_round(height)) return std::nullopt;
   return fmt::format("the sheet measures {:.1f} x {:.1f} mm, which is not round, as of a sheet that was sawn by hand",

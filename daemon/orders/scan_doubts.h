@@ -11,6 +11,7 @@
 #include "base/units.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
+#include "calib/tag_sharpness.h"
 #include "calib/veneer_mask.h"
 
 namespace veneer::daemon {
@@ -30,6 +31,11 @@ bool leaves_out_what_is_in_doubt(std::string_view name);
 // write that know nothing (72 and 96), is no doubt. kRefused where the two are not the same setting at all (5 %).
 Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, double dpi_x, double dpi_y,
                                                       ScanResolution configured);
+
+// blurred-tag-212, ...: the scan shows the rim of its tag 212 less sharply than any scanner does of a sheet that lies
+// on its glass (0.2 mm, or 1.2 pixels where they are larger). Of several such tags the worst one.
+std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
+                                             ScanResolution nominal);
 
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);

@@ -8,7 +8,8 @@ namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, width, height, maps,
-                                   wood_masks, told_gone, earlier_map, earlier_mask, gone, held, suspects, retag)
+                                   wood_masks, told_gone, earlier_map, earlier_mask, gone, held, suspects, retag,
+                                   edge_margin, round_margin)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanView, tile, warnings)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,

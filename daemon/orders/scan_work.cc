@@ -40,6 +40,12 @@ std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
   return out;
 }
 
+calib::MaskOptions options_of(const RegisterScans& order) {
+  calib::MaskOptions out;
+  out.edge_margin = order.edge_margin, out.screw_margin = order.round_margin;
+  return out;
+}
+
 Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Registration& registration,
                                   const Box<PanelFrame>& area) {
   std::vector<calib::StitchTile> tiles;
@@ -80,7 +86,8 @@ void leave_out_scraps(cv::Mat& patches, const cv::Mat& cuts, double px_per_mm) {
 // What accepting the new mask would do to the free wood.
 void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier, const Raster<PanelFrame>& now,
                   PanelRead& out) {
-  constexpr Millimetres kBesideCuts(1.5), kNextTo(2);  // the mask keeps away from the edges of cuts
+  // The mask keeps away from the edges of cuts.
+  const Millimetres beside_cuts = order.edge_margin + Millimetres(1), next_to = order.edge_margin + Millimetres(1.5);
   std::vector<Region<PanelFrame>> held = order.held;
   held.insert(held.end(), order.gone.begin(), order.gone.end());
   const auto like = [&](cv::Mat pixels) { return Raster<PanelFrame>{std::move(pixels), now.resolution, now.origin}; };
@@ -89,9 +96,9 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
     rest.setTo(0, b.pixels);
     return like(rest);
   };
-  const auto lost = free_wood(free_wood(minus(earlier, now), order.held, Millimetres(0)), order.gone, kBesideCuts);
+  const auto lost = free_wood(free_wood(minus(earlier, now), order.held, Millimetres(0)), order.gone, beside_cuts);
   cv::Mat patches = patches_of(lost.pixels);
-  const auto away = free_wood(like(cv::Mat(now.pixels.size(), CV_8UC1, cv::Scalar(255))), order.gone, kNextTo);
+  const auto away = free_wood(like(cv::Mat(now.pixels.size(), CV_8UC1, cv::Scalar(255))), order.gone, next_to);
   leave_out_scraps(patches, ~away.pixels, now.resolution.px_per_mm);
   out.lost = wood_area(like(patches));
   out.gained = wood_area(like(patches_of(free_wood(minus(now, earlier), held, Millimetres(0)).pixels)));
@@ -115,7 +122,7 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   // A tag that counts for nothing is no wood all the same.
   calib::PanelFiducials covered = registration.fiducials;
   for (const calib::SpoiledTag& spoiled : registration.spoiled) covered.tags.push_back(spoiled.tag);
-  auto mask = calib::mask_veneer(*map, covered);
+  auto mask = calib::mask_veneer(*map, covered, options_of(order));
   if (!mask) return mask.error();
   std::ranges::move(doubts_of_first_scan(order.views, registration, *mask), std::back_inserter(out.warnings));
   return write_panel(*map, *mask, folder, out);
@@ -192,7 +199,7 @@ Result<calib::VeneerMask> mask_again(const RegisterScans& order, OldMap oldest, 
     look.emplace(calib::EarlierLook{*before, *usable});
   else
     lost = doubt_of_lost_look(usable ? order.earlier_map : order.earlier_mask);
-  auto mask = calib::mask_veneer(map, *order.known, {}, look ? &*look : nullptr);
+  auto mask = calib::mask_veneer(map, *order.known, options_of(order), look ? &*look : nullptr);
   // It may be for want of that look.
   if (!mask && lost) return Error{mask.error().code, fmt::format("{}; {}", mask.error().message, lost->text)};
   if (lost) out.warnings.push_back(*std::move(lost));
@@ -260,7 +267,12 @@ Result<ScanView> view_scan(const ViewScan& order, const std::filesystem::path& f
   if (const Status written = write_stored_picture(picture->pixels, folder / kMadeScan); !written)
     return written.error();
   progress(0.4, "looking for tags and holes");
-  return ScanView{calib::view_tile(picture->pixels, order.nominal, order.name), *std::move(doubts)};
+  ScanView out{calib::view_tile(picture->pixels, order.nominal, order.name), *std::move(doubts)};
+  std::ranges::move(
+      doubts_of_sharpness(order.name, calib::measure_sharpness(picture->pixels, out.tile.tags, order.nominal),
+                          order.nominal),
+      std::back_inserter(out.warnings));
+  return out;
 }
 
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,

@@ -61,6 +61,7 @@ struct RegisterScans {
   std::vector<Region<PanelFrame>> held;      // what else the ledger holds: wood that is not free, and not gone
   std::vector<Region<PanelFrame>> suspects;  // outlines of pieces of which nobody knows whether they were cut out
   bool retag = false;  // tags that the panel never had become its own (calib::RegistrationOptions)
+  Millimetres edge_margin{0.5}, round_margin{0.7};  // that the mask keeps (calib::MaskOptions)
 };
 struct PanelRead {
   std::optional<Millimetres> rms, max;

@@ -15,7 +15,7 @@
 namespace veneer::daemon {
 namespace {
 
-// As the mask itself keeps (calib/veneer_mask.h).
+// As the mask itself keeps where nothing else is configured ([mask]): what a hand gives may be nearer than that.
 constexpr Millimetres kFiducialMargin{1.5}, kEdgeMargin{0.5}, kHoleRadius{3};
 
 std::vector<Region<PanelFrame>> margins_of(const std::vector<db::FiducialRecord>& fiducials) {

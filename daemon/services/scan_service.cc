@@ -408,6 +408,7 @@ Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerMode
   }
   wanted.scanner = scanner;
   wanted.face = known.face;
+  wanted.edge_margin = config_.mask.edge_margin, wanted.round_margin = config_.mask.round_margin;
   wanted.foreign_tags = known.foreign_tags;
   if (known.panel) wanted.known = known.fiducials;
   if (!known.panel || known.face != Face::kShow) return wanted;

@@ -111,6 +111,37 @@ TEST(VeneerMask, FindsEveryScrewHole) {
   }
 }
 
+// The nearest that any usable wood comes to a place.
+double nearest_wood(const VeneerMask& mask, double x, double y) {
+  double nearest = 1e9;
+  for (int r = 0; r < mask.usable.pixels.rows; ++r)
+    for (int c = 0; c < mask.usable.pixels.cols; ++c)
+      if (mask.usable.pixels.at<std::uint8_t>(r, c) != 0)
+        nearest =
+            std::min(nearest, distance(mask.usable.from_pixels(c + 0.5, r + 0.5), point<PanelFrame>(x, y)).count());
+  return nearest;
+}
+
+TEST(VeneerMask, KeepsTheMarginsThatItIsTold) {
+  const rendered::Panel panel = six_species();
+  const auto map = map_of(panel, 150);
+  const auto masked = [&](double edge, double round) {
+    calib::MaskOptions options;
+    options.edge_margin = Millimetres(edge), options.screw_margin = Millimetres(round);
+    return calib::mask_veneer(map, fiducials_of(panel), options);
+  };
+  const rendered::RoundHole& screw = panel.screws.front();
+  const rendered::Strip& strip = panel.strips.front();
+  // Wider than a screw's radius and its own margin.
+  const auto wide = masked(3, 0.5), round = masked(0.5, 3);
+  ASSERT_TRUE(wide.ok() && round.ok());
+  const double middle = (strip.y0 + strip.y1) / 2;
+  EXPECT_NEAR(nearest_wood(*wide, strip.x0, middle), 3, 0.35);
+  EXPECT_NEAR(nearest_wood(*round, strip.x0, middle), 0.5, 0.35);
+  EXPECT_NEAR(nearest_wood(*wide, screw.x, screw.y), screw.diameter / 2 + 3, 0.5) << "a round has an edge, too";
+  EXPECT_NEAR(nearest_wood(*round, screw.x, screw.y), screw.diameter / 2 + 3, 0.5);
+}
+
 TEST(VeneerMask, LeavesOutMissingPiecesAndTheirShadows) {
   rendered::Panel panel = six_species();
   panel.gone = {{{30, 30}, {42, 30}, {42, 45}, {30, 45}}, {{75, 50}, {84, 52}, {80, 66}}};

@@ -6,6 +6,8 @@
 
 #include <fstream>
 
+#include "calib/veneer_mask.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -28,6 +30,19 @@ TEST_F(ConfigTest, AnEmptyFileIsTheSimulatedCell) {
   EXPECT_EQ(config->laser.kind, "sim");
   EXPECT_EQ(config->api.listen, "127.0.0.1:8765");
   EXPECT_DOUBLE_EQ(parse("[sim]\ntime_scale = 40\n")->sim.time_scale, 40);
+}
+
+TEST_F(ConfigTest, TheMaskKeepsTheMarginsThatAreWritten) {
+  const auto usual = parse("");
+  ASSERT_TRUE(usual.ok());
+  EXPECT_EQ(usual->mask.edge_margin, calib::MaskOptions{}.edge_margin);
+  EXPECT_EQ(usual->mask.round_margin, calib::MaskOptions{}.screw_margin);
+  const auto wider = parse("[mask]\nedge_margin_mm = 1.5\nround_margin_mm = 2\n");
+  ASSERT_TRUE(wider.ok()) << wider.error().message;
+  EXPECT_EQ(wider->mask.edge_margin, 1.5_mm);
+  EXPECT_EQ(wider->mask.round_margin, 2_mm);
+  EXPECT_FALSE(parse("[mask]\nedge_margin_mm = 0.1\n").ok()) << "a strip's outermost pixels show the board as well";
+  EXPECT_FALSE(parse("[mask]\nround_margin_mm = 20\n").ok());
 }
 
 TEST_F(ConfigTest, ReadsWhatIsWritten) {

@@ -144,6 +144,15 @@ TEST_F(ProofFigures, SeeAScrewHoleInAPiece) {
   expect_green_ledger(proof);
 }
 
+// One that touches a piece, or grazes it by less than edges err, leaves it whole.
+TEST_F(ProofFigures, SeeHolesThatBiteAPiecesSideAndNoneThatTouchIt) {
+  const Proof proof = judge({.holes_at_sides = true});
+  EXPECT_EQ(proof.jobs.at(0).holed_pieces, 2U);
+  using ::testing::Contains, ::testing::HasSubstr;
+  for (const char* bitten : {"A1-9 has a hole", "A1-10 has a hole"})
+    EXPECT_THAT(proof.jobs.at(0).notes, Contains(HasSubstr(bitten)));
+}
+
 TEST_F(ProofFigures, SeeADeletedLedgerRow) {
   const Proof proof = judge({.delete_ledger_row = true});
   EXPECT_FALSE(*proof.ledger_matches.at(0));

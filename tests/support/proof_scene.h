@@ -27,13 +27,14 @@ struct SceneFaults {
   bool no_mark = false;         // on the first piece
   bool delete_ledger_row = false;
   bool lease_ledger_row = false;
-  bool book_twice = false;           // the last piece's wood, for a piece of another job
-  bool forget_capture = false;       // the scan that the cell claims was never taken
-  bool forget_piece = false;         // the last piece, by the job and the ledger
-  bool lost_piece = false;           // the last piece is in the ledger only
-  bool skip_cut = false;             // the last piece was booked but never cut
-  double browned_mm = 0;             // of the show face beside each cut
-  bool screw_hole = false;           // in the first piece, of the panel that it was cut from
+  bool book_twice = false;      // the last piece's wood, for a piece of another job
+  bool forget_capture = false;  // the scan that the cell claims was never taken
+  bool forget_piece = false;    // the last piece, by the job and the ledger
+  bool lost_piece = false;      // the last piece is in the ledger only
+  bool skip_cut = false;        // the last piece was booked but never cut
+  double browned_mm = 0;        // of the show face beside each cut
+  bool screw_hole = false;      // in the first piece, of the panel that it was cut from
+  bool holes_at_sides = false;  // a screw's and one through the sheet bite the first two pieces and touch the others
   bool quarter_turned_mark = false;  // on the first piece, engraved so for want of room
 };
 
@@ -159,6 +160,11 @@ class ProofScene {
       const Vec2 corner = pieces_[0].sheet_from_artwork(pieces_[0].artwork[0]);
       sheet_->screw_holes.push_back({corner + Vec2{-0.5, -0.5}, 4.5});
     }
+    if (faults_.holes_at_sides) {
+      constexpr double kBite = 0.2;
+      sheet_->screw_holes.push_back(beside(0, 4.5, kBite)), sheet_->holes.push_back(beside(1, 6, kBite));
+      sheet_->screw_holes.push_back(beside(2, 4.5, 0)), sheet_->holes.push_back(beside(3, 6, 0));
+    }
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
       cut(i);
       engrave(i);
@@ -173,6 +179,13 @@ class ProofScene {
     }
     claims.jobs.emplace();
     claims.jobs->push_back(std::move(job));
+  }
+
+  // A hole beside the middle of a piece's side, which reaches into the piece by `bite`.
+  sim::TrueHole beside(std::size_t piece, double diameter, double bite) const {
+    const Piece& at = pieces_[piece];
+    const Vec2 middle = (at.artwork[0] + at.artwork[1]) * 0.5;
+    return {at.sheet_from_artwork(middle + Vec2{0, bite - diameter / 2}), diameter};
   }
 
   static Ring grown(Vec2 low, Vec2 high, double by) {

@@ -50,6 +50,8 @@ TEST(ShippedConfiguration, SaysTheDefaults) {
   EXPECT_EQ(shipped->recipe.mark_height, built_in.recipe.mark_height);
   EXPECT_EQ(shipped->panel.thickness, built_in.panel.thickness);
   EXPECT_EQ(shipped->panel.position_margin, built_in.panel.position_margin);
+  EXPECT_EQ(shipped->mask.edge_margin, built_in.mask.edge_margin);
+  EXPECT_EQ(shipped->mask.round_margin, built_in.mask.round_margin);
   EXPECT_EQ(shipped->panel.calibration_days, built_in.panel.calibration_days);
   EXPECT_EQ(shipped->log_level, built_in.log_level);
   EXPECT_EQ(shipped->planner.threads, built_in.planner.threads);

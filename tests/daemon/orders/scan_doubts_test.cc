@@ -81,6 +81,24 @@ TEST(ScanDoubts, ALongHairIsToldAndAShortOneIsNot) {
               ::testing::HasSubstr("at 79 mm from the left and 112 mm from the lower edge (20 mm long): "));
 }
 
+TEST(ScanDoubts, OfTagsThatAreSeenLessSharplyThanFlatOnesTheWorstIsNamed) {
+  const auto fine = ScanResolution::from_dpi(300), coarse = ScanResolution::from_dpi(75);
+  const auto tag = [](int id, double blur) { return calib::TagSharpness{id, Millimetres(blur)}; };
+  EXPECT_THAT(doubts_of_sharpness("scan 3", {}, fine), IsEmpty());
+  EXPECT_THAT(doubts_of_sharpness("scan 3", {tag(211, 0.07), tag(212, 0.19)}, fine), IsEmpty());
+  EXPECT_THAT(doubts_of_sharpness("scan 3", {tag(212, 0.3)}, coarse), IsEmpty()) << "less than a pixel";
+  const auto one = doubts_of_sharpness("scan 3", {tag(211, 0.07), tag(212, 0.24)}, fine);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one[0].name, "blurred-tag-212");
+  EXPECT_THAT(one[0].text, AllOf(HasSubstr("scan 3"), HasSubstr("tag 212"), HasSubstr("0.24 mm"),
+                                 HasSubstr("scan again"), Not(HasSubstr("more"))));
+  EXPECT_FALSE(leaves_out_what_is_in_doubt(one[0].name)) << "the wood there is taken all the same";
+  const auto three = doubts_of_sharpness("scan 3", {tag(210, 0.3), tag(211, 0.5), tag(212, 0.24)}, fine);
+  ASSERT_EQ(three.size(), 1U);
+  EXPECT_EQ(three[0].name, "blurred-tag-211");
+  EXPECT_THAT(three[0].text, HasSubstr("and 2 more"));
+}
+
 TEST(ScanDoubts, AScanInNoLampsLightIsLookedAt) {
   calib::Reconciliation compared;
   EXPECT_THAT(doubts_of_comparison(compared), IsEmpty());

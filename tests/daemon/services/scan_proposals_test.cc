@@ -52,8 +52,7 @@ class ScanProposalsTest : public ::testing::Test {
     ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, face, pose, glass)));
   }
   Result<ScanOutcome> scan(const ScanRequest& request = {}) {
-    const Config config;
-    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config_);
     return service.add_tile(request, [](double, const std::string&) {}, {});
   }
   ScanOutcome must_scan(bool accept = false, std::vector<std::string> overrule = {}) {
@@ -94,6 +93,7 @@ class ScanProposalsTest : public ::testing::Test {
     return out;
   }
 
+  Config config_;
   rendered::Panel sheet_ = rendered::sample_panel();
   testing::TempDirectory folder_;
   boost::asio::io_context reactor_;
@@ -155,6 +155,26 @@ TEST_F(ScanProposalsTest, WarningsAreOverruledByTheirNames) {
   ASSERT_TRUE(proposals_->accept(*seen.proposal, {"strip-1", "size"}, "uid 7").ok());
   EXPECT_THAT(r().proposals.find(*seen.proposal)->decision->overruled, SizeIs(2));
   EXPECT_THAT(stock(), SizeIs(1));
+}
+
+TEST_F(ScanProposalsTest, ASheetThatStandsOffTheGlassIsLookedAt) {
+  cv::Mat picture = cv::imread(scanner_.file.string());
+  cv::GaussianBlur(picture, picture, {}, 0.3 * scanner_.nominal.px_per_mm);
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), picture));
+  const ScanOutcome seen = must_scan(true);
+  ASSERT_THAT(seen.warnings, SizeIs(1));
+  EXPECT_THAT(seen.warnings[0].name, ::testing::StartsWith("blurred-tag-"));
+  EXPECT_TRUE(stock().empty()) << "--accept takes scans without warnings";
+}
+
+TEST_F(ScanProposalsTest, TheMaskKeepsTheMarginsOfTheConfiguration) {
+  const double usual = must_scan().usable.count();
+  config_.mask.edge_margin = 2_mm;
+  const double wide = must_scan().usable.count();
+  config_.mask.edge_margin = 0.5_mm, config_.mask.round_margin = 3_mm;
+  const double round = must_scan().usable.count();
+  EXPECT_LT(wide, 0.95 * usual);
+  EXPECT_LT(round, usual - 10 * static_cast<double>(sheet_.screws.size()));
 }
 
 TEST_F(ScanProposalsTest, ARefusedScanLeavesNothing) {
