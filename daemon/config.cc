@@ -142,7 +142,7 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   panel.integer("calibration_days", config.panel.calibration_days, 1, 3650);
   panel.refuse_unread();
   Section mask(root, file, "mask", errors);
-  mask.quantity("edge_margin_mm", config.mask.edge_margin, 0.2, 10);
+  mask.quantity("edge_margin_mm", config.mask.edge_margin, 0.2, 2);
   mask.quantity("round_margin_mm", config.mask.round_margin, 0.2, 10);
   mask.refuse_unread();
   read_before_motion(root, file, config, errors);

@@ -96,7 +96,9 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
     rest.setTo(0, b.pixels);
     return like(rest);
   };
-  const auto lost = free_wood(free_wood(minus(earlier, now), order.held, Millimetres(0)), order.gone, beside_cuts);
+  // Of suspect pieces nobody knows whether they are cuts.
+  const auto free_before = free_wood(minus(earlier, now), order.held, Millimetres(0));
+  const auto lost = free_wood(free_wood(free_before, order.gone, beside_cuts), order.suspects, beside_cuts);
   cv::Mat patches = patches_of(lost.pixels);
   const auto away = free_wood(like(cv::Mat(now.pixels.size(), CV_8UC1, cv::Scalar(255))), order.gone, next_to);
   leave_out_scraps(patches, ~away.pixels, now.resolution.px_per_mm);

@@ -479,10 +479,12 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
                  "tags can be added to a face that is known already: scan it without --retag, its tags are all new"};
   auto read = have_done<PanelRead>(workers_, std::move(work), *wanted, progress, stop);
   if (!read) return read.error();
-  // Of several tiles that are doubted for one thing the first one is told.
+  // Of several tiles that are doubted for one thing the first one is told. A back is bare: nothing of it is missed where
+  // it is blurred, and its tags are judged by how they fit.
   for (const Tile& tile : tiles_)
     for (const ScanWarning& warning : tile.warnings)
-      if (std::ranges::find(read->warnings, warning.name, &ScanWarning::name) == read->warnings.end())
+      if (!(known->face == Face::kBack && warning.name.starts_with("blurred-tag-")) &&
+          std::ranges::find(read->warnings, warning.name, &ScanWarning::name) == read->warnings.end())
         read->warnings.push_back(warning);
   if (!can_be(*read, tiles_.size(), known->suspects.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};

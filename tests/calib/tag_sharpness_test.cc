@@ -48,7 +48,11 @@ TEST(TagSharpness, IsTheBlurThatTheScanHas) {
 }
 
 TEST(TagSharpness, IsTheWorseOfBothAxes) {
-  for (const auto& tag : look(blurred_by(0.01, 0.3))) EXPECT_GT(tag.blur.count(), 0.25) << tag.id;
+  for (const auto& [x, y] : {std::pair(0.01, 0.3), std::pair(0.3, 0.01)}) {
+    const auto soft = look(blurred_by(x, y));
+    ASSERT_GE(soft.size(), 3U);
+    for (const auto& tag : soft) EXPECT_GT(tag.blur.count(), 0.25) << tag.id;
+  }
 }
 
 // One corner of the sheet stands off the glass, and a strip of dirt lies along a side of each tag.
@@ -66,7 +70,9 @@ TEST(TagSharpness, IsEachTagsOwnAndNotThatOfDirt) {
     cv::line(scan, cv::Point2d(from.x.count(), from.y.count()), cv::Point2d(to.x.count(), to.y.count()),
              cv::Scalar(110, 120, 130), 5, cv::LINE_AA);
   }
-  for (const auto& tag : calib::measure_sharpness(scan, tags, resolution()))
+  const auto measured = calib::measure_sharpness(scan, tags, resolution());
+  ASSERT_EQ(measured.size(), tags.size());
+  for (const auto& tag : measured)
     if (tag.id == lifted.id)
       EXPECT_GT(tag.blur.count(), 0.25);
     else

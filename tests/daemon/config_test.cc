@@ -42,6 +42,7 @@ TEST_F(ConfigTest, TheMaskKeepsTheMarginsThatAreWritten) {
   EXPECT_EQ(wider->mask.edge_margin, 1.5_mm);
   EXPECT_EQ(wider->mask.round_margin, 2_mm);
   EXPECT_FALSE(parse("[mask]\nedge_margin_mm = 0.1\n").ok()) << "a strip's outermost pixels show the board as well";
+  EXPECT_FALSE(parse("[mask]\nedge_margin_mm = 3\n").ok()) << "no wood would reach the edge of a scan that broke off";
   EXPECT_FALSE(parse("[mask]\nround_margin_mm = 20\n").ok());
 }
 

@@ -167,6 +167,18 @@ TEST_F(ScanProposalsTest, ASheetThatStandsOffTheGlassIsLookedAt) {
   EXPECT_TRUE(stock().empty()) << "--accept takes scans without warnings";
 }
 
+TEST_F(ScanProposalsTest, ABlurredScanOfAPanelInStockIsNoWoodUntilSomebodyLooked) {
+  must_scan(true);
+  ASSERT_THAT(stock(), SizeIs(1));
+  cv::Mat picture = cv::imread(scanner_.file.string());
+  cv::GaussianBlur(picture, picture, {}, 0.3 * scanner_.nominal.px_per_mm);
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), picture));
+  const ScanOutcome seen = must_scan(true);
+  EXPECT_THAT(seen.warnings, Contains(Field(&ScanWarning::name, ::testing::StartsWith("blurred-tag-"))));
+  ASSERT_TRUE(seen.proposal);
+  EXPECT_THAT(waiting(), SizeIs(1));
+}
+
 TEST_F(ScanProposalsTest, TheMaskKeepsTheMarginsOfTheConfiguration) {
   const double usual = must_scan().usable.count();
   config_.mask.edge_margin = 2_mm;
