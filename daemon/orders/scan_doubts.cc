@@ -229,11 +229,11 @@ std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std:
   const auto blurred = std::ranges::count_if(tags, is_blurred);
   if (blurred == 0) return {};
   const auto& worst = *std::ranges::max_element(tags, {}, &calib::TagSharpness::blur);
-  return {
-      {fmt::format("blurred-tag-{}", worst.id),
-       fmt::format("{} shows tag {}{} blurred by {:.2f} mm, and perhaps the wood there as well, so that cracks, screws and "
-                   "grain may not be seen: press the sheet flat on the glass, wipe the glass and scan again",
-                   scan, worst.id, blurred > 1 ? fmt::format(" (and {} more)", blurred - 1) : "", worst.blur.count())}};
+  return {{fmt::format("blurred-tag-{}", worst.id),
+           fmt::format(
+               "{} shows tag {}{} blurred by {:.2f} mm, and perhaps the wood there as well, so that cracks, screws and "
+               "grain may not be seen: press the sheet flat on the glass, wipe the glass and scan again",
+               scan, worst.id, blurred > 1 ? fmt::format(" (and {} more)", blurred - 1) : "", worst.blur.count())}};
 }
 
 std::optional<std::string> remark_on_size(Millimetres width, Millimetres height) {

@@ -32,8 +32,8 @@ bool leaves_out_what_is_in_doubt(std::string_view name);
 Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, double dpi_x, double dpi_y,
                                                       ScanResolution configured);
 
-// blurred-tag-212, ...: the scan shows the rim of its tag 212 less sharply than the scanners that were tried do of a sheet
-// that lies on their glass (0.2 mm, or 1.2 pixels where they are larger). Of several such tags the worst one.
+// blurred-tag-212, ...: the scan shows the rim of its tag 212 less sharply than the scanners that were tried do of a
+// sheet that lies on their glass (0.2 mm, or 1.2 pixels where they are larger). Of several such tags the worst one.
 std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
                                              ScanResolution nominal);
 

@@ -479,8 +479,8 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
                  "tags can be added to a face that is known already: scan it without --retag, its tags are all new"};
   auto read = have_done<PanelRead>(workers_, std::move(work), *wanted, progress, stop);
   if (!read) return read.error();
-  // Of several tiles that are doubted for one thing the first one is told. A back is bare: nothing of it is missed where
-  // it is blurred, and its tags are judged by how they fit.
+  // Of several tiles that are doubted for one thing the first one is told. A back is bare: nothing of it is missed
+  // where it is blurred, and its tags are judged by how they fit.
   for (const Tile& tile : tiles_)
     for (const ScanWarning& warning : tile.warnings)
       if (!(known->face == Face::kBack && warning.name.starts_with("blurred-tag-")) &&
