@@ -2,8 +2,10 @@
 // page each is told by the screen and the button that do the same; what the page has no button for stays as it is.
 import {t} from "./words.js";
 
-const kPanel = "(P-\\d+)", kJob = "(\\d+)", kOneMark = "[A-Z]+\\d+-\\d+", kMark = `(${kOneMark})`, kMarks = `${kOneMark}(?: ${kOneMark})*`, kText = "[^\\s`,;:()]+";
-const kEnd = "(?! -| \\d| PIECE| JOB| [A-Z]+\\d)";  // nothing more that belongs to the command
+// A1-2; without rows A312.
+const kOneMark = "[A-Z]+\\d+(?:-\\d+)?(?![\\w-])";
+const kPanel = "(P-\\d+)", kJob = "(\\d+)", kMark = `(${kOneMark})`, kMarks = `${kOneMark}(?: ${kOneMark})*`, kText = "[^\\s`,;:()]+";
+const kEnd = `(?! -| \\d| PIECE| JOB| [A-Z]+\\d)`;  // nothing more that belongs to the command
 const about = (...words) => words.filter(Boolean);
 
 // Of each: the words of the command; then from what they name, the screen it is done on, and what stands there:
