@@ -193,6 +193,8 @@ void judge_hairs(const std::vector<calib::HairOnGlass>& hairs, std::vector<ScanW
                            fmt::join(places, "; at "), more > 0 ? fmt::format("; and at {} more places", more) : "")});
 }
 
+constexpr std::string_view kBlurred = "blurred-tag-";
+
 }  // namespace
 
 Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, double dpi_x, double dpi_y,
@@ -220,6 +222,8 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
   return std::vector<ScanWarning>{{"dpi", told}};
 }
 
+bool is_of_sharpness(std::string_view name) { return name.starts_with(kBlurred); }
+
 std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
                                              ScanResolution nominal) {
   // A sheet that lies flat is blurred by some 0.75 pixels, and by 0.05 mm of its print.
@@ -229,7 +233,7 @@ std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std:
   const auto blurred = std::ranges::count_if(tags, is_blurred);
   if (blurred == 0) return {};
   const auto& worst = *std::ranges::max_element(tags, {}, &calib::TagSharpness::blur);
-  return {{fmt::format("blurred-tag-{}", worst.id),
+  return {{fmt::format("{}{}", kBlurred, worst.id),
            fmt::format(
                "{} shows tag {}{} blurred by {:.2f} mm, and perhaps the wood there as well, so that cracks, screws and "
                "grain may not be seen: press the sheet flat on the glass, wipe the glass and scan again",

@@ -36,6 +36,7 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
 // sheet that lies on their glass (0.2 mm, or 1.2 pixels where they are larger). Of several such tags the worst one.
 std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
                                              ScanResolution nominal);
+bool is_of_sharpness(std::string_view name);
 
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);

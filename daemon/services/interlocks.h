@@ -1,5 +1,5 @@
-// The chain of what must be so before the beam may come on, and of what somebody will wish later to have seen to: each
-// link with its state and, where it is not as it should be, what to do. Pure.
+// The chain of what must be so before the beam may come on, and of what can wait but should not be forgotten: each link
+// with its state and, where it is not as it should be, what to do. Pure.
 //
 // What nobody has told is not known, and says so. The machine's own emergency stop is none of them: no controller
 // reports it.

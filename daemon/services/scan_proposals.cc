@@ -146,7 +146,7 @@ void tell_changed_wood(const PanelId& panel, PanelRead& read) {
 // Of a panel that was known: what a person has to look at before it counts.
 bool wants_a_look(const PanelRead& read) {
   return std::ranges::any_of(read.warnings, [](const ScanWarning& warning) {
-    return warning.name == "lost-wood" || warning.name == "gained-wood" || warning.name.starts_with("blurred-tag-") ||
+    return warning.name == "lost-wood" || warning.name == "gained-wood" || is_of_sharpness(warning.name) ||
            is_unproven(warning);
   });
 }

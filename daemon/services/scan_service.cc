@@ -483,7 +483,7 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   // where it is blurred, and its tags are judged by how they fit.
   for (const Tile& tile : tiles_)
     for (const ScanWarning& warning : tile.warnings)
-      if (!(known->face == Face::kBack && warning.name.starts_with("blurred-tag-")) &&
+      if (!(known->face == Face::kBack && is_of_sharpness(warning.name)) &&
           std::ranges::find(read->warnings, warning.name, &ScanWarning::name) == read->warnings.end())
         read->warnings.push_back(warning);
   if (!can_be(*read, tiles_.size(), known->suspects.size()))

@@ -179,6 +179,20 @@ TEST_F(ScanProposalsTest, ABlurredScanOfAPanelInStockIsNoWoodUntilSomebodyLooked
   EXPECT_THAT(waiting(), SizeIs(1));
 }
 
+TEST_F(ScanProposalsTest, OfABareBackNobodyIsToldThatItIsBlurred) {
+  must_scan(true);
+  lay(sheet_, 1.5, Face::kBack);
+  cv::Mat picture = cv::imread(scanner_.file.string());
+  cv::GaussianBlur(picture, picture, {}, 0.3 * scanner_.nominal.px_per_mm);
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), picture));
+  ScanRequest request;
+  request.panel = kFirst, request.face = Face::kBack;
+  const auto seen = scan(request);
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_EQ(seen->face, Face::kBack);
+  EXPECT_THAT(seen->warnings, ::testing::IsEmpty());
+}
+
 TEST_F(ScanProposalsTest, TheMaskKeepsTheMarginsOfTheConfiguration) {
   const double usual = must_scan().usable.count();
   config_.mask.edge_margin = 2_mm;

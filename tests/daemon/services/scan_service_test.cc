@@ -29,6 +29,33 @@ Region<PanelFrame> square(double x, double y, double side) {
                                              point<PanelFrame>(x + side, y + side), point<PanelFrame>(x, y + side)});
 }
 
+// Pieces of 8 x 8 mm, one above the other, of which nobody knows whether they were cut out.
+void make_suspect(DatabaseThread& database, double x) {
+  db::NewPlan plan;
+  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+  plan.planned_on = {{PanelId{"P-0001"}, 1}};
+  const Ring<PanelFrame> corners = square(0, 0, 8).rings().at(0);
+  for (const double y : {30.0, 45.0, 60.0}) {
+    db::PlannedPatch& patch = plan.pieces.emplace_back();
+    patch.mark = fmt::format("A{:.0f}", y);
+    patch.panel = PanelId{"P-0001"};
+    for (const auto& p : corners) {
+      patch.artwork_outline.push_back({p.x, p.y});
+      patch.panel_outline.push_back({p.x + Millimetres(x), p.y + Millimetres(y)});
+    }
+    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.2_mm);
+    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, y));
+  }
+  ASSERT_TRUE(database.call([&](Repositories& r) -> Status {
+    const auto job = r.jobs.create(plan, utc_timestamp());
+    if (!job) return job.error();
+    const auto pieces = r.jobs.pieces(*job);
+    std::vector<PieceId> all;
+    for (const auto& piece : *pieces) all.push_back(piece.id);
+    return r.jobs.make_suspect(all, utc_timestamp());
+  }));
+}
+
 class ScanServiceTest : public ScannedSheet {};
 
 // A screw hole that a cut has opened is hard to see in the new scan; what the mask knew before must count.
@@ -400,30 +427,8 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
   rendered::Panel sheet = rendered::sample_panel();
   const auto first = scan();
   ASSERT_TRUE(first.ok()) << first.error().message;
-  db::NewPlan plan;
-  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
-  plan.planned_on = {{PanelId{"P-0001"}, 1}};
   const double x = sheet.strips.at(1).x0 + 3;
-  const Ring<PanelFrame> corners = square(0, 0, 8).rings().at(0);
-  for (const double y : {30.0, 45.0, 60.0}) {
-    db::PlannedPatch& patch = plan.pieces.emplace_back();
-    patch.mark = fmt::format("A{:.0f}", y);
-    patch.panel = PanelId{"P-0001"};
-    for (const auto& p : corners) {
-      patch.artwork_outline.push_back({p.x, p.y});
-      patch.panel_outline.push_back({p.x + Millimetres(x), p.y + Millimetres(y)});
-    }
-    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.2_mm);
-    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, y));
-  }
-  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
-    const auto job = r.jobs.create(plan, utc_timestamp());
-    if (!job) return job.error();
-    const auto pieces = r.jobs.pieces(*job);
-    std::vector<PieceId> all;
-    for (const auto& piece : *pieces) all.push_back(piece.id);
-    return r.jobs.make_suspect(all, utc_timestamp());
-  }));
+  make_suspect(*database_, x);
   sheet.gone.push_back({{x, 30}, {x + 8, 30}, {x + 8, 38}, {x, 38}});
   sheet.gone.push_back({{x, 60}, {x + 4, 60}, {x + 4, 68}, {x, 68}});
   lay(sheet);
@@ -453,6 +458,24 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
     ASSERT_TRUE(piece.sighting);
     EXPECT_EQ(piece.sighting->mask_version, panel().mask_version);
   }
+}
+
+TEST_F(ScanServiceTest, AWideMarginAroundSuspectPiecesThatWereCutIsNoLostWood) {
+  config_.mask.edge_margin = 2_mm;
+  rendered::Panel sheet = rendered::sample_panel();
+  ASSERT_TRUE(scan().ok());
+  const double x = sheet.strips.at(1).x0 + 3;
+  make_suspect(*database_, x);
+  for (const double y : {30.0, 45.0, 60.0}) sheet.gone.push_back({{x, y}, {x + 8, y}, {x + 8, y + 8}, {x, y + 8}});
+  lay(sheet);
+  double lost = -1;  // mm2
+  workers_.spoil = [&](const std::string& kind, nlohmann::json& answer) {
+    if (kind == RegisterScans::kKind) lost = answer.get<PanelRead>().lost.count();
+  };
+  const auto again = scan();
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->suspects.size(), 3U);
+  EXPECT_EQ(lost, 0);
 }
 
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {

@@ -55,14 +55,14 @@ class ScannedSheet : public ::testing::Test {
     return look(request);
   }
   Result<ScanOutcome> look(const ScanRequest& request = {}) {
-    const Config config;
-    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
+    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config_);
     return service.add_tile(request, [](double, const std::string&) {}, {});
   }
   db::PanelRecord panel() {
     return *database_->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
   }
 
+  Config config_;
   testing::TempDirectory folder_;
   boost::asio::io_context reactor_;
   std::unique_ptr<DatabaseThread> database_;
