@@ -34,7 +34,7 @@ struct SceneFaults {
   bool skip_cut = false;        // the last piece was booked but never cut
   double browned_mm = 0;        // of the show face beside each cut
   bool screw_hole = false;      // in the first piece, of the panel that it was cut from
-  bool holes_at_sides = false;  // a screw's and one through the sheet bite the first two pieces and touch the others
+  bool holes_at_sides = false;  // a screw's and one through the sheet bite the first two pieces and graze two others
   bool quarter_turned_mark = false;  // on the first piece, engraved so for want of room
 };
 
@@ -161,9 +161,9 @@ class ProofScene {
       sheet_->screw_holes.push_back({corner + Vec2{-0.5, -0.5}, 4.5});
     }
     if (faults_.holes_at_sides) {
-      constexpr double kBite = 0.2;
+      constexpr double kBite = 0.12, kGraze = 0.02;
       sheet_->screw_holes.push_back(beside(0, 4.5, kBite)), sheet_->holes.push_back(beside(1, 6, kBite));
-      sheet_->screw_holes.push_back(beside(2, 4.5, 0)), sheet_->holes.push_back(beside(3, 6, 0));
+      sheet_->screw_holes.push_back(beside(2, 4.5, kGraze)), sheet_->holes.push_back(beside(3, 6, kGraze));
     }
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
       cut(i);
