@@ -250,7 +250,7 @@ void Burning::modes_told(const ParserState& state) {
   stop_softly(
       {ErrorCode::kDeviceFault,
        fmt::format("the laser controller understood stroke {} as \"{}\", it was sent G91 G21 G94 M4 F{}{}: check the "
-                   "cable for disturbance",
+                   "cable for disturbance, then Clear and Reset",
                    line.stroke, state.text, line.feed,
                    burning ? fmt::format(" G{} S{}", line.motion, line.power) : "")});
 }
@@ -304,8 +304,8 @@ void Burning::off_path() {
   if (burn_.stray.off_path(*m_.position(), m_.now) < 2) return m_.ask_soon(m_.options.fast_poll_period / 2);
   burn_.stray.strayed();
   stop_softly({ErrorCode::kDeviceFault,
-               fmt::format("the laser is off its path at ({:.3f}, {:.3f}) in its own coordinates: check the cable for "
-                           "disturbance",
+               fmt::format("the laser is off its path at ({:.3f}, {:.3f}) in its own coordinates, because a byte was "
+                           "lost or changed on the cable: check it for disturbance, then Clear and Reset",
                            x, y)});
 }
 

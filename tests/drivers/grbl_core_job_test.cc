@@ -9,6 +9,7 @@
 namespace veneer::grbl {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST_F(GrblCoreTest, SendsNoByteOfAJobThatLeavesTheTravel) {
@@ -80,6 +81,24 @@ TEST_F(GrblCoreTest, AnAbortOffThePathSaysWhereTheBeamMayHaveBeen) {
   EXPECT_NEAR(aborted->stray_path.back().y.count(), 378.5, 1e-9);
   EXPECT_GT(aborted->stray_reach.count(), 0.5) << "at 15 mm/s, some 0.1 s between two reports";
   EXPECT_LT(aborted->stray_reach.count(), 4);
+}
+
+// It tells where it stands and answers no line: what a controller looks like that serves somebody else, too.
+TEST_F(GrblCoreTest, AStallNamesEachThatMayHaveCausedIt) {
+  GrblOptions options;
+  options.late_tolerance = 1h;  // which would notice first
+  make_core(options);
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", options.stall_timeout - 100ms);
+  EXPECT_FALSE(event<laser_event::Aborted>());
+  wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms);
+  const auto aborted = event<laser_event::Aborted>();
+  ASSERT_TRUE(aborted);
+  EXPECT_THAT(
+      aborted->error.message,
+      AllOf(HasSubstr("its controller hung or was busy with something else"), HasSubstr("the cable had lost a byte"),
+            HasSubstr("this computer was too loaded to hear it"), HasSubstr("end other heavy programs")));
 }
 
 TEST_F(GrblCoreTest, AnAbortOnThePathAccusesNobody) {

@@ -18,7 +18,7 @@ CampaignOptions read_campaign_options(int argc, char** argv, const char* title, 
   app.add_option("--kind", options.kind, "Only kinds whose name begins so");
   app.add_option("--out", options.out, "Also write the table as JSON");
   try {
-    app.parse(argc, argv);
+    app.parse(argc - 1, argv + 1);
   } catch (const CLI::ParseError& error) {
     std::exit(app.exit(error));  // NOLINT(concurrency-mt-unsafe): there is no other thread yet
   }

@@ -18,12 +18,13 @@
 
 #include "db/panels.h"
 #include "tests/demo/story.h"
+#include "tests/soak/campaigns.h"
 #include "tests/support/panel_areas.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-using namespace veneer::tests;
+using namespace tests;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -317,8 +318,9 @@ class CellLife {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app{"Jobs on the simulated cell until its wood is used up, and the daemon's memory", "veneer-soak-life"};
+int cell_life(int argc, char** argv) {
+  CLI::App app{"Jobs on the simulated cell until its wood is used up, and the daemon's memory",
+               "veneer-soak cell-life"};
   Plan plan;
   app.add_option("--panels", plan.panels, "Panels of 200 x 140 mm")->capture_default_str();
   app.add_option("--jobs", plan.jobs, "The most jobs, of one to four pieces")->capture_default_str();
@@ -326,7 +328,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", plan.seed, "Of the wood, the pictures and what happens")->capture_default_str();
   app.add_option("--dir", plan.dir, "Where the cell lives; made anew")->capture_default_str();
   app.add_option("--out", plan.out, "Also write the figures as JSON");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
   fs::remove_all(plan.dir);
   fs::create_directories(plan.dir);
   auto cell = SimulatedCell::start({.dir = fs::absolute(plan.dir) / "cell",
@@ -357,3 +359,5 @@ int main(int argc, char** argv) {
   if (!lived) fmt::print(stderr, "{}\n", lived.error().message);
   return lived ? 0 : 1;
 }
+
+}  // namespace veneer::soak

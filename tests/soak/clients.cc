@@ -16,6 +16,7 @@
 #include <random>
 #include <thread>
 
+#include "tests/soak/campaigns.h"
 #include "tests/soak/client_loads.h"
 #include "tests/soak/stop_loads.h"
 #include "tests/soak/stop_measure.h"
@@ -23,10 +24,10 @@
 #include "tests/support/event_listener.h"
 #include "tests/support/temp_directory.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-using namespace veneer::tests;
+using namespace tests;
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
@@ -107,7 +108,7 @@ class Console {
   std::thread thread_;
 };
 
-struct Figures {
+struct CrowdFigures {
   std::vector<StopDoor> stops;
   std::vector<double> events_ms, looks_ms;
   std::string done;
@@ -164,8 +165,8 @@ class Machine {
   std::unique_ptr<LoneDaemon> lihuiyu_;
 };
 
-Result<Figures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, const fs::path& bin_dir,
-                        const fs::path& data, unsigned seed) {
+Result<CrowdFigures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, const fs::path& bin_dir,
+                             const fs::path& data, unsigned seed) {
   auto machine = Machine::start(lihuiyu, bin_dir, data);
   if (!machine) return machine.error();
   const StopMachine stop_machine = (*machine)->stop_machine();
@@ -175,7 +176,7 @@ Result<Figures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, con
   const ClientDoors doors{port, c.socket(), operators_session(c, port)};
   if (!console || doors.session.empty()) return Error{ErrorCode::kInternal, "no console's session can be opened"};
   const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port}), over_unix(cli::ApiAddress{c.socket(), "", 0});
-  Figures out;
+  CrowdFigures out;
   out.stops = {{"TCP", [&] { return told_of(over_tcp.post("/stop")); }, {}},
                {"Unix socket", [&] { return told_of(over_unix.post("/stop")); }, {}},
                {"console", [&] { return console->stop(); }, {}}};
@@ -229,8 +230,8 @@ void allow_descriptors() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app{"Hostile clients: what they cost STOP and the console", "veneer-soak-clients"};
+int clients(int argc, char** argv) {
+  CLI::App app{"Hostile clients: what they cost STOP and the console", "veneer-soak clients"};
   int stops = 50;
   unsigned seed = 7;
   double stop_limit_ms = 50, event_limit_ms = 1000;
@@ -244,7 +245,7 @@ int main(int argc, char** argv) {
   app.add_option("--stop-limit-ms", stop_limit_ms, "For the 99th percentile of each door")->capture_default_str();
   app.add_option("--event-limit-ms", event_limit_ms, "For the slowest event")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
 
   const bool lihuiyu = family == "lihuiyu";
   if (lihuiyu) be_under_umockdev(argc, argv);
@@ -280,3 +281,5 @@ int main(int argc, char** argv) {
     std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"laser", family}, {"clients", table.rows}}.dump(2);
   return good && !table.rows.empty() ? 0 : 1;
 }
+
+}  // namespace veneer::soak

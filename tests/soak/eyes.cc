@@ -13,15 +13,15 @@
 #include <thread>
 #include <vector>
 
+#include "tests/soak/campaigns.h"
 #include "tests/support/mask_figures.h"
 #include "tests/support/workshop_wood.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-
 // The data set's composed scans, held against their own masks: precision and recall, 0.99 each. False when one fails.
-bool judge_pictures(const std::filesystem::path& woods, nlohmann::json& json) {
+bool judge_pictures(const std::filesystem::path& woods, nlohmann::json& told) {
   bool good = true;
   for (const char* name : {"panel_small", "panel_large"}) {
     const cv::Mat picture = cv::imread((woods / fmt::format("{}.jpg", name)).string()),
@@ -31,7 +31,7 @@ bool judge_pictures(const std::filesystem::path& woods, nlohmann::json& json) {
     fmt::print("{}: precision {:.4f}, recall {:.4f}{}\n", name, verdict.precision, verdict.recall,
                verdict.refused.empty() ? "" : ", refused: " + verdict.refused);
     for (const auto& why : verdict.asked) fmt::print("{}: a strip is asked about: {}\n", name, why);
-    json["pictures"][name] = {{"precision", verdict.precision}, {"recall", verdict.recall}};
+    told["pictures"][name] = {{"precision", verdict.precision}, {"recall", verdict.recall}};
     good = good && verdict.precision >= 0.99 && verdict.recall >= 0.99;
   }
   return good;
@@ -64,8 +64,8 @@ void tell(int i, const workshop::PanelVerdict& verdict, double dpi, std::map<std
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Masks panels of every board and wood and holds them against the truth");
+int eyes(int argc, char** argv) {
+  CLI::App app{"Masks panels of every board and wood and holds them against the truth", "veneer-soak eyes"};
   int panels = 200, first = 0, threads = 1, hairs = 2;
   std::uint64_t seed = 1;
   std::string out, pictures;
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
   app.add_option("--pictures", pictures, "folder for maps with their masks");
   app.add_flag("--grown", grown, "the twin's grown woods even if photographs are there");
   app.add_flag("--verbose", verbose, "tell every strip and fault that is missed");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
   const auto woods = grown ? std::filesystem::path() : workshop::photographed_woods();
   if (!pictures.empty()) std::filesystem::create_directories(pictures);
 
@@ -107,19 +107,21 @@ int main(int argc, char** argv) {
   }
   fmt::print("{}", workshop::table_head());
   workshop::MaskFigures all;
-  nlohmann::json json;
+  nlohmann::json told;
   for (const auto& [name, row] : rows) {
     fmt::print("{}", table_line(name, row));
     all.add(row);
-    json["boards"][name] = to_json(row);
+    told["boards"][name] = to_json(row);
   }
   fmt::print("{}", table_line("all", all));
   for (const auto& [name, count] : missed_woods) fmt::print("missed: {} x {}\n", count, name);
-  const bool pictures_hold = woods.empty() || judge_pictures(woods, json);
-  json["schema_version"] = 1, json["seed"] = seed, json["all"] = to_json(all);
-  if (!out.empty()) std::ofstream(out) << json.dump(2) << '\n';
+  const bool pictures_hold = woods.empty() || judge_pictures(woods, told);
+  told["schema_version"] = 1, told["seed"] = seed, told["all"] = to_json(all);
+  if (!out.empty()) std::ofstream(out) << told.dump(2) << '\n';
   const bool good = pictures_hold && all.refused == 0 && all.failed == 0 && all.wrong_outline == 0 &&
                     all.round_in_mask == 0 && all.cracks_in_mask <= 0.05 * all.cracks &&
                     all.asked <= 0.05 * all.strips && all.false_warnings + all.false_hairs <= 0.01 * all.panels;
   return good ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -13,12 +13,12 @@
 #include <thread>
 #include <vector>
 
+#include "tests/soak/campaigns.h"
 #include "tests/support/wood_deeds.h"
 #include "tests/support/workshop_wood.h"
 
+namespace veneer::soak {
 namespace {
-
-using namespace veneer;
 
 void tell(int i, const workshop::FateVerdict& verdict) {
   constexpr const char* kLids[] = {"white", "grey", "black"};
@@ -35,8 +35,8 @@ void tell(int i, const workshop::FateVerdict& verdict) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Reconciles panels of every board, wood and lid with what was truly done to them");
+int fates(int argc, char** argv) {
+  CLI::App app{"Reconciles panels of every board, wood and lid with what was truly done to them", "veneer-soak fates"};
   int cases = 200, first = 0, threads = 1;
   std::uint64_t seed = 1;
   std::string out, pictures;
@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   app.add_option("--pictures", pictures, "folder for the maps of each case");
   app.add_flag("--grown", grown, "the twin's grown woods even if photographs are there");
   app.add_flag("--verbose", verbose, "tell every piece that is missed and every false difference");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
   const auto woods = grown ? std::filesystem::path() : workshop::photographed_woods();
   if (!pictures.empty()) std::filesystem::create_directories(pictures);
 
@@ -75,8 +75,10 @@ int main(int argc, char** argv) {
     judge_all();
   }
   fmt::print("{}", to_table(all));
-  nlohmann::json json = to_json(all);
-  json["schema_version"] = 1, json["seed"] = seed;
-  if (!out.empty()) std::ofstream(out) << json.dump(2) << '\n';
+  nlohmann::json told = to_json(all);
+  told["schema_version"] = 1, told["seed"] = seed;
+  if (!out.empty()) std::ofstream(out) << told.dump(2) << '\n';
   return all.refused == 0 && all.false_ones == 0 && all.all_missed() == 0 ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -5,12 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/soak/campaign_report.h"
+#include "tests/soak/campaigns.h"
 #include "tests/support/fault_campaign.h"
 
-int main(int argc, char** argv) {
-  using namespace veneer::tests;
+namespace veneer::soak {
+
+int grbl_faults(int argc, char** argv) {
+  using namespace tests;
   const CampaignOptions options =
-      read_campaign_options(argc, argv, "Faults on the GRBL driver's wire and controller", "veneer-soak-faults");
+      read_campaign_options(argc, argv, "Faults on the GRBL driver's wire and controller", "veneer-soak grbl-faults");
   nlohmann::json rows = nlohmann::json::array();
   bool clean = true;
   std::vector<std::string> remarks;
@@ -44,3 +47,5 @@ int main(int argc, char** argv) {
   }
   return finish_campaign(options, rows, remarks, clean);
 }
+
+}  // namespace veneer::soak

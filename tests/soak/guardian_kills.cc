@@ -11,15 +11,15 @@
 #include <random>
 #include <thread>
 
+#include "tests/soak/campaigns.h"
 #include "tests/support/guarded_record.h"
 #include "tests/support/simulated_cell.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-using namespace veneer::tests;
+using namespace tests;
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
 bool beam_on(const SimulatedCell& cell) {
@@ -36,22 +36,23 @@ double one_kill(SimulatedCell& cell, std::mt19937& random) {
   if (!cell.api().post("/commands/reset").ok() || !ready("Idle")) return -1;
   if (!cell.api().post("/laser/test-pattern", {{"size_mm", 200}}).ok()) return -1;
   std::this_thread::sleep_for(std::chrono::milliseconds(500 + random() % 4000));  // anywhere in the burn
-  const auto patience = Clock::now() + std::chrono::seconds(20);
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (!beam_on(cell))
-    if (Clock::now() > patience) return -1;
-  const auto killed = Clock::now();
+    if (std::chrono::steady_clock::now() > patience) return -1;
+  const auto killed = std::chrono::steady_clock::now();
   cell.kill_daemon();
   double last_ms = 0;
-  while (Clock::now() - killed < std::chrono::milliseconds(2500))
-    if (beam_on(cell)) last_ms = std::chrono::duration<double, std::milli>(Clock::now() - killed).count();
+  while (std::chrono::steady_clock::now() - killed < std::chrono::milliseconds(2500))
+    if (beam_on(cell))
+      last_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - killed).count();
   if (!darkened(cell.data_dir())) return -1;  // the guardian does not know that it is dark
   return cell.start_daemon() ? last_ms : -1;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app{"SIGKILL in a burn, until the beam is off", "veneer-soak-guardian"};
+int guardian_kills(int argc, char** argv) {
+  CLI::App app{"SIGKILL in a burn, until the beam is off", "veneer-soak guardian-kills"};
   int kills = 20;
   unsigned seed = 7;
   std::string out, dir = "out/soak-guardian";
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "Of the moments")->capture_default_str();
   app.add_option("--dir", dir, "Where the cells live")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
   const fs::path bin_dir = fs::read_symlink("/proc/self/exe").parent_path();
   bool good = true;
   json rows = json::array();
@@ -97,3 +98,5 @@ int main(int argc, char** argv) {
   if (!out.empty()) std::ofstream(out) << json{{"schema_version", 1}, {"kills", rows}}.dump(2);
   return good ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -5,12 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/soak/campaign_report.h"
+#include "tests/soak/campaigns.h"
 #include "tests/support/hold_campaign.h"
 
-int main(int argc, char** argv) {
-  using namespace veneer::tests;
+namespace veneer::soak {
+
+int holds(int argc, char** argv) {
+  using namespace tests;
   const CampaignOptions options =
-      read_campaign_options(argc, argv, "Holds at drawn moments, on simulated machines", "veneer-soak-holds");
+      read_campaign_options(argc, argv, "Holds at drawn moments, on simulated machines", "veneer-soak holds");
   nlohmann::json rows = nlohmann::json::array();
   bool clean = true;
   std::vector<std::string> remarks;
@@ -36,3 +39,5 @@ int main(int argc, char** argv) {
   }
   return finish_campaign(options, rows, remarks, clean);
 }
+
+}  // namespace veneer::soak

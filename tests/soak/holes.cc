@@ -12,11 +12,13 @@
 #include <thread>
 #include <vector>
 
+#include "tests/soak/campaigns.h"
 #include "tests/support/holed_panels.h"
 
-int main(int argc, char** argv) {
-  using namespace veneer;
-  CLI::App app("Masks panels of the twin and counts the screw holes that are taken for wood");
+namespace veneer::soak {
+
+int holes(int argc, char** argv) {
+  CLI::App app{"Masks panels of the twin and counts the screw holes that are taken for wood", "veneer-soak holes"};
   int panels = 250, first = 0, threads = 1;
   std::uint64_t seed = 1;
   std::string out;
@@ -27,7 +29,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", threads, "panels that are judged at once")->check(CLI::Range(1, 64));
   app.add_option("--out", out, "JSON file");
   app.add_flag("--verbose", verbose, "tell every panel of which a hole is taken or a strip is asked about");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
 
   std::map<std::string, workshop::HoleFigures> rows;
   std::atomic<int> next = first;
@@ -56,16 +58,18 @@ int main(int argc, char** argv) {
   }
   fmt::print("{}", workshop::hole_table_head());
   workshop::HoleFigures all;
-  nlohmann::json json;
+  nlohmann::json told;
   for (const auto& [preset, row] : rows) {
     fmt::print("{}", workshop::hole_table_line(preset, row));
     all.add(row);
-    json[preset] = to_json(row);
+    told[preset] = to_json(row);
   }
   fmt::print("{}", workshop::hole_table_line("all", all));
-  json["schema_version"] = 1, json["seed"] = seed, json["all"] = to_json(all);
-  if (!out.empty()) std::ofstream(out) << json.dump(2) << '\n';
+  told["schema_version"] = 1, told["seed"] = seed, told["all"] = to_json(all);
+  if (!out.empty()) std::ofstream(out) << told.dump(2) << '\n';
   // A mask that takes nothing takes no hole either.
   const bool takes_wood = all.wood_taken > 0.985 * all.wood;
   return all.refused == 0 && all.in_part == 0 && all.beside == 0 && takes_wood ? 0 : 1;
 }
+
+}  // namespace veneer::soak

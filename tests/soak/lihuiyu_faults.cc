@@ -5,12 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/soak/campaign_report.h"
+#include "tests/soak/campaigns.h"
 #include "tests/support/lihuiyu_campaign.h"
 
-int main(int argc, char** argv) {
-  using namespace veneer::tests;
+namespace veneer::soak {
+
+int lihuiyu_faults(int argc, char** argv) {
+  using namespace tests;
   const CampaignOptions options =
-      read_campaign_options(argc, argv, "Faults on a Lihuiyu board and its USB link", "veneer-soak-lihuiyu");
+      read_campaign_options(argc, argv, "Faults on a Lihuiyu board and its USB link", "veneer-soak lihuiyu-faults");
   nlohmann::json rows = nlohmann::json::array();
   bool clean = true;
   std::vector<std::string> remarks;
@@ -40,3 +43,5 @@ int main(int argc, char** argv) {
   }
   return finish_campaign(options, rows, remarks, clean);
 }
+
+}  // namespace veneer::soak

@@ -20,17 +20,19 @@
 #include "planner/files/plan_journal.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan.h"
+#include "tests/soak/campaigns.h"
+#include "tests/soak/percentile.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-using namespace veneer::planner;
-using Clock = std::chrono::steady_clock;
+using namespace planner;
+using tests::percentile;
 
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+double ms_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Boards side by side on a background that is no wood, mirrored where their pictures meet.
@@ -54,16 +56,10 @@ StockPanel tiled_panel(cv::Size size, double dpi) {
   return panel;
 }
 
-double percentile(std::vector<double> values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
-}
-
 double decoding_ms(const cv::Mat& picture, const std::string& extension) {
   std::vector<std::uint8_t> bytes;
   cv::imencode(extension, picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   const auto read =
       decode_picture({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the panel" + extension);
   return read.ok() ? ms_since(start) : 0;
@@ -93,7 +89,7 @@ Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork,
   });
   const auto done = over.get_future();
   const bool early = done.wait_for(moment) == std::future_status::ready;
-  const auto asked = Clock::now();
+  const auto asked = std::chrono::steady_clock::now();
   const std::clock_t asked_cpu = std::clock();
   stop.request_stop();
   done.wait();
@@ -106,8 +102,8 @@ Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork,
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app{"A stop request, until planning has ended", "veneer-soak-plan-stops"};
+int plan_stops(int argc, char** argv) {
+  CLI::App app{"A stop request, until planning has ended", "veneer-soak plan-stops"};
   int stops = 100, width = 3000, height = 2400, patches = 20;
   std::uint64_t seed = 1;
   double limit_ms = 100;
@@ -126,7 +122,7 @@ int main(int argc, char** argv) {
   app.add_flag("--together", together, "Patches choose together, and only then are stops requested");
   app.add_option("--index-cache", options.index_cache, "As veneerctl plan has it");
   app.add_option("--out", out, "Also write the figures as JSON");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
   if (!give_back) {
     // NOLINTBEGIN(concurrency-mt-unsafe): there is no other thread yet
     mallopt(M_MMAP_MAX, 0);
@@ -141,7 +137,7 @@ int main(int argc, char** argv) {
   const Artwork artwork = test::blob_artwork("A", 300, 300, patches * options.patch, 2);
   fmt::print("decoding the panel, which nothing interrupts: {:.0f} ms as PNG, {:.0f} ms as JPEG\n",
              decoding_ms(panel.picture.pixels, ".png"), decoding_ms(panel.picture.pixels, ".jpg"));
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   const auto whole = make_plan(std::span(&artwork, 1), std::span(&panel, 1), options);
   const double whole_s = ms_since(start) / 1000;
   if (!whole.ok()) {
@@ -184,3 +180,5 @@ int main(int argc, char** argv) {
   if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);
   return soon ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -71,27 +71,27 @@ print(json.dumps(ours[-40:]))' "$1"
 }
 
 seed=$(fresh_seed)
-show_table=1 campaign "faults/grbl" "$seed" "$build/bin/veneer-soak-faults" --runs 500 --seed "$seed" \
+show_table=1 campaign "faults/grbl" "$seed" "$build/bin/veneer-soak" grbl-faults --runs 500 --seed "$seed" \
   --out "$(dirname "$out")/faults.json"
 seed=$(fresh_seed)
-show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak-lihuiyu" --runs 500 --seed "$seed" \
+show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak" lihuiyu-faults --runs 500 --seed "$seed" \
   --out "$(dirname "$out")/faults-lihuiyu.json"
 
 seed=$(fresh_seed)
-show_table=1 campaign "holds/thousand" "$seed" "$build/bin/veneer-soak-holds" --runs 250 --seed "$seed" \
+show_table=1 campaign "holds/thousand" "$seed" "$build/bin/veneer-soak" holds --runs 250 --seed "$seed" \
   --out "$(dirname "$out")/holds.json"
 
 seed=$(fresh_seed)
-show_table=1 campaign "stop/latency" "$seed" "$build/bin/veneer-soak-stop" --stops 100 --seed "$seed" --out "$(dirname "$out")/stop.json"
+show_table=1 campaign "stop/latency" "$seed" "$build/bin/veneer-soak" stop-latency --stops 100 --seed "$seed" --out "$(dirname "$out")/stop.json"
 
 seed=$(fresh_seed)
-show_table=1 campaign "clients/hostile" "$seed" "$build/bin/veneer-soak-clients" --stops 50 --seed "$seed" --out "$(dirname "$out")/clients.json"
+show_table=1 campaign "clients/hostile" "$seed" "$build/bin/veneer-soak" clients --stops 50 --seed "$seed" --out "$(dirname "$out")/clients.json"
 seed=$(fresh_seed)
-show_table=1 campaign "clients/lihuiyu" "$seed" "$build/bin/veneer-soak-clients" --laser lihuiyu --stops 20 --seed "$seed" \
+show_table=1 campaign "clients/lihuiyu" "$seed" "$build/bin/veneer-soak" clients --laser lihuiyu --stops 20 --seed "$seed" \
   --out "$(dirname "$out")/clients-lihuiyu.json"
 
 seed=$(fresh_seed)
-show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian" --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
+show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak" guardian-kills --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"
 
 for round in 1 2 3 4 5 6 7 8; do
@@ -105,22 +105,22 @@ show_table=1 campaign "workers/bombs" "$seed" env VENEER_SEED="$seed" VENEER_HOS
   "$build/tests/scenario_tests" scenarios/workers_test.cc
 
 seed=$(fresh_seed)
-show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \
+show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak" plan-stops --seed "$seed" \
   --out "$(dirname "$out")/plan-stop.json"
-show_table=1 campaign "plan-stop/together" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" --together \
+show_table=1 campaign "plan-stop/together" "$seed" "$build/bin/veneer-soak" plan-stops --seed "$seed" --together \
   --stops 30 --out "$(dirname "$out")/plan-stop-together.json"
 
 seed=$(fresh_seed)
-show_table=1 campaign "eyes/boards" "$seed" "$build/bin/veneer-soak-eyes" --seed "$seed" \
+show_table=1 campaign "eyes/boards" "$seed" "$build/bin/veneer-soak" eyes --seed "$seed" \
   --out "$(dirname "$out")/eyes.json"
 seed=$(fresh_seed)
-show_table=1 campaign "eyes/holes" "$seed" "$build/bin/veneer-soak-holes" --seed "$seed" \
+show_table=1 campaign "eyes/holes" "$seed" "$build/bin/veneer-soak" holes --seed "$seed" \
   --out "$(dirname "$out")/holes.json"
 seed=$(fresh_seed)
-show_table=1 campaign "reconcile/fates" "$seed" "$build/bin/veneer-soak-fates" --seed "$seed" \
+show_table=1 campaign "reconcile/fates" "$seed" "$build/bin/veneer-soak" fates --seed "$seed" \
   --out "$(dirname "$out")/reconcile.json"
 seed=$(fresh_seed)
-show_table=1 campaign "sights/workshop" "$seed" "$build/bin/veneer-soak-sights" --first "$seed" --seeds 400 \
+show_table=1 campaign "sights/workshop" "$seed" "$build/bin/veneer-soak" sights --first "$seed" --seeds 400 \
   --out "$(dirname "$out")/sights.json"
 
 seed=$(fresh_seed)
@@ -145,7 +145,7 @@ seed=$(fresh_seed)
 show_table=1 campaign "ledger/stock-life" "$seed" env VENEER_SEED="$seed" VENEER_STOCK_PANELS=60 VENEER_STOCK_JOBS=2000 \
   "$build/tests/daemon_services_tests" daemon/services/stock_life_test.cc
 seed=$(fresh_seed)
-show_table=1 campaign "ledger/cell-life" "$seed" "$build/bin/veneer-soak-life" --seed "$seed" \
+show_table=1 campaign "ledger/cell-life" "$seed" "$build/bin/veneer-soak" cell-life --seed "$seed" \
   --dir "$(dirname "$out")/soak-life" --out "$(dirname "$out")/cell-life.json"
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \

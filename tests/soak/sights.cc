@@ -8,8 +8,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tests/soak/campaigns.h"
 #include "tests/support/played_sight.h"
 
+namespace veneer::soak {
 namespace {
 
 using veneer::tests::SightFigures;
@@ -25,8 +27,9 @@ constexpr Column kColumns[] = {{"axes rms", &SightFigures::axes_rms_mm},
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app("Calibrates many simulated cells without pictures and looks at panels on their beds");
+int sights(int argc, char** argv) {
+  CLI::App app{"Calibrates many simulated cells without pictures and looks at panels on their beds",
+               "veneer-soak sights"};
   int seeds = 200;
   std::uint64_t first = 1;
   std::string preset = "workshop", only, out;
@@ -44,7 +47,7 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "JSON file");
   app.add_flag("--verbose", verbose, "tell each seed");
   try {
-    app.parse(argc, argv);
+    app.parse(argc - 1, argv + 1);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
@@ -75,7 +78,7 @@ int main(int argc, char** argv) {
           seed, figures->board_thickness_mm - 2.1, figures->board_bow_x_mm, figures->board_bow_y_mm,
           figures->axes_rms_mm, figures->frame_rms_mm, figures->pose_rms_mm, figures->cut_rms_mm);
   }
-  nlohmann::json json = {{"schema_version", 1}, {"seeds", seeds}, {"preset", preset}, {"pose_missed", missed}};
+  nlohmann::json told = {{"schema_version", 1}, {"seeds", seeds}, {"preset", preset}, {"pose_missed", missed}};
   for (const Column& column : kColumns) {
     std::vector<double> values;
     for (const SightFigures& one : all) values.push_back(one.*column.value);
@@ -85,10 +88,12 @@ int main(int argc, char** argv) {
       return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
     };
     fmt::print("{:15} median {:.4f}  95 % {:.4f}  worst {:.4f}\n", column.name, at(0.5), at(0.95), values.back());
-    json[column.name] = {{"median", at(0.5)}, {"p95", at(0.95)}, {"worst", values.back()}};
+    told[column.name] = {{"median", at(0.5)}, {"p95", at(0.95)}, {"worst", values.back()}};
   }
   for (const auto& [why, count] : refused) fmt::print("refused {} x: {}\n", count, why);
   fmt::print("{} of {} cells with a pose off by more than 0.10 mm rms\n", missed, all.size());
-  if (!out.empty()) std::ofstream(out) << json.dump(2) << '\n';
+  if (!out.empty()) std::ofstream(out) << told.dump(2) << '\n';
   return missed == 0 && refused.empty() ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -14,19 +14,20 @@
 #include <string>
 #include <vector>
 
+#include "tests/soak/campaigns.h"
 #include "tests/soak/stop_loads.h"
 #include "tests/soak/stop_measure.h"
 #include "tests/support/free_port.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/throwaway_certificate.h"
 
+namespace veneer::soak {
 namespace {
 
-using namespace veneer;
-using namespace veneer::tests;
+using namespace tests;
 namespace fs = std::filesystem;
 
-struct Figures {
+struct LoadFigures {
   std::string load, done;
   std::vector<StopDoor> doors;
   int failed = 0;
@@ -34,9 +35,9 @@ struct Figures {
 
 constexpr auto kTcp = "TCP", kTls = "TLS", kUnixSocket = "Unix socket", kVeneerctl = "veneerctl";
 
-Result<Figures> measure(const StopLoadKind& kind, const std::vector<std::string>& doors, int stops,
-                        const fs::path& bin_dir, const fs::path& data, const fs::path& dir, unsigned seed) {
-  Figures out;
+Result<LoadFigures> measure(const StopLoadKind& kind, const std::vector<std::string>& doors, int stops,
+                            const fs::path& bin_dir, const fs::path& data, const fs::path& dir, unsigned seed) {
+  LoadFigures out;
   out.load = kind.name;
   LoneDaemonOptions options;
   options.listen = "127.0.0.1:0";
@@ -96,8 +97,8 @@ Result<Figures> measure(const StopLoadKind& kind, const std::vector<std::string>
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app{"STOP, from the request to the byte on the wire", "veneer-soak-stop"};
+int stop_latency(int argc, char** argv) {
+  CLI::App app{"STOP, from the request to the byte on the wire", "veneer-soak stop-latency"};
   int stops = 100;
   double limit_ms = 50;
   unsigned seed = 7;
@@ -111,7 +112,7 @@ int main(int argc, char** argv) {
   app.add_option("--door", doors, "Only by these")->check(CLI::IsMember(doors));
   app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
-  CLI11_PARSE(app, argc, argv);
+  CLI11_PARSE(app, argc - 1, argv + 1);
 
   const fs::path bin_dir = fs::read_symlink("/proc/self/exe").parent_path();
   const veneer::testing::TempDirectory data(veneer::testing::TempDirectory::Place::kDisk);
@@ -151,3 +152,5 @@ int main(int argc, char** argv) {
   if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);
   return good ? 0 : 1;
 }
+
+}  // namespace veneer::soak

@@ -56,16 +56,16 @@ inline std::vector<MilSegment> on_board(const Polyline<MachineFrame>& path, doub
 
 // The larger of the distances in x and in y from a place to the nearest place of a segment.
 inline double axis_distance(double x, double y, const MilSegment& s) {
-  // max(|x(t)|, |y(t)|) is convex along the segment.
-  const auto at = [&](double t) {
-    return std::max(std::abs(s.ax + t * (s.bx - s.ax) - x), std::abs(s.ay + t * (s.by - s.ay) - y));
+  const double dx = s.ax - x, dy = s.ay - y, ux = s.bx - s.ax, uy = s.by - s.ay;
+  const auto at = [&](double t) { return std::max(std::abs(dx + t * ux), std::abs(dy + t * uy)); };
+  // Along the segment it is convex and made of straight pieces, which meet where one distance is none or both are
+  // equal.
+  double least = std::min(at(0), at(1));
+  const auto meet = [&](double value, double slope) {  // where value + t * slope is 0
+    if (value * slope < 0 && std::abs(value) < std::abs(slope)) least = std::min(least, at(-value / slope));
   };
-  double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
-    const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-    (at(a) < at(b) ? high : low) = at(a) < at(b) ? b : a;
-  }
-  return at((low + high) / 2);
+  meet(dx, ux), meet(dy, uy), meet(dx - dy, ux - uy), meet(dx + dy, ux + uy);
+  return least;
 }
 
 // Places along these segments, at most half a mil apart.

@@ -83,6 +83,21 @@ TEST_P(BurntAlone, HomesNothingOnceCancelled) {
   expect_nothing_moved();
 }
 
+// After an abort a person looks first: neither a pattern nor a dry one clears the cell by itself.
+TEST_P(BurntAlone, NothingIsHomedOutOfAnAbort) {
+  cell->runner->abort("STOP");
+  while (cell->runner->view().state != CellState::kAborted) {
+    reactor.restart();
+    reactor.run_one_for(std::chrono::seconds(10));
+  }
+  for (const bool dry : {false, true}) {
+    const ApiReply refused = burn({{"dry", dry}, {"confirmed", {"scrap on the bed"}}});
+    EXPECT_EQ(refused.status, 409) << refused.body;
+    EXPECT_THAT(refused.body, HasSubstr("Clear it first"));
+  }
+  EXPECT_EQ(cell->runner->view().state, CellState::kAborted);
+}
+
 // With the beam off nothing is asked of the bed.
 TEST_P(BurntAlone, ADryRunHomesAtOnce) {
   put_unmarked_panel_in_stock();
