@@ -25,11 +25,11 @@ std::string halves(const std::string& before = "") {
 
 std::set<std::array<int, 3>> colours_of(const cv::Mat& picture) {
   std::set<std::array<int, 3>> out;
-  for (int r = 0; r < picture.rows; ++r)
-    for (int c = 0; c < picture.cols; ++c) {
-      const auto& p = picture.at<cv::Vec3b>(r, c);
-      out.insert({p[0], p[1], p[2]});
-    }
+  for (int r = 0; r < picture.rows; ++r) {
+    const auto* row = picture.ptr<cv::Vec3b>(r);
+    for (int c = 0; c < picture.cols; ++c)
+      if (c == 0 || row[c] != row[c - 1]) out.insert({row[c][0], row[c][1], row[c][2]});
+  }
   return out;
 }
 
