@@ -218,7 +218,9 @@ struct Shortage {
   std::size_t unfilled = 0;                    // patches without wood
   SquareMillimetres area{};                    // of them together
   std::array<SquareMillimetres, 8> missing{};  // the tones they look for (after gamut mapping), from dark to pale
-  std::optional<SquareMillimetres> left;       // free wood that no patch of the plan's sizes can use; none: not known
+  // Free wood that no patch of the plan's sizes can use, without wood that limits close; none: not known.
+  std::optional<SquareMillimetres> left;
+  std::size_t behind_limits = 0;  // at least so many patches would fit in wood that limits close
   struct Smaller {
     Millimetres side;
     std::size_t count = 0;  // at least so many squares of that side still fit
@@ -295,7 +297,7 @@ struct GlobalReport {
 struct MaterialShare {
   MaterialLimit limit;
   double share = 0;    // of the pictures' area, that pieces of this wood have
-  bool binds = false;  // no further patch was to have any of it
+  bool binds = false;  // a patch was refused wood of it for the limit's sake, and has other wood or none
 };
 
 // What `PlanOptions::fine_rotation` gained, over all pieces that are not kept.

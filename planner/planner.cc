@@ -265,37 +265,38 @@ void note_turning_cells(const MosaicReport& report, std::span<const Artwork> art
                   cells, report.tiles, kTurningDegrees, places, report.turning.size() > kNamed ? ", ..." : ""));
 }
 
-// Under which limit a piece's wood falls, and how much of it that is.
-std::pair<int, SquareMillimetres> limited_wood(const Problem& problem, const Ring<ArtworkFrame>& outline,
-                                               const PatchPlacement& placement) {
+// Under which limits a piece's wood falls, and how much of it that is.
+std::pair<LimitSet, SquareMillimetres> limited_wood(const Problem& problem, const Ring<ArtworkFrame>& outline,
+                                                    const PatchPlacement& placement) {
   return {problem.limits.at(placement.panel, placement.panel_from_artwork * middle_of(outline)), area_of(outline)};
 }
 
-// What limits on woods came to. `patches`: of the whole queue; `closed`: limits that patches which chose in turn
-// reached.
-void note_material_shares(const Problem& problem, const PatchPlacements& patches, const std::vector<int>& closed,
-                          Plan& plan) {
+// What limits on woods came to. `patches`: of the whole queue; `refused`: limits that refused wood to a patch.
+void note_material_shares(const Problem& problem, const PatchPlacements& patches, LimitSet refused, Plan& plan) {
   if (problem.limits.empty()) return;
   MaterialUse use(problem.limits);
-  SquareMillimetres largest{};
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    largest = std::max(largest, area_of(problem.queue[i].match.outline));
     if (!patches[i]) continue;
-    const auto& [number, area] = limited_wood(problem, problem.queue[i].match.outline, *patches[i]);
-    use.add(number, area);
+    const auto& [under, area] = limited_wood(problem, problem.queue[i].match.outline, *patches[i]);
+    use.add(under, area);
   }
-  const std::size_t missing = unfilled(plan);
+  const bool is_missing = plan.shortage && plan.shortage->behind_limits > 0;
   for (std::size_t i = 0; i < problem.limits.size(); ++i) {
     const MaterialLimit& limit = problem.limits.limit(i);
-    const bool binds = std::ranges::find(closed, static_cast<int>(i)) != closed.end() ||
-                       use.used(i) + largest > problem.limits.most(i);
-    plan.material_shares.push_back({limit, use.used(i) / problem.limits.whole(), binds});
-    if (!binds) continue;
-    plan.warnings.push_back(fmt::format(
-        "{} is {:.1f} % of the picture, as much as it may be ({:g} %): {}", limit.material,
-        100 * plan.material_shares.back().share, 100 * limit.share,
-        missing > 0 ? fmt::format("raise its limit (--material-limit), since {} pieces have no wood", missing)
-                    : "other wood stands where more of it would have been chosen"));
+    const double share = use.used(i) / problem.limits.whole();
+    plan.material_shares.push_back({limit, share, refused.has(i)});
+    if (use.is_exceeded(i)) {
+      plan.warnings.push_back(
+          fmt::format("{} is {:.1f} % of the pictures, more than it may be ({:g} %), because pieces that stay are of "
+                      "it: let go of some of them, or raise its limit (--material-limit)",
+                      limit.material, 100 * share, 100 * limit.share));
+    } else if (refused.has(i)) {
+      plan.warnings.push_back(fmt::format(
+          "{} is {:.1f} % of the pictures, as much as it may be ({:g} %): {}", limit.material, 100 * share,
+          100 * limit.share,
+          is_missing ? fmt::format("raise its limit (--material-limit), since {} pieces have no wood", unfilled(plan))
+                     : "other wood stands where more of it would have been chosen"));
+    }
   }
 }
 
@@ -378,19 +379,19 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   };
   MaterialUse kept_use(problem->limits);  // of pieces that stay
   for (std::size_t i = 0; i < staying->tasks.size(); ++i) {
-    const auto& [number, area] = limited_wood(*problem, staying->tasks[i].match.outline, *staying->placements[i]);
-    kept_use.add(number, area);
+    const auto& [under, area] = limited_wood(*problem, staying->tasks[i].match.outline, *staying->placements[i]);
+    kept_use.add(under, area);
   }
   MaterialUse use = kept_use;
-  std::vector<int> closed;  // limits that were reached
+  LimitSet refused;  // limits that refused wood to a patch
   const auto chosen =
       problem->squares.empty()
-          ? place_in_turn(*problem, *matcher, threads, stop, on_placed, journal, &use, &closed)
+          ? place_in_turn(*problem, *matcher, threads, stop, on_placed, journal, &use, &refused)
           : place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed, journal);
   if (!chosen.ok()) return chosen.error();
   PatchPlacements patches = placements_of(*problem, *matcher, *chosen);
   // Wood that was closed by its limit is there all the same.
-  if (!closed.empty())
+  if (!refused.empty())
     if (const Status open = take_anew(*matcher, *problem, patches, threads, stop); !open.ok()) return open.error();
   if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {
     const double done = kIndexShare + greedy_share;
@@ -400,6 +401,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
         stop, journal, &kept_use);
     patches = std::move(global.patches);
     plan.global = global.report;
+    if (global.refused) refused = *global.refused;
   }
   plan.seconds.match = match_start.seconds();
   if (options.fine_rotation) {
@@ -432,7 +434,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.refined->seconds = refine_start.seconds();
     plan.seconds.refine += plan.refined->seconds;
   }
-  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, stop);
+  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, refused, stop);
   Status listed;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
   if (options.alternatives > 0 && (plan.global || plan.fine))
     listed = take_anew(*matcher, *problem, patches, threads, stop);
@@ -444,9 +446,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.layouts = in_reading_order(*problem, refined);
   else if (has_layouts(*problem, options))
     plan.layouts = layouts_of(*problem, options, plan);
-  note_material_shares(*problem, patches, closed, plan);
-  for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
+  note_material_shares(*problem, patches, refused, plan);
+  for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   note_unfit_pieces(options, threads, plan);
   if (options.alternatives > 0) {
     if (listed.ok()) listed = add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);

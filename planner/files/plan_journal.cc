@@ -191,6 +191,8 @@ std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPan
                         hash_of(it.importance), hash_of(it.segmentation), text_of(it.guides));
   for (const StockPanel& it : stock) {
     text += fmt::format("\n{} {} {} {}", it.id.value, it.tone_weight, text_of(it.picture), text_of(it.free));
+    // Only limits ask what a panel is of.
+    if (!options.material_limits.empty()) text += fmt::format(" \"{}\"", it.material);
     for (const WoodZone& zone : it.zones) text += text_of(zone);
   }
   return hash_of(text);

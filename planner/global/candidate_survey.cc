@@ -146,12 +146,13 @@ class ClassSurvey {
   // kCancelled: a stop was requested, then or while this was made.
   Status run(Survey& survey, const std::function<void(double)>& progress) {
     if (stop_.stop_requested()) return cancelled();
-    std::vector<Best> best(patches_.size() * groups(), Best(2 * candidates_a_group()));
+    const Best none(2 * (options_.candidates / groups_with_wood() + 1));
+    std::vector<Best> best(patches_.size() * groups(), none);
     std::mutex merging;
     Status surveyed = run_parallel(
         rows_, options_.threads, stop_,
         [&](std::size_t row) {
-          std::vector<Best> mine(best.size(), Best(2 * candidates_a_group()));
+          std::vector<Best> mine(best.size(), none);
           survey_row(row, mine);
           const std::lock_guard lock(merging);
           for (std::size_t i = 0; i < mine.size() && !stop_.stop_requested(); ++i)
@@ -211,12 +212,18 @@ class ClassSurvey {
   };
   // Wood under one limit each, and wood under none: who may not have the wood that is cheapest needs others to choose
   // from. One, without limits.
-  std::size_t groups() const { return problem_.limits.size() + 1; }
-  std::size_t candidates_a_group() const { return std::max<std::size_t>(1, options_.candidates / groups()); }
+  std::size_t groups() const { return problem_.limits.groups(); }
+  // Of the groups, those of which there is any wood at all.
+  std::size_t groups_with_wood() const {
+    std::size_t out = problem_.limits.has_other_wood() ? 1 : 0;
+    for (std::size_t i = 0; i < problem_.limits.size(); ++i)
+      if (!problem_.limits.wood_under(i).empty()) ++out;
+    return std::max<std::size_t>(1, out);
+  }
   std::size_t group_of(const Spot& spot) const {
     if (problem_.limits.empty()) return 0;
     const Raster<PanelFrame>& features = matcher_.panels()[static_cast<std::size_t>(spot.panel)].features;
-    return static_cast<std::size_t>(problem_.limits.at(spot.panel, features.from_pixels(spot.column, spot.row)) + 1);
+    return problem_.limits.group_at(spot.panel, features.from_pixels(spot.column, spot.row));
   }
   std::uint32_t per_region() const {
     return static_cast<std::uint32_t>(kPositionsASide * kPositionsASide * matcher_.rotations());
@@ -234,6 +241,11 @@ class ClassSurvey {
     return {static_cast<int>(panel), static_cast<int>(within) % matcher_.rotations(),
             column * region_ + (across + 0.5) * step,
             static_cast<double>(row - panels_[panel].first_row) * region_ + (down + 0.5) * step};
+  }
+  Spot spot_of(const Found& found) const {
+    const std::uint64_t region = found.number / per_region();
+    return spot(region / widest(), static_cast<int>(region % widest()),
+                static_cast<std::uint32_t>(found.number % per_region()));
   }
   std::uint32_t widest() const {
     int columns = 0;
@@ -333,14 +345,17 @@ class ClassSurvey {
     const int reach = static_cast<int>(std::ceil(region_ / kPositionsASide / 2));
     std::vector<Spot> kept;
     std::vector<Candidate> candidates;
+    // Those that found something share the list.
     std::vector<std::size_t> of_group(groups());
+    for (const Found& it : found) of_group[group_of(spot_of(it))] = 1;
+    const auto sharing = static_cast<std::size_t>(std::count(of_group.begin(), of_group.end(), std::size_t{1}));
+    const std::size_t a_group = std::max<std::size_t>(1, options_.candidates / std::max<std::size_t>(1, sharing));
+    std::fill(of_group.begin(), of_group.end(), std::size_t{0});
     for (const Found& it : found) {
-      if (candidates.size() == candidates_a_group() * groups() || stop_.stop_requested()) break;
-      const std::uint64_t region = it.number / per_region();
-      const Spot at = spot(region / widest(), static_cast<int>(region % widest()),
-                           static_cast<std::uint32_t>(it.number % per_region()));
+      if (candidates.size() == a_group * sharing || stop_.stop_requested()) break;
+      const Spot at = spot_of(it);
       std::size_t& in_group = of_group[group_of(at)];
-      if (in_group == candidates_a_group()) continue;
+      if (in_group == a_group) continue;
       const bool close = std::any_of(kept.begin(), kept.end(), [&](const Spot& other) {
         return other.panel == at.panel && std::hypot(other.column - at.column, other.row - at.row) < apart;
       });

@@ -62,12 +62,16 @@ class GlobalPlanner {
     GlobalReport report;
     report.greedy_cost = greedy_.score.cost, report.greedy_unfilled = greedy_.score.unfilled;
     report.budget = kIterationsAPatch * greedy_.chosen.size();
-    if (Result<GlobalSearch> search = begun(journal); search.ok()) improve(*search, journal, report);
+    std::optional<LimitSet> refused;
+    if (Result<GlobalSearch> search = begun(journal); search.ok()) {
+      improve(*search, journal, report);
+      refused = refusing(search->lists());
+    }
     report.iterations = best_at_;
     report.stopped = report.iterations < report.budget;
     report.cost = best_.score.cost, report.unfilled = best_.score.unfilled;
     report.seconds = begin_.seconds();
-    return {placements(), report};
+    return {placements(), report, refused};
   }
 
  private:
@@ -106,12 +110,42 @@ class GlobalPlanner {
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       if (!chosen[i]) continue;
       const Pose& pose = chosen[i]->pose;
-      const int number = problem_.limits.at(pose.panel, {Millimetres(pose.x), Millimetres(pose.y)});
+      const LimitSet under = limits_at(pose);
       const SquareMillimetres area = area_of(problem_.queue[i].match.outline);
-      if (!use.has_room(number, area)) return false;
-      use.add(number, area);
+      if (!use.has_room(under, area)) return false;
+      use.add(under, area);
     }
     return true;
+  }
+
+  LimitSet limits_at(const Pose& pose) const {
+    return problem_.limits.at(pose.panel, {Millimetres(pose.x), Millimetres(pose.y)});
+  }
+
+  // Limits but for which a patch would have a cheaper place that is free in the end, or any. That is asked of what is
+  // settled, not counted during the search, since one that goes on from a journal has not seen its beginning.
+  LimitSet refusing(const GlobalSearch::Lists& lists) const {
+    LimitSet out;
+    if (problem_.limits.empty()) return out;
+    Arrangement arrangement(footprints_, matcher_.panels());
+    MaterialUse use = others_;
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      if (!best_.chosen[i]) continue;
+      arrangement.put(i, best_.chosen[i]->pose);
+      use.add(limits_at(best_.chosen[i]->pose), area_of(problem_.queue[i].match.outline));
+    }
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      const auto& mine = best_.chosen[i];
+      const SquareMillimetres area = area_of(problem_.queue[i].match.outline);
+      if (mine) use.remove(limits_at(mine->pose), area);
+      for (const Candidate& place : lists[i]) {
+        if (mine && place.cost >= mine->cost) break;
+        const LimitSet refused = use.refused(limits_at(place.pose), area);
+        if ((refused | out) != out && !arrangement.any_in_the_way(i, place.pose)) out = out | refused;
+      }
+      if (mine) use.add(limits_at(mine->pose), area);
+    }
+    return out;
   }
 
   struct Start {
@@ -122,8 +156,7 @@ class GlobalPlanner {
   Result<Start> surveyed() const {
     Chosen start = greedy_.chosen;
     std::vector<Pose> slots;
-    // Packing knows nothing of limits, and where there are some, holes may be their doing.
-    if (greedy_.score.unfilled > 0 && problem_.limits.empty()) {
+    if (greedy_.score.unfilled > 0) {
       Result<std::vector<Pose>> poses = packed();
       if (!poses.ok()) return poses.error();
       slots = std::move(*poses);
@@ -140,7 +173,9 @@ class GlobalPlanner {
     if (!slots.empty()) {
       Result<Chosen> on_slots = each_on_a_slot(slots, survey->slots);
       if (!on_slots.ok()) return on_slots.error();
-      if (score_of(*on_slots).unfilled < greedy_.score.unfilled) start = std::move(*on_slots);
+      // Packing knows nothing of limits.
+      if (score_of(*on_slots).unfilled < greedy_.score.unfilled && within_limits(*on_slots))
+        start = std::move(*on_slots);
     }
     Start out{std::move(survey->candidates), {}};
     for (std::size_t i = 0; i < start.size(); ++i) {

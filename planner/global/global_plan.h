@@ -25,6 +25,9 @@ PatchPlacements placements_of(const Problem& problem, const Matcher& matcher,
 struct GlobalOutcome {
   PatchPlacements patches;
   GlobalReport report;
+  // Limits but for which a patch would have a cheaper place, or any; none: nobody chose together, because a stop was
+  // requested before.
+  std::optional<LimitSet> refused;
 };
 
 // Called on the calling thread, often, with the share done.

@@ -45,7 +45,6 @@ GlobalSearch::GlobalSearch(std::span<const Footprint> footprints, const std::vec
       iteration_(start.iteration),
       seed_(seed),
       limits_(std::move(limits)) {
-  for (std::size_t i = 0; i < chosen_.size(); ++i) count_use(i, {}, chosen_[i]);
   for (std::size_t i = 0; i < chosen_.size(); ++i)
     if (chosen_[i]) arrangement_.put(i, chosen_[i]->pose);
   for (const auto& list : lists_) blockers_.emplace_back(list.size());
@@ -61,8 +60,8 @@ double GlobalSearch::uniform() { return static_cast<double>(random_() >> 11) * 0
 void GlobalSearch::count_use(std::size_t patch, const std::optional<Candidate>& from,
                              const std::optional<Candidate>& to) {
   if (!limits_) return;
-  if (from) limits_->others.remove(limit_at(*from), limits_->areas[patch]);
-  if (to) limits_->others.add(limit_at(*to), limits_->areas[patch]);
+  if (from) use_.remove(limits_at(*from), limits_->areas[patch]);
+  if (to) use_.add(limits_at(*to), limits_->areas[patch]);
 }
 
 void GlobalSearch::set(std::size_t patch, const std::optional<Candidate>& candidate) {
@@ -100,6 +99,9 @@ std::uint64_t Cooling::next_stage(std::uint64_t iteration) const {
 void GlobalSearch::begin_stage() {
   random_.seed(seed_ ^ (iteration_ * 0x9E3779B97F4A7C15));
   score_ = score_with_holes(chosen_), best_score_ = score_with_holes(best());
+  if (!limits_) return;
+  use_ = limits_->others;  // a running sum remembers in its last bits which way it came
+  for (std::size_t i = 0; i < chosen_.size(); ++i) count_use(i, {}, chosen_[i]);
 }
 
 Score GlobalSearch::score_with_holes(const Chosen& chosen) const {

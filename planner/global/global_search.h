@@ -98,12 +98,12 @@ class GlobalSearch {
   bool refill(std::size_t patch, double& allowed);
   bool still_blocked(std::size_t patch, const Pose& pose, Blocker& blocker) const;
   void set(std::size_t patch, const std::optional<Candidate>& candidate);
-  // Of the wood at a candidate's middle.
-  int limit_at(const Candidate& candidate) const {
+  // Those of the wood at a candidate's middle.
+  LimitSet limits_at(const Candidate& candidate) const {
     return limits_->limits->at(candidate.pose.panel, {Millimetres(candidate.pose.x), Millimetres(candidate.pose.y)});
   }
   bool has_room(std::size_t patch, const Candidate& candidate) const {
-    return !limits_ || limits_->others.has_room(limit_at(candidate), limits_->areas[patch]);
+    return !limits_ || use_.has_room(limits_at(candidate), limits_->areas[patch]);
   }
   // From one place to the other, either of which may be none.
   void count_use(std::size_t patch, const std::optional<Candidate>& from, const std::optional<Candidate>& to);
@@ -134,9 +134,10 @@ class GlobalSearch {
   double hole_cost_ = 0, temperature_ = 0;
   std::uint64_t iteration_, seed_;
   std::mt19937_64 random_;
-  std::optional<SearchLimits> limits_;  // `others` with what is chosen
-  std::vector<Step> steps_;             // of the attempt under way
-  std::vector<std::size_t> ejected_;    // by it
+  std::optional<SearchLimits> limits_;
+  MaterialUse use_;                   // with limits: by others and by what is chosen
+  std::vector<Step> steps_;           // of the attempt under way
+  std::vector<std::size_t> ejected_;  // by it
 };
 
 }  // namespace veneer::planner

@@ -13,7 +13,7 @@ namespace {
 class Greedy {
  public:
   Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop, PlanJournal* journal,
-         MaterialUse* use, std::vector<int>* closed)
+         MaterialUse* use, LimitSet* closed)
       : queue_(problem.queue),
         limits_(problem.limits),
         use_(use),
@@ -73,14 +73,21 @@ class Greedy {
     if (limits_.empty() || use_ == nullptr) return true;
     const MatchPatch& patch = queue_[i].match;
     const LatticeCandidate& best = *answers_[i].best;
-    const int number = limits_.at(best.panel, matcher_.panel_from_artwork(patch, best) * middle_of(patch.outline));
+    const LimitSet under = limits_.at(best.panel, matcher_.panel_from_artwork(patch, best) * middle_of(patch.outline));
     const SquareMillimetres area = area_of(patch.outline);
-    if (use_->has_room(number, area)) {
-      use_->add(number, area);
+    const LimitSet refused = use_->refused(under, area);
+    if (refused.empty()) {
+      use_->add(under, area);
       return true;
     }
-    for (const MaterialLimits::Wood& wood : limits_.wood_under(number)) matcher_.take(wood.panel, wood.outline);
-    if (closed_ != nullptr) closed_->push_back(number);
+    for (std::size_t number = 0; number < limits_.size(); ++number) {
+      if (!refused.has(number)) continue;
+      for (const MaterialLimits::Wood& wood : limits_.wood_under(number)) matcher_.take(wood.panel, wood.outline);
+    }
+    // A bent piece may lie around the corner of a zone that its middle is in: the place itself is closed then, so that
+    // the patch does not choose it for ever.
+    if (is_free(i)) matcher_.take(patch, best);
+    if (closed_ != nullptr) *closed_ = *closed_ | refused;
     return false;
   }
 
@@ -97,7 +104,7 @@ class Greedy {
   const std::vector<Problem::Task>& queue_;
   const MaterialLimits& limits_;
   MaterialUse* use_;
-  std::vector<int>* closed_;
+  LimitSet* closed_;
   Matcher& matcher_;
   int threads_;
   const std::stop_token& stop_;
@@ -113,7 +120,7 @@ Result<std::vector<std::optional<LatticeCandidate>>> place_in_turn(const Problem
                                                                    int threads, const std::stop_token& stop,
                                                                    const std::function<void(std::size_t)>& on_placed,
                                                                    PlanJournal* journal, MaterialUse* use,
-                                                                   std::vector<int>* closed) {
+                                                                   LimitSet* closed) {
   return Greedy(problem, matcher, threads, stop, journal, use, closed).run(on_placed);
 }
 

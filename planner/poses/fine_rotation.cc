@@ -45,6 +45,7 @@ class FineRotation {
  public:
   FineRotation(const Problem& problem, const Matcher& matcher, PatchPlacements patches)
       : queue_(problem.queue),
+        limits_(problem.limits),
         panels_(matcher.panels()),
         patches_(std::move(patches)),
         footprints_(footprints()),
@@ -128,9 +129,15 @@ class FineRotation {
                           footprints_[patch].panel_from_artwork(pose), limit);
   }
 
+  LimitSet limits_at(std::size_t patch, const Pose& pose) const {
+    if (limits_.empty()) return {};
+    return limits_.at(pose.panel, footprints_[patch].panel_from_artwork(pose) * middle_of(queue_[patch].match.outline));
+  }
+
   // None when the patch lies best where it is, or once `stop` is requested.
   std::optional<Candidate> cheaper_nearby(std::size_t patch, const std::stop_token& stop) const {
     const Pose start = *arrangement_.pose(patch);
+    const LimitSet under = limits_at(patch, start);
     Candidate best{start, patches_[patch]->cost};
     double turn = kTurn, shift = kShift * pixel(patch);
     int tried = 0;
@@ -140,7 +147,9 @@ class FineRotation {
         if (stop.stop_requested()) return std::nullopt;
         const Pose pose = stepped(best.pose, step, turn, shift);
         ++tried;
-        if (distance_between(pose, start) > kMostShift * pixel(patch) || !keeps_to_the_wood(patch, pose)) continue;
+        if (distance_between(pose, start) > kMostShift * pixel(patch) || limits_at(patch, pose) != under ||
+            !keeps_to_the_wood(patch, pose))
+          continue;
         const double there = cost(patch, pose, best.cost);
         if (there < best.cost) best = {pose, there};
       }
@@ -185,6 +194,7 @@ class FineRotation {
   }
 
   const std::vector<Problem::Task>& queue_;
+  const MaterialLimits& limits_;
   const std::vector<MatchPanel>& panels_;
   PatchPlacements patches_;
   std::vector<Footprint> footprints_;

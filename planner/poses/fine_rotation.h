@@ -3,7 +3,8 @@
 // A search chooses among n_rot rotations and whole pixels; the best pose nearby usually lies between them. Each
 // piece tries steps along its sides and about its centre, wide ones first, and takes what is cheaper by equation 4 in
 // double precision, so no piece becomes dearer and its cost is that of what is placed. A pose counts when its outline
-// keeps to the rules of free_wood.h against all other pieces where they then lie, in whichever order they are admitted.
+// keeps to the rules of free_wood.h against all other pieces where they then lie, in whichever order they are admitted,
+// and when its middle stays in wood of the same limits (problem/material_limits.h), which so keep what they have.
 //
 // Pieces move one after another, in the order of the queue. None goes further than a few pixels, so those that cannot
 // reach each other are searched at the same time: the result is the same for any number of threads.

@@ -15,33 +15,40 @@ MaterialLimits::MaterialLimits(std::span<const Artwork> artworks, std::span<cons
     const Point<PanelFrame> low = panel.free.origin;
     const Point<PanelFrame> high{low.x + panel.free.width(), low.y + panel.free.height()};
     out.outline = {low, {high.x, low.y}, high, {low.x, high.y}};
-    if (panel.zones.empty()) out.number = number_of(panel.material);
+    if (const auto number = number_of(panel.material); number && panel.zones.empty()) out.whole.add(*number);
     for (const WoodZone& zone : panel.zones)
-      if (const int number = number_of(zone.material); number != kNone)
-        out.zones.push_back({number, zone.outline, Region<PanelFrame>(zone.outline)});
+      if (const auto number = number_of(zone.material))
+        out.zones.push_back({*number, zone.outline, Region<PanelFrame>(zone.outline)});
   }
 }
 
-int MaterialLimits::number_of(const std::string& material) const {
+std::optional<std::size_t> MaterialLimits::number_of(const std::string& material) const {
   const auto found = std::ranges::find(limits_, material, &MaterialLimit::material);
-  return found == limits_.end() ? kNone : static_cast<int>(found - limits_.begin());
+  if (found == limits_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - limits_.begin());
 }
 
-int MaterialLimits::at(int panel, const Point<PanelFrame>& middle) const {
-  if (limits_.empty()) return kNone;
+LimitSet MaterialLimits::at(int panel, const Point<PanelFrame>& middle) const {
+  if (limits_.empty()) return {};
   const Panel& of = panels_[static_cast<std::size_t>(panel)];
-  const auto zone = std::ranges::find_if(of.zones, [&](const Zone& it) { return it.region.contains(middle); });
-  return zone == of.zones.end() ? of.number : zone->number;
+  LimitSet out = of.whole;
+  for (const Zone& zone : of.zones)
+    if (zone.region.contains(middle)) out.add(zone.number);
+  return out;
 }
 
-std::vector<MaterialLimits::Wood> MaterialLimits::wood_under(int number) const {
+std::vector<MaterialLimits::Wood> MaterialLimits::wood_under(std::size_t number) const {
   std::vector<Wood> out;
   for (std::size_t p = 0; p < panels_.size(); ++p) {
-    if (panels_[p].number == number) out.push_back({static_cast<int>(p), panels_[p].outline});
+    if (panels_[p].whole.has(number)) out.push_back({static_cast<int>(p), panels_[p].outline});
     for (const Zone& zone : panels_[p].zones)
       if (zone.number == number) out.push_back({static_cast<int>(p), zone.outline});
   }
   return out;
+}
+
+bool MaterialLimits::has_other_wood() const {
+  return std::ranges::any_of(panels_, [](const Panel& it) { return it.whole.empty(); }) || panels_.empty();
 }
 
 SquareMillimetres area_of(const Ring<ArtworkFrame>& outline) {

@@ -1,8 +1,14 @@
-// How much of the pictures a wood may take (PlanOptions::material_limits): which limit wood falls under, and how much
+// How much of the pictures a wood may take (PlanOptions::material_limits): which limits wood falls under, and how much
 // of each is used. Immutable but for MaterialUse; thread-safe.
+//
+// Zones of a panel may reach into each other. Nobody knows whose the wood is that lies in several (stock.h), so it
+// counts for all of them, and no limit is exceeded whosever it is.
 #pragma once
 
+#include <bit>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,10 +20,27 @@
 
 namespace veneer::planner {
 
+// Some of the limits, by their numbers.
+class LimitSet {
+ public:
+  static constexpr std::size_t kMost = 64;  // limits of a plan
+
+  bool empty() const { return bits_ == 0; }
+  bool has(std::size_t number) const { return (bits_ >> number & 1) != 0; }
+  std::size_t first() const { return static_cast<std::size_t>(std::countr_zero(bits_)); }  // of one that is not empty
+  void add(std::size_t number) { bits_ |= std::uint64_t{1} << number; }
+  friend LimitSet operator|(LimitSet a, LimitSet b) { return LimitSet(a.bits_ | b.bits_); }
+  friend bool operator==(LimitSet, LimitSet) = default;
+
+  LimitSet() = default;
+
+ private:
+  explicit LimitSet(std::uint64_t bits) : bits_(bits) {}
+  std::uint64_t bits_ = 0;
+};
+
 class MaterialLimits {
  public:
-  static constexpr int kNone = -1;
-
   MaterialLimits() = default;
   MaterialLimits(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
                  const std::vector<MaterialLimit>& limits);
@@ -28,28 +51,37 @@ class MaterialLimits {
   SquareMillimetres whole() const { return whole_; }  // of all pictures
   SquareMillimetres most(std::size_t number) const { return whole_ * limits_[number].share; }
 
-  // The number of the limit for a piece whose middle lies here; kNone.
-  int at(int panel, const Point<PanelFrame>& middle) const;
+  // The limits for a piece whose middle lies here.
+  LimitSet at(int panel, const Point<PanelFrame>& middle) const;
 
   // All wood under a limit.
   struct Wood {
     int panel = 0;
     Ring<PanelFrame> outline;
   };
-  std::vector<Wood> wood_under(int number) const;
+  std::vector<Wood> wood_under(std::size_t number) const;
+  // Whether there may be wood under no limit: of several zones that is not known for sure.
+  bool has_other_wood() const;
+  // Groups of wood that each patch should have places of, as many in each (at least one): what is under no limit, and
+  // what is under each; of zones that reach into each other, under the first of them.
+  std::size_t groups() const { return limits_.size() + 1; }
+  std::size_t group_at(int panel, const Point<PanelFrame>& middle) const {
+    const LimitSet under = at(panel, middle);
+    return under.empty() ? 0 : under.first() + 1;
+  }
 
  private:
   struct Zone {
-    int number = kNone;
+    std::size_t number;
     Ring<PanelFrame> outline;
     Region<PanelFrame> region;
   };
   struct Panel {
-    int number = kNone;  // of all of it
+    LimitSet whole;  // of all of it
     Ring<PanelFrame> outline;
     std::vector<Zone> zones;
   };
-  int number_of(const std::string& material) const;
+  std::optional<std::size_t> number_of(const std::string& material) const;
 
   std::vector<MaterialLimit> limits_;
   SquareMillimetres whole_{};
@@ -59,23 +91,30 @@ class MaterialLimits {
 // What pieces take of each limited wood.
 class MaterialUse {
  public:
+  MaterialUse() = default;  // of no limits
   explicit MaterialUse(const MaterialLimits& limits) : limits_(&limits), used_(limits.size()) {}
 
-  // kNone counts nowhere.
-  void add(int number, SquareMillimetres area) {
-    if (number != MaterialLimits::kNone) used_[static_cast<std::size_t>(number)] += area;
+  void add(LimitSet under, SquareMillimetres area) {
+    for (std::size_t i = 0; i < used_.size(); ++i)
+      if (under.has(i)) used_[i] += area;
   }
-  void remove(int number, SquareMillimetres area) { add(number, SquareMillimetres(0) - area); }
+  void remove(LimitSet under, SquareMillimetres area) { add(under, SquareMillimetres(0) - area); }
   SquareMillimetres used(std::size_t number) const { return used_[number]; }
-  // Whether a piece of this area may take such wood too.
-  bool has_room(int number, SquareMillimetres area) const {
-    constexpr SquareMillimetres kRounding(1e-6);
-    return number == MaterialLimits::kNone || used_[static_cast<std::size_t>(number)] + area <=
-                                                  limits_->most(static_cast<std::size_t>(number)) + kRounding;
+  // Of the limits that such wood is under, those that a piece of this area would exceed.
+  LimitSet refused(LimitSet under, SquareMillimetres area) const {
+    LimitSet out;
+    if (under.empty()) return out;
+    for (std::size_t i = 0; i < used_.size(); ++i)
+      if (under.has(i) && used_[i] + area > limits_->most(i) + kRounding) out.add(i);
+    return out;
   }
+  bool has_room(LimitSet under, SquareMillimetres area) const { return refused(under, area).empty(); }
+  // Whether more is used than may be: by pieces that are kept.
+  bool is_exceeded(std::size_t number) const { return used_[number] > limits_->most(number) + kRounding; }
 
  private:
-  const MaterialLimits* limits_;
+  static constexpr SquareMillimetres kRounding{1e-6};
+  const MaterialLimits* limits_ = nullptr;
   std::vector<SquareMillimetres> used_;
 };
 

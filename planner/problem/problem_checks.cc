@@ -59,11 +59,13 @@ Status check_options(const PlanOptions& o) {
     return unusable(
         "alternatives are listed for shapes that are final: refine first, then keep that plan and ask for "
         "alternatives");
+  if (o.material_limits.size() > LimitSet::kMost)
+    return unusable(fmt::format("at most {} materials can have limits: leave some out", LimitSet::kMost));
   for (std::size_t i = 0; i < o.material_limits.size(); ++i) {
     const MaterialLimit& it = o.material_limits[i];
     if (!within(it.share, 0, 1))
       return unusable(
-          fmt::format("the limit of {} must lie between 0 and 1: a share of the picture's area", it.material));
+          fmt::format("the limit of {} must lie between 0 and 1: a share of the pictures' area", it.material));
     for (std::size_t k = 0; k < i; ++k)
       if (o.material_limits[k].material == it.material)
         return unusable(fmt::format("{} has two limits: give it one", it.material));

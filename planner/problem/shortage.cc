@@ -50,6 +50,31 @@ Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem,
   return out;
 }
 
+// What of `leftover` limits close, which is taken from it.
+Leftover behind_limits(Leftover& leftover, int index, const MatchPanel& panel, const MaterialLimits& limits,
+                       LimitSet closed) {
+  const Raster<PanelFrame>& stock = panel.wood.raster();
+  Leftover out{cv::Mat::zeros(leftover.free.size(), CV_8UC1), leftover.px_per_mm};
+  const double scale = leftover.px_per_mm / stock.resolution.px_per_mm;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if (!closed.has(i)) continue;
+    for (const MaterialLimits::Wood& wood : limits.wood_under(i)) {
+      if (wood.panel != index) continue;
+      std::vector<cv::Point> corners;
+      for (const auto& p : wood.outline) {
+        double column = 0, row = 0;
+        stock.to_pixels(p, column, row);
+        corners.emplace_back(cvFloor(column * scale), cvFloor(row * scale));
+      }
+      cv::fillPoly(out.free, std::vector{corners}, cv::Scalar(1));
+    }
+  }
+  const cv::Mat wood = out.free.clone();
+  cv::bitwise_and(wood, leftover.free, out.free);
+  leftover.free.setTo(0, wood);
+  return out;
+}
+
 // Upright squares side by side, row by row: fewer than would fit with turning and care.
 std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const std::stop_token& stop) {
   const int pixels = static_cast<int>(std::ceil(side.count() * leftover.px_per_mm));
@@ -74,7 +99,7 @@ std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const s
 }  // namespace
 
 std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
-                                    Millimetres patch, const std::stop_token& stop) {
+                                    Millimetres patch, LimitSet closed, const std::stop_token& stop) {
   Shortage out;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     if (patches[i]) continue;
@@ -97,6 +122,11 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
   for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
     leftovers.push_back(
         leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back(), stop));
+    if (!closed.empty()) {
+      const MatchPanel& panel = matcher.panels()[p];
+      const Leftover behind = behind_limits(leftovers.back(), static_cast<int>(p), panel, problem.limits, closed);
+      out.behind_limits += squares_that_fit(behind, patch + 2 * panel.wood.border(), stop);
+    }
     left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
                               (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
   }
@@ -134,13 +164,21 @@ std::string what_is_missing(const Shortage& shortage, std::size_t pieces) {
     const double area = (shortage.missing[2 * i] + shortage.missing[2 * i + 1]).count();
     if (area >= 0.01 * shortage.area.count()) tones.push_back(fmt::format("{:.0f} mm2 {}", area, kNames[i]));
   }
-  return fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces,
+  return fmt::format("no free wood was left{} for {} of {} patches ({})",
+                     shortage.behind_limits > 0 ? " within the limits" : "", shortage.unfilled, pieces,
                      fmt::join(tones, ", "));
 }
 
 std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
   std::string out = what_is_missing(shortage, pieces);
-  const std::string smaller_picture = smaller_picture_for(shortage, pieces);
+  std::string smaller_picture = smaller_picture_for(shortage, pieces);
+  if (shortage.behind_limits > 0) {
+    out += fmt::format("; {} would have place in wood that is closed by its limit",
+                       shortage.behind_limits >= shortage.unfilled
+                           ? std::string("all of them")
+                           : fmt::format("at least {} of them", shortage.behind_limits));
+    smaller_picture = "raise that limit (--material-limit), " + smaller_picture;
+  }
   if (!shortage.left) return out + fmt::format(": {}add a panel or choose smaller patches", smaller_picture);
   if (!shortage.smaller)
     return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: {}add a panel",

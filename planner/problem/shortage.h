@@ -11,10 +11,10 @@
 
 namespace veneer::planner {
 
-// None when every patch has its wood. Once a stop is requested the wood that is left is not looked at any more, and
-// Shortage::left is not known.
+// None when every patch has its wood. `closed`: limits that refused wood to patches (problem/material_limits.h). Once a
+// stop is requested the wood that is left is not looked at any more, and Shortage::left is not known.
 std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
-                                    Millimetres patch, const std::stop_token& stop = {});
+                                    Millimetres patch, LimitSet closed = {}, const std::stop_token& stop = {});
 
 // "no free wood was left for 12 of 600 patches (2352 mm2: ...)".
 std::string what_is_missing(const Shortage& shortage, std::size_t pieces);

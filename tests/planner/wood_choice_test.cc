@@ -9,6 +9,7 @@
 #include "planner/files/preview.h"
 #include "planner/pictures/resample.h"
 #include "planner/plan.h"
+#include "planner/problem/material_limits.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -210,6 +211,38 @@ class WoodLimits : public ::testing::Test {
   }
   Result<Plan> planned() const { return make_plan({&artwork_, 1}, stock_, options_); }
 
+  static WoodZone zone(const char* material, double left, double right) {
+    return {material,
+            {point<PanelFrame>(left, 0), point<PanelFrame>(right, 0), point<PanelFrame>(right, 45),
+             point<PanelFrame>(left, 45)}};
+  }
+  // One panel of 90 x 45 mm instead, dark on the left and pale on the right.
+  void lay_both_on_one_panel() {
+    StockPanel panel = test::wood_panel("P", 180, 90, 50.8, 1);
+    for (int k = 0; k < 2; ++k)
+      stock_[static_cast<std::size_t>(k)].picture.pixels.copyTo(panel.picture.pixels(cv::Rect(90 * k, 0, 90, 90)));
+    panel.zones = {zone("dark", 0, 45), zone("pale", 45, 90)};
+    stock_ = {panel};
+  }
+  // The share of the picture's area whose pieces have their middles on the panel from `left` to `right`, mm.
+  double share_between(const Plan& plan, double left, double right) const {
+    double sum = 0;
+    for (const Piece& piece : plan.pieces) {
+      if (!piece.placement) continue;
+      const Box<PanelFrame> box = bounds(piece.panel_outline());
+      const double middle = (box.min.x + box.max.x).count() / 2;
+      if (left <= middle && middle < right) sum += signed_area(piece.artwork_outline);
+    }
+    return sum / (artwork_.width * artwork_.height).count();
+  }
+  double left_share(const Plan& plan) const { return share_between(plan, 0, 45); }
+  // Of the warnings, those of limits and holes; each in a line of its own.
+  static std::string said(const Plan& plan) {
+    std::string out;
+    for (const std::string& it : plan.warnings) out += it + "\n";
+    return out;
+  }
+
   std::vector<StockPanel> stock_;
   Artwork artwork_;
   PlanOptions options_;
@@ -231,11 +264,19 @@ TEST_F(WoodLimits, IsKeptByPatchesThatChooseInTurn) {
   EXPECT_TRUE(limited->material_shares[0].binds);
   EXPECT_NEAR(limited->material_shares[0].share, share_of(*limited, "dark"), 1e-9);
   EXPECT_THAT(limited->warnings, ::testing::Contains(HasSubstr("as much as it may be (30 %)")));
-  // What comes first in the queue has it.
-  for (std::size_t i = 0; i < free->pieces.size(); ++i)
-    if (limited->pieces[i].placement->panel.value == "dark") {
-      EXPECT_EQ(limited->pieces[i].placement->panel, free->pieces[i].placement->panel);
-    }
+  // What comes first in the queue has it: the middle of the picture.
+  double furthest_dark = 0, nearest_pale = 1e9;
+  for (std::size_t i = 0; i < free->pieces.size(); ++i) {
+    if (free->pieces[i].placement->panel.value != "dark") continue;  // it is pale all the same
+    const Point<ArtworkFrame> middle = middle_of(limited->pieces[i].artwork_outline);
+    const double far = std::hypot(middle.x.count() - 12, middle.y.count() - 12);
+    if (limited->pieces[i].placement->panel.value == "dark")
+      furthest_dark = std::max(furthest_dark, far);
+    else
+      nearest_pale = std::min(nearest_pale, far);
+  }
+  EXPECT_GT(furthest_dark, 0);
+  EXPECT_LE(furthest_dark, nearest_pale + 1e-9);
   options_.threads = 1;
   EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*limited));
 }
@@ -252,24 +293,7 @@ TEST_F(WoodLimits, IsKeptByPatchesThatChooseTogether) {
 }
 
 TEST_F(WoodLimits, CountsZonesAndPiecesThatAreKept) {
-  StockPanel panel = test::wood_panel("P", 180, 90, 50.8, 1);
-  for (int k = 0; k < 2; ++k)
-    stock_[static_cast<std::size_t>(k)].picture.pixels.copyTo(panel.picture.pixels(cv::Rect(90 * k, 0, 90, 90)));
-  const auto zone = [](const char* material, double left) {
-    return WoodZone{material,
-                    {point<PanelFrame>(left, 0), point<PanelFrame>(left + 45, 0), point<PanelFrame>(left + 45, 45),
-                     point<PanelFrame>(left, 45)}};
-  };
-  panel.zones = {zone("dark", 0), zone("pale", 45)};
-  stock_ = {panel};
-  const auto left_share = [&](const Plan& plan) {
-    double sum = 0;
-    for (const Piece& piece : plan.pieces) {
-      const Box<PanelFrame> box = bounds(piece.panel_outline());
-      if ((box.min.x + box.max.x).count() / 2 < 45) sum += signed_area(piece.artwork_outline);
-    }
-    return sum / (artwork_.width * artwork_.height).count();
-  };
+  lay_both_on_one_panel();
   options_.material_limits = {{"dark", 0.4}, {"pale", 1}};
   const auto limited = planned();
   ASSERT_TRUE(limited.ok()) << limited.error().message;
@@ -288,6 +312,113 @@ TEST_F(WoodLimits, CountsZonesAndPiecesThatAreKept) {
   EXPECT_LE(left_share(*kept), left_share(*limited) + 1e-9);
   EXPECT_GT(left_share(*kept), 0.3) << "what stays is no less for it";
   EXPECT_TRUE(kept->material_shares[0].binds);
+  EXPECT_THAT(said(*kept), HasSubstr("more than it may be (20 %)"));
+  EXPECT_THAT(said(*kept), Not(HasSubstr("as much as it may be")));
+}
+
+// The wood gets paler from left to right, so that pieces beside the dark zone would rather lie a little further left.
+TEST_F(WoodLimits, IsKeptByPiecesThatAreTurnedFinely) {
+  lay_both_on_one_panel();
+  cv::Mat& pixels = stock_[0].picture.pixels;
+  for (int c = 0; c < pixels.cols; ++c) pixels.col(c) = cv::Scalar::all(60 + 130.0 * c / pixels.cols);
+  options_.material_limits = {{"dark", 0.3}};
+  const auto before = planned();
+  ASSERT_TRUE(before.ok()) << before.error().message;
+  options_.fine_rotation = true;
+  const auto fine = planned();
+  ASSERT_TRUE(fine.ok()) << fine.error().message;
+  ASSERT_EQ(unfilled(*fine), 0U);
+  EXPECT_GT(fine->fine->moved, 0U);
+  EXPECT_LE(left_share(*fine), 0.3 + 1e-9);
+  EXPECT_NEAR(left_share(*fine), left_share(*before), 1e-9);
+}
+
+TEST_F(WoodLimits, OfZonesAreKeptByPatchesThatChooseTogether) {
+  lay_both_on_one_panel();
+  options_.material_limits = {{"dark", 0.3}, {"pale", 0.9}};
+  options_.optimize = Optimize::kGlobal, options_.optimize_iterations = 20000;
+  const auto plan = planned();
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  EXPECT_EQ(unfilled(*plan), 0U);
+  EXPECT_LE(left_share(*plan), 0.3 + 1e-9);
+  EXPECT_GT(left_share(*plan), 0.27);
+  EXPECT_TRUE(plan->material_shares[0].binds);
+  EXPECT_FALSE(plan->material_shares[1].binds);
+}
+
+// From 20 to 45 mm nobody knows whether it is dark or red: pieces there count for both.
+TEST_F(WoodLimits, OfZonesThatReachIntoEachOtherAreBothKept) {
+  lay_both_on_one_panel();
+  stock_[0].zones = {zone("dark", 0, 45), zone("red", 20, 45), zone("pale", 45, 90)};
+  for (const Optimize how : {Optimize::kGreedy, Optimize::kGlobal}) {
+    options_.optimize = how, options_.optimize_iterations = 20000;
+    for (const bool red_is_first : {true, false}) {
+      options_.material_limits = {{"dark", 0.6}, {"red", 0.1}};
+      if (red_is_first) std::swap(options_.material_limits[0], options_.material_limits[1]);
+      const auto plan = planned();
+      ASSERT_TRUE(plan.ok()) << plan.error().message;
+      EXPECT_EQ(unfilled(*plan), 0U);
+      EXPECT_LE(share_between(*plan, 0, 45), 0.6 + 1e-9);
+      EXPECT_LE(share_between(*plan, 20, 45), 0.1 + 1e-9);
+      EXPECT_NEAR(plan->material_shares[red_is_first ? 0 : 1].share, share_between(*plan, 20, 45), 1e-9);
+      EXPECT_NEAR(plan->material_shares[red_is_first ? 1 : 0].share, share_between(*plan, 0, 45), 1e-9);
+    }
+  }
+}
+
+TEST_F(WoodLimits, OfNothingKeepsAWoodOutOfThePicture) {
+  options_.material_limits = {{"dark", 0}};
+  for (const Optimize how : {Optimize::kGreedy, Optimize::kGlobal}) {
+    options_.optimize = how, options_.optimize_iterations = 2000;
+    const auto plan = planned();
+    ASSERT_TRUE(plan.ok()) << plan.error().message;
+    EXPECT_EQ(unfilled(*plan), 0U);
+    EXPECT_EQ(share_of(*plan, "dark"), 0);
+    EXPECT_TRUE(plan->material_shares[0].binds);
+  }
+}
+
+// Who was refused nothing is not told of a limit, however near the share came to it.
+TEST_F(WoodLimits, ThatRefusedNobodyDoNotBind) {
+  for (const Optimize how : {Optimize::kGreedy, Optimize::kGlobal}) {
+    options_.optimize = how, options_.optimize_iterations = 2000;
+    options_.material_limits = {};
+    const double dark = share_of(*planned(), "dark");
+    for (const double share : {1.0, dark}) {
+      options_.material_limits = {{"dark", share}};
+      const auto plan = planned();
+      ASSERT_TRUE(plan.ok()) << plan.error().message;
+      EXPECT_FALSE(plan->material_shares[0].binds) << share;
+      EXPECT_THAT(said(*plan), Not(HasSubstr("may be"))) << share;
+    }
+  }
+}
+
+// Far too little wood, and a limit that changes nothing about it.
+TEST_F(WoodLimits, AreNotBlamedForWoodThatIsMissing) {
+  for (StockPanel& panel : stock_)
+    panel = test::wood_panel(panel.id.value, 24, 24, 50.8, 1), panel.material = panel.id.value;
+  options_.material_limits = {{"dark", 1}};
+  const auto plan = planned();
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  ASSERT_GT(unfilled(*plan), 0U);
+  EXPECT_FALSE(plan->material_shares[0].binds);
+  EXPECT_THAT(said(*plan), HasSubstr("add a panel"));
+  EXPECT_THAT(said(*plan), Not(HasSubstr("limit")));
+}
+
+// Wood that is short: pieces are packed as they are without a limit.
+TEST_F(WoodLimits, ThatNeverBindLeaveThePackingAsItIs) {
+  stock_ = {stock_[0]};
+  stock_[0] = test::wood_panel("dark", 64, 64, 50.8, 1), stock_[0].material = "dark";
+  options_.rotations = 3, options_.w_hist = 0.5;
+  const auto greedy = planned();
+  ASSERT_GT(unfilled(*greedy), 0U);
+  options_.optimize = Optimize::kGlobal, options_.optimize_iterations = 1;
+  const auto free = planned();
+  ASSERT_LT(unfilled(*free), unfilled(*greedy));
+  options_.material_limits = {{"dark", 1}};
+  EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*free));
 }
 
 TEST_F(WoodLimits, ThatLeavesHolesIsNamed) {
@@ -296,6 +427,10 @@ TEST_F(WoodLimits, ThatLeavesHolesIsNamed) {
   ASSERT_TRUE(plan.ok());
   EXPECT_GT(unfilled(*plan), 0U);
   EXPECT_THAT(plan->warnings, ::testing::Contains(HasSubstr("raise its limit (--material-limit)")));
+  // The wood that is closed is no help, unless the limit is raised.
+  EXPECT_THAT(said(*plan), HasSubstr("within the limits"));
+  EXPECT_THAT(said(*plan), Not(HasSubstr("enough for them")));
+  EXPECT_LT(plan->shortage->left->count(), 1);
 }
 
 TEST_F(WoodLimits, WhatIsNoneIsRefused) {
@@ -303,6 +438,9 @@ TEST_F(WoodLimits, WhatIsNoneIsRefused) {
   EXPECT_THAT(planned().error().message, HasSubstr("the limit of dark must lie between 0 and 1"));
   options_.material_limits = {{"dark", 0.5}, {"dark", 0.2}};
   EXPECT_THAT(planned().error().message, HasSubstr("dark has two limits"));
+  options_.material_limits.clear();
+  for (int i = 0; i < 65; ++i) options_.material_limits.push_back({"wood " + std::to_string(i), 0.5});
+  EXPECT_THAT(planned().error().message, HasSubstr("at most 64 materials can have limits"));
   options_.material_limits = {{"dark", 0.5}}, options_.adaptive_levels = 1;
   EXPECT_THAT(planned().error().message, HasSubstr("do not go with adaptive levels"));
   options_.adaptive_levels = 0, options_.refine = Refine::kDp;

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "daemon/orders/wood_options.h"
 #include "daemon/services/cut_file.h"
 #include "planner/cutting/lead_choice.h"
 
@@ -174,6 +175,16 @@ TEST(CutFile, ATestCardRunsDryWithoutABeam) {
   const auto egv = egv_of(*card, {});
   ASSERT_TRUE(egv.ok()) << egv.error().message;
   EXPECT_THAT(egv->text, HasSubstr("FNSE"));
+}
+
+TEST(WoodOptions, HaveTheLimitsOfAJobsWood) {
+  JobWood wood;
+  wood.wood_limits = {{"oak", 0.25}, {"black walnut", 1}};
+  const auto options = wood_options({{"optimize", "global"}}, wood, {}, Millimetres(0.27), {});
+  ASSERT_TRUE(options.ok()) << options.error().message;
+  EXPECT_EQ(options->material_limits, (std::vector<planner::MaterialLimit>{{"oak", 0.25}, {"black walnut", 1}}));
+  EXPECT_EQ(options->optimize, planner::Optimize::kGlobal);
+  EXPECT_EQ(options->kerf.count(), 0.27);
 }
 
 }  // namespace

@@ -202,6 +202,17 @@ TEST_F(Journal, BeginsAnewForOtherPicturesWoodOrOptions) {
   EXPECT_NE(plan_key(artworks_, stock_, options_, "another program"), key());
 }
 
+TEST_F(Journal, IsOfOtherWoodOnceLimitsSayWhatAWoodMayTake) {
+  const std::string unlimited = key();
+  stock_[0].material = "oak";
+  EXPECT_EQ(key(), unlimited) << "what nobody asks about changes no choice";
+  options_.material_limits = {{"oak", 0.5}};
+  const std::string oak = key();
+  EXPECT_NE(oak, unlimited);
+  stock_[0].material = "ash";
+  EXPECT_NE(key(), oak);
+}
+
 TEST_F(Journal, GivesStepsBackInOrderUpToTheFirstDamagedLine) {
   const PlanJournal::Step one{{0, 1, LatticeCandidate{0.1, 0, 1, 2, 3}}, {0, 2, std::nullopt}}, two{{1, 7, {}}},
       three = one;

@@ -60,6 +60,21 @@ TEST(Schemas, SayWhatIsAskedForBesides) {
   expect_published(plan);
 }
 
+TEST(Schemas, SayWhatBecameOfLimits) {
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 20_mm, 1)};
+  std::vector<StockPanel> stock{test::wood_panel("P-1", 60, 60, 50.8, 2), test::wood_panel("Q", 60, 60, 50.8, 3)};
+  stock[0].material = "oak", stock[1].material = "ash";
+  PlanOptions options = coarse_options();
+  options.patch = 5_mm, options.material_limits = {{"oak", 0.2}, {"ash", 0.3}};
+  const Plan plan = make_plan(artworks, stock, options).value();
+  const json limits = report_of(plan)["material_limits"];
+  ASSERT_EQ(limits.size(), 2U);
+  EXPECT_EQ(limits[0]["material"], "oak");
+  EXPECT_EQ(limits[0]["limit"], 0.2);
+  EXPECT_TRUE(limits[1]["binds"]);
+  expect_published(plan);
+}
+
 TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
   PlanOptions options = coarse_options();
   options.patch = 6_mm, options.refine = Refine::kDp, options.rematch = 2;
