@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <initializer_list>
+#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -43,8 +45,7 @@ constexpr LayoutOption kLayoutOptions[] = {
      "The same for fine edges [everywhere]"},
     {"--cell-sizes", &LayoutFiles::cell_sizes, "mosaic", "says where a mosaic's cells are small",
      "With --layout mosaic: a mask over {}, in its shape: white where cells are small, black where they are large "
-     "[small "
-     "where the eye looks first]"},
+     "[small where the eye looks first]"},
     {"--flow-lines", &LayoutFiles::flow_lines, "mosaic", "draws lines that a mosaic's cells lie along",
      "With --layout mosaic: an SVG drawing over {}, along whose lines cells lie, beside the edges that are found or "
      "(--flow-lines-only) instead of them"},
@@ -117,17 +118,20 @@ Result<LayoutFilesOf> read_guides(const std::filesystem::path& file) {
   return out;
 }
 
-Result<std::vector<planner::FlowLine>> read_flow_lines(const std::string& file) {
+Status read_flow_lines(const std::string& file, LayoutFilesOf& out) {
   const Result<std::string> text = read_file(file);
   if (!text.ok()) return text.error();
   const auto named = [&](const Error& error) {
     return unusable(fmt::format("--flow-lines {}: {}", file, error.message));
   };
-  const auto drawing = planner::read_svg(*text);
+  const auto drawing = planner::read_svg(*text, planner::kMostDrawnFlowPoints);
   if (!drawing.ok()) return named(drawing.error());
   auto lines = planner::flow_lines_of_drawing(*drawing);
   if (!lines.ok()) return named(lines.error());
-  return lines;
+  for (const std::string& warning : drawing->warnings)
+    std::cerr << fmt::format("veneerctl: warning: --flow-lines {}: {}\n", file, warning);
+  out.flow_lines = std::move(*lines), out.flow_page = drawing->page;
+  return Ok();
 }
 
 }  // namespace
@@ -167,11 +171,8 @@ Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t pict
   out.importance = nth(files.importance, picture);
   out.segmentation = nth(files.segmentation, picture);
   out.cell_sizes = nth(files.cell_sizes, picture);
-  if (const std::string drawing = nth(files.flow_lines, picture); !drawing.empty()) {
-    auto lines = read_flow_lines(drawing);
-    if (!lines.ok()) return lines.error();
-    out.flow_lines = std::move(*lines);
-  }
+  if (const std::string drawing = nth(files.flow_lines, picture); !drawing.empty())
+    if (Status status = read_flow_lines(drawing, out); !status.ok()) return status.error();
   for (const auto& [name, option, mask] : {std::tuple("--large-edges", &files.large_edges, &out.large_edges),
                                            std::tuple("--fine-edges", &files.fine_edges, &out.fine_edges)}) {
     const std::string given = nth(*option, picture);
@@ -180,6 +181,16 @@ Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t pict
     if (!given.empty()) *mask = given;
   }
   return out;
+}
+
+Status check_flow_page(const std::string& file, const planner::DrawingPoint& page, int width, int height) {
+  constexpr double kAlike = 0.02;  // as of masks
+  const double stretch = page[0] / page[1] * height / width;
+  if (std::abs(stretch - 1) <= kAlike) return Ok();
+  return unusable(
+      fmt::format("--flow-lines {}: the drawing has a page of {:.6g} x {:.6g} mm, and the picture {} x {} pixels: draw "
+                  "over the picture, on a page of its shape",
+                  file, page[0], page[1], width, height));
 }
 
 }  // namespace veneer::cli

@@ -29,6 +29,7 @@ struct LayoutFilesOf {
   std::string importance, segmentation, large_edges, fine_edges, cell_sizes;
   std::vector<planner::PinnedVertex> vertices;
   std::vector<planner::FlowLine> flow_lines;
+  planner::DrawingPoint flow_page{};  // of their drawing, in its millimetres; it lies over the whole picture
 };
 
 // `files` outlives the command; `laid_over` is what masks are stretched over: "the target". Importance counts whatever
@@ -39,9 +40,13 @@ void add_layout_options(CLI::App& command, std::string_view laid_over, LayoutFil
 // kInvalidArgument: there are more files of one kind than pictures, or `layout` heeds none of that kind.
 Status check_layout_files(const LayoutFiles& files, std::size_t pictures, std::string_view layout);
 
-// Reads a file of guides (docs/FILES.md), whose pictures are looked for beside it, and a drawing of flow lines.
+// Reads a file of guides (docs/FILES.md), whose pictures are looked for beside it, and a drawing of flow lines; says on
+// standard error what a person should know of how that was read.
 // kInvalidArgument: it is no such file, or guides and an option name edges of one kind; which vertices the grid has,
 // the planner says.
 Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t picture);
+
+// kInvalidArgument: the page of this drawing of flow lines would be drawn out of shape over so many pixels.
+Status check_flow_page(const std::string& file, const planner::DrawingPoint& page, int width, int height);
 
 }  // namespace veneer::cli

@@ -114,6 +114,14 @@ Status add_layout_files(const LayoutFiles& files, std::size_t index, Artwork& ar
     if (Status status = read_grey(*file, *mask); !status.ok()) return status;
   artwork.guides.vertices = std::move(own->vertices);
   artwork.guides.flow_lines = std::move(own->flow_lines);
+  const cv::Size picture = artwork.picture.size();
+  if (!artwork.guides.flow_lines.empty())
+    if (Status status = check_flow_page(files.flow_lines[index], own->flow_page, picture.width, picture.height);
+        !status.ok())
+      return status;
+  // Before anything is cropped.
+  if (Status status = planner::check_painted_sizes(artwork.guides.cell_sizes, picture, artwork.name); !status.ok())
+    return status;
   if (own->segmentation.empty()) return Ok();
   const Result<std::string> bytes = read_file(own->segmentation);
   if (!bytes.ok()) return bytes.error();

@@ -262,11 +262,11 @@ void tell_gain(const planner::FineReport& fine) {
                            fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
 }
 
-void tell_tiles(const planner::MosaicReport& mosaic) {
+void tell_tiles(const planner::MosaicReport::WithJoints& tiles) {
   std::cerr << fmt::format(
       "veneerctl: tiles with joints cover {:.0f} % of the picture; {:.1f} % of their area overlaps, they lie {:.1f} "
       "degrees off the lines (median), an edge runs through {:.1f} %\n",
-      100 * mosaic.tile_coverage, 100 * mosaic.tile_overlap, mosaic.tile_deviation_deg, 100 * mosaic.tile_straddling);
+      100 * tiles.coverage, 100 * tiles.overlap, tiles.deviation_deg, 100 * tiles.straddling);
 }
 
 void run_plan(const PlanCommandArguments& arguments) {
@@ -282,6 +282,8 @@ void run_plan(const PlanCommandArguments& arguments) {
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out, and what names edges");
   if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_mosaic())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-sizes and --flow-lines out");
+  if (!arguments.edits.keep.empty() && (options.cell_aspect != 1 || options.flow_lines_only))
+    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-aspect and --flow-lines-only out");
   if (!arguments.edits.keep.empty() && !arguments.plan.files.segmentation.empty())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --segmentation out");
   if (arguments.tiles && (options.layout != planner::LayoutKind::kMosaic || !arguments.edits.keep.empty()))
@@ -290,7 +292,8 @@ void run_plan(const PlanCommandArguments& arguments) {
   auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
   Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);
   Result<std::vector<StockPanel>> wood = panels.get();
-  const std::vector<Artwork> artworks = or_end(std::move(targets));
+  std::vector<Artwork> artworks = or_end(std::move(targets));
+  for (Artwork& artwork : artworks) artwork.tiles_with_joints = arguments.tiles;
   std::vector<StockPanel> stock = or_end(std::move(wood));
   if (const Status status = apply_edits(arguments.edits, stock, options); !status.ok()) end(status.error());
   make_directory(arguments.out);
@@ -305,7 +308,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
                                                      {preview.cost.per_pixel(), preview.grain.mean()});
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
-  if (looks.tiles && plan.mosaic) tell_tiles(*plan.mosaic);
+  if (plan.mosaic && plan.mosaic->with_joints) tell_tiles(*plan.mosaic->with_joints);
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
   if (plan.refined) tell_gain(*plan.refined);
@@ -393,10 +396,15 @@ void add_plan_command(CLI::App& app) {
       "Plan nothing, but say at which crop, size, patches and layout the picture is recognisable in this wood: a "
       "contact sheet of small plans, with the command for each");
   plan->callback([arguments, plan] {
-    if (arguments->suggest)
-      run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);
-    else
-      run_plan(*arguments);
+    if (!arguments->suggest) return run_plan(*arguments);
+    // What else is drawn of a plan goes well with any that is suggested.
+    if (arguments->tiles)
+      end(kUnusableArguments,
+          "--suggest draws no tiles: leave --tiles out, and add it to a command that it prints, with --layout mosaic");
+    run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);
+    if (arguments->mean_colours || arguments->as_built || arguments->full_preview)
+      std::cerr << "veneerctl: pictures of a plan beside its preview are drawn by the commands that are suggested, not "
+                   "by --suggest\n";
   });
 }
 

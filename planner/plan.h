@@ -38,8 +38,10 @@ struct Artwork {
   // CV_8UC3 of any size, stretched over the artwork: areas of one colour are the patches of LayoutKind::kSegmentation.
   // Empty: there are none.
   cv::Mat segmentation{};
-  // What a person says about LayoutKind::kMorph; in the other layouts it must be empty.
+  // What a person says about LayoutKind::kMorph or kMosaic; in the other layouts it must be empty.
   LayoutGuides guides{};
+  // Of LayoutKind::kMosaic: make its tiles with joints too (Plan::tilings). They change no piece.
+  bool tiles_with_joints = false;
 };
 
 // The size that gives `picture` the shorter side `shorter`.
@@ -257,10 +259,13 @@ struct MosaicReport {
     std::size_t cells = 0;
   };
   std::vector<Turning> turning{};  // by artworks, and in each where most are first
-  // The same tiles with joints between them: how they would come out (layout/disjoint_tiles.h); the least coverage, of
-  // the other figures the largest.
-  double tile_coverage = 1, tile_overlap = 0, tile_deviation_deg = 0, tile_straddling = 0;
-  double seconds = 0;  // not part of what a plan is
+  // The same tiles with joints between them: how they come out (layout/disjoint_tiles.h); the least coverage, of the
+  // other figures the largest.
+  struct WithJoints {
+    double coverage = 1, overlap = 0, deviation_deg = 0, straddling = 0;
+  };
+  std::optional<WithJoints> with_joints{};  // where Artwork::tiles_with_joints asks for them
+  double seconds = 0;                       // not part of what a plan is
 };
 
 // What became of areas that somebody drew, over all artworks that have some.
@@ -347,7 +352,7 @@ struct Plan {
   std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<MosaicReport> mosaic;
-  std::vector<MosaicTiling> tilings;  // of the artworks that were laid out as mosaics
+  std::vector<MosaicTiling> tilings;  // of mosaics whose tiles are to be made
   std::optional<SegmentationReport> segmentation;
   std::optional<MorphReport> morph;
   std::vector<MaterialShare> material_shares;  // in the order of PlanOptions::material_limits

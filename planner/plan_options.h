@@ -21,16 +21,17 @@ struct NamedOption {
 };
 
 inline constexpr std::array kNamedOptions = {
-    NamedOption{"layout", OptionKind::kWord,
-                "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
-                "mosaic (cells "
-                "that follow them) or segmentation (its areas of about one tone, or those of another picture)"},
+    NamedOption{
+        "layout", OptionKind::kWord,
+        "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
+        "mosaic (cells that follow them) or segmentation (its areas of about one tone, or those of another picture)"},
     NamedOption{
         "triangles", OptionKind::kSwitch,
         "With the layout morph: cut cells in two along a diagonal where an edge of the picture runs; marks then "
         "count in reading order"},
     NamedOption{"cell_aspect", OptionKind::kNumber,
-                "With the layout mosaic: cells are so many times as long, along the picture's edges, as wide, 1 to 4"},
+                "With the layout mosaic: how many times as long as wide cells are, 1 to 4; their length runs along the "
+                "picture's edges"},
     NamedOption{"flow_lines_only", OptionKind::kSwitch,
                 "With flow lines: cells lie along these alone, and along none of the picture's own edges"},
     NamedOption{"patch_mm", OptionKind::kNumber,

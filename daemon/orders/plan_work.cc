@@ -115,9 +115,11 @@ Status guide_a_grid(const MakePlan& order, planner::LayoutGuides& guides) {
   return Ok();
 }
 
-Status guide_a_mosaic(const MakePlan& order, planner::LayoutGuides& guides) {
+Status guide_a_mosaic(const MakePlan& order, planner::Artwork& artwork) {
+  planner::LayoutGuides& guides = artwork.guides;
   const auto sizes = cell_size_mask("cell_sizes", order.cell_sizes);
   if (!sizes) return sizes.error();
+  if (Status good = planner::check_painted_sizes(*sizes, artwork.picture.size(), artwork.name); !good) return good;
   guides.cell_sizes = *sizes;
   auto lines = planner::flow_lines_of("flow_lines", order.flow_lines);
   if (!lines) return lines.error();
@@ -133,7 +135,7 @@ Status guide(const MakePlan& order, planner::Artwork& artwork) {
   const auto layout = order.options.find("layout");
   if (layout == order.options.end()) return Ok();
   if (layout->second == "morph") return guide_a_grid(order, artwork.guides);
-  if (layout->second == "mosaic") return guide_a_mosaic(order, artwork.guides);
+  if (layout->second == "mosaic") return guide_a_mosaic(order, artwork);
   return Ok();
 }
 

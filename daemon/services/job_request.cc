@@ -166,6 +166,8 @@ void choose_as_configured(JobRequest& request, const PlannerConfig& planner) {
 Status wants_no_guides(const JobRequest& request, std::string_view what) {
   for (const Guide& guide : guides_of(request))
     if (guide.given) return unusable(fmt::format("{} does not heed {}: leave it out", what, guide.name));
+  if (request.options.flow_lines_only)
+    return unusable(fmt::format("{} does not heed flow_lines_only: leave it out", what));
   return Ok();
 }
 

@@ -17,7 +17,8 @@ constexpr int kFarthestFlow = 10 * kWholeSide;  // from the picture's corner
 std::optional<int> coordinate(std::string_view text) {
   int value = 0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc() || end != text.data() + text.size() || std::abs(value) > kFarthestFlow) return std::nullopt;
+  if (fault != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if (value < -kFarthestFlow || value > kFarthestFlow) return std::nullopt;
   return value;
 }
 
@@ -43,22 +44,25 @@ std::optional<FlowLine> line_of(std::string_view text) {
 }
 
 double aside(const DrawingPoint& p, const DrawingPoint& a, const DrawingPoint& b) {
-  const double x = b[0] - a[0], y = b[1] - a[1], length = std::hypot(x, y);
-  if (length == 0) return std::hypot(p[0] - a[0], p[1] - a[1]);
-  const double along = std::clamp(((p[0] - a[0]) * x + (p[1] - a[1]) * y) / (length * length), 0.0, 1.0);
-  return std::hypot(p[0] - a[0] - along * x, p[1] - a[1] - along * y);
+  // Not std::hypot(), which takes most of the time: points that are too far away for squares are refused before.
+  const auto length = [](double x, double y) { return std::sqrt(x * x + y * y); };
+  const double x = b[0] - a[0], y = b[1] - a[1], squared = x * x + y * y;
+  if (squared == 0) return length(p[0] - a[0], p[1] - a[1]);
+  const double along = std::clamp(((p[0] - a[0]) * x + (p[1] - a[1]) * y) / squared, 0.0, 1.0);
+  return length(p[0] - a[0] - along * x, p[1] - a[1] - along * y);
 }
 
-// Which points a line needs to stay within kSeen (Douglas and Peucker 1973).
-std::vector<std::size_t> needed(const std::vector<DrawingPoint>& points) {
+// Which points a line needs to stay within kSeen (Douglas and Peucker 1973); where that are more than `most`, only
+// some of them but more than that, since each is found by a walk along the line.
+std::vector<std::size_t> needed(const std::vector<DrawingPoint>& points, std::size_t most) {
   std::vector<std::size_t> out{0};
   std::vector<std::size_t> ends{points.size() - 1};
-  while (!ends.empty()) {
+  while (!ends.empty() && out.size() + ends.size() <= most) {
     const std::size_t from = out.back(), to = ends.back();
     std::size_t farthest = from;
-    double most = kSeen;
+    double widest = kSeen;
     for (std::size_t i = from + 1; i < to; ++i)
-      if (const double off = aside(points[i], points[from], points[to]); off > most) most = off, farthest = i;
+      if (const double off = aside(points[i], points[from], points[to]); off > widest) widest = off, farthest = i;
     if (farthest != from) {
       ends.push_back(farthest);
     } else {
@@ -66,6 +70,7 @@ std::vector<std::size_t> needed(const std::vector<DrawingPoint>& points) {
       ends.pop_back();
     }
   }
+  out.insert(out.end(), ends.rbegin(), ends.rend());
   return out;
 }
 
@@ -73,9 +78,34 @@ bool is_near(const DrawingPoint& p) {
   return std::abs(p[0]) <= kFarthestFlow && std::abs(p[1]) <= kFarthestFlow;  // false for what is no number
 }
 
-bool on_picture(const DrawingPoint& p) { return p[0] >= 0 && p[0] <= kWholeSide && p[1] >= 0 && p[1] <= kWholeSide; }
+// Liang and Barsky (1984): what of the way from one to the other lies within the picture's sides.
+bool segment_meets_picture(const DrawingPoint& from, const DrawingPoint& to) {
+  double enters = 0, leaves = 1;
+  for (const std::size_t axis : {0U, 1U}) {
+    const double at = from[axis], way = to[axis] - at;
+    if (way == 0) {
+      if (at < 0 || at > kWholeSide) return false;
+      continue;
+    }
+    const double one = -at / way, other = (kWholeSide - at) / way;
+    enters = std::max(enters, std::min(one, other)), leaves = std::min(leaves, std::max(one, other));
+  }
+  return enters <= leaves;
+}
+
+bool any_meets_picture(const std::vector<DrawingPoint>& points) {
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (segment_meets_picture(points[i - 1], points[i])) return true;
+  return false;
+}
 
 }  // namespace
+
+bool meets_picture(const FlowLine& line) {
+  std::vector<DrawingPoint> points;
+  for (const FlowPoint& p : line) points.push_back({static_cast<double>(p.x), static_cast<double>(p.y)});
+  return any_meets_picture(points);
+}
 
 Result<std::vector<FlowLine>> flow_lines_of(std::string_view name, std::string_view text) {
   std::vector<FlowLine> out;
@@ -122,18 +152,18 @@ Result<std::vector<FlowLine>> flow_lines_of_drawing(const Drawing& drawing) {
     if (shares.size() < 2) continue;
     if (!std::ranges::all_of(shares, is_near))
       return Error{ErrorCode::kInvalidArgument, "a line of the drawing lies far beside its page: draw on the page"};
-    any = any || std::ranges::any_of(shares, on_picture);
+    any = any || any_meets_picture(shares);
     FlowLine& flow = out.emplace_back();
-    for (const std::size_t i : needed(shares))
+    for (const std::size_t i : needed(shares, kMostFlowPoints - points))
       flow.push_back({static_cast<int>(std::lround(shares[i][0])), static_cast<int>(std::lround(shares[i][1]))});
     points += flow.size();
+    if (points > kMostFlowPoints)
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the drawing's lines need more than {} points: draw fewer lines, or simpler ones",
+                               kMostFlowPoints)};
   }
   if (!any)
     return Error{ErrorCode::kInvalidArgument, "the drawing has no line on its page: draw where cells are to lie"};
-  if (points > kMostFlowPoints)
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the drawing's lines have {} points, more than {}: draw fewer lines, or simpler ones",
-                             points, kMostFlowPoints)};
   return out;
 }
 

@@ -22,6 +22,11 @@ inline constexpr int kWholeSide = 10000;  // of the picture, in a FlowPoint's un
 using FlowLine = std::vector<FlowPoint>;  // straight from point to point, of which there are two or more
 
 inline constexpr std::size_t kMostFlowPoints = 600;  // of all lines together: they are one parameter of a request
+// Of a drawing of them, curves as they are flattened (read_svg()): far more than any line needs.
+inline constexpr std::size_t kMostDrawnFlowPoints = 100'000;
+
+// Whether any of it lies on the picture, its borders among it: a line may cross it with all its points beside it.
+bool meets_picture(const FlowLine& line);
 
 // X,Y separated by blanks, lines by semicolons: "0,5000 5000,4000 10000,5000;2000,0 2000,10000"; "": none.
 // kInvalidArgument: `name` must be such a list.
@@ -29,7 +34,8 @@ Result<std::vector<FlowLine>> flow_lines_of(std::string_view name, std::string_v
 std::string flow_text(const std::vector<FlowLine>& lines);
 
 // All lines of a drawing, whose page is stretched over the picture; without the points that change nothing which is
-// wider than a thousandth of a side. kInvalidArgument: it has no page, no line on it, or more than kMostFlowPoints.
+// wider than a thousandth of a side. kInvalidArgument: it has no page, no line on it, or needs more than
+// kMostFlowPoints.
 Result<std::vector<FlowLine>> flow_lines_of_drawing(const Drawing& drawing);
 
 }  // namespace veneer::planner

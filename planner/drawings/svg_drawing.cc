@@ -271,8 +271,8 @@ Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
   for (const char* cut : {"clip-path", "mask"})
     if (const std::string how = said(*says, cut); !how.empty() && lower_case(how) != "none")
       return unreadable(
-          fmt::format("the drawing has a {}, and the laser would burn what it hides: release it and cut the "
-                      "lines, then save it again",
+          fmt::format("the drawing has a {}, and what it hides would count like the rest: release it and cut "
+                      "the lines, then save it again",
                       cut));
   const auto transform = parse_transform(node.attribute("transform").value());
   if (!transform)

@@ -287,6 +287,14 @@ json turning_to_json(const std::vector<MosaicReport::Turning>& turning) {
   return out;
 }
 
+json with_joints_to_json(const std::optional<MosaicReport::WithJoints>& tiles) {
+  if (!tiles) return {};
+  return {{"coverage", tiles->coverage},
+          {"overlap", tiles->overlap},
+          {"deviation_deg", tiles->deviation_deg},
+          {"straddling", tiles->straddling}};
+}
+
 json mosaic_to_json(const MosaicReport& mosaic) {
   return {{"tiles", mosaic.tiles},
           {"iterations", mosaic.iterations},
@@ -295,11 +303,7 @@ json mosaic_to_json(const MosaicReport& mosaic) {
           {"cell_deviation_deg", mosaic.cell_deviation_deg},
           {"straddling", mosaic.straddling},
           {"turning", turning_to_json(mosaic.turning)},
-          {"tiles_with_joints",
-           {{"coverage", mosaic.tile_coverage},
-            {"overlap", mosaic.tile_overlap},
-            {"deviation_deg", mosaic.tile_deviation_deg},
-            {"straddling", mosaic.tile_straddling}}},
+          {"tiles_with_joints", with_joints_to_json(mosaic.with_joints)},
           {"seconds", mosaic.seconds}};
 }
 

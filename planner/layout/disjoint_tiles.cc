@@ -5,6 +5,7 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 
+#include "planner/cancelled.h"
 #include "planner/layout/quarter_turns.h"
 
 namespace veneer::planner {
@@ -69,7 +70,8 @@ std::vector<DisjointTile> disjoint_tiles(const cv::Mat& labels, const VoronoiFie
   return out;
 }
 
-TileFigures tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& angle, const cv::Mat& edges) {
+Result<TileFigures> tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& angle, const cv::Mat& edges,
+                                 const std::stop_token& stop) {
   TileFigures out;
   const cv::Size size = angle.size();
   cv::Mat covered(size.height * kFiner, size.width * kFiner, CV_8UC1, cv::Scalar(0));
@@ -77,6 +79,7 @@ TileFigures tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& 
   int straddling = 0;
   std::vector<double> turns;
   for (const DisjointTile& tile : tiles) {
+    if (Status status = unless_cancelled(stop); !status.ok()) return status.error();
     const TileArea area(tile);
     area.for_each(size, kFiner, [&](int c, int r) { ++sum, covered.at<std::uint8_t>(r, c) = 1; });
     double cos = 0, sin = 0, deep = 0;

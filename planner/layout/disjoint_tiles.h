@@ -5,8 +5,10 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/layout/bezier_fit.h"
 #include "planner/layout/centroidal_voronoi.h"
 
@@ -38,7 +40,8 @@ struct TileFigures {
   double straddling = 0;     // share of the tiles that an edge runs through
   friend bool operator==(const TileFigures&, const TileFigures&) = default;
 };
-// `angle`: the field, CV_32FC1. `edges`: CV_8UC1, 255 on lines one pixel wide.
-TileFigures tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& angle, const cv::Mat& edges);
+// `angle`: the field, CV_32FC1. `edges`: CV_8UC1, 255 on lines one pixel wide. kCancelled: a stop was requested.
+Result<TileFigures> tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& angle, const cv::Mat& edges,
+                                 const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/drawings/flow_lines.h"
 #include "planner/layout/pinned_vertices.h"
 
@@ -26,5 +28,12 @@ struct LayoutGuides {
   bool guide_a_mosaic() const { return !cell_sizes.empty() || !flow_lines.empty(); }
   bool empty() const { return !guide_a_grid() && !guide_a_mosaic(); }
 };
+
+// kInvalidArgument: `sizes`, of the cells of the artwork called `name`, are not CV_8UC1, or of another shape than its
+// picture. An empty mask is good; one of a single tone means cells of one size.
+Status check_cell_sizes(const cv::Mat& sizes, const cv::Size& picture, const std::string& name);
+// The same of what somebody painted, who means something else by one tone: so before anything is cropped, as of a crop
+// a mask may well have one tone.
+Status check_painted_sizes(const cv::Mat& sizes, const cv::Size& picture, const std::string& name);
 
 }  // namespace veneer::planner

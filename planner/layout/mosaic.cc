@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "planner/cancelled.h"
 #include "planner/layout/centroidal_voronoi.h"
 #include "planner/layout/direction_field.h"
 #include "planner/layout/label_regions.h"
@@ -132,12 +133,17 @@ cv::Mat tile_sizes(const cv::Mat& detail, int count, double ratio) {
   return scaled_to(out, count);
 }
 
-cv::Mat painted_tile_sizes(const cv::Mat& painted, int count, double ratio) {
+cv::Mat smooth_painted(const cv::Mat& painted, int count) {
   const double tile = std::sqrt(static_cast<double>(painted.total()) / std::max(1, count));
-  cv::Mat white, out;
+  cv::Mat white;
   painted.convertTo(white, CV_32F, 1.0 / 255);
   // Sizes that jump rest late and badly (section 5.2), and a cell of one size beside one of another leaves a gap.
   cv::GaussianBlur(white, white, {}, std::max(0.8, tile));
+  return white;
+}
+
+cv::Mat painted_tile_sizes(const cv::Mat& white, int count, double ratio) {
+  cv::Mat out;
   cv::exp(white * -std::log(std::max(1.0, ratio)), out);
   return scaled_to(out, count);
 }
@@ -219,11 +225,16 @@ Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const 
   out.labels = diagram->labels;
   // Cells end at the edges that cut them through, and hang together.
   absorb_stray_parts(out.labels, edges);
-  out.tiles = disjoint_tiles(out.labels, field, options.aspect);
-  out.tile_figures = tile_figures(out.tiles, field.angle, edges);
+  if (options.with_joints) {
+    out.tiles = disjoint_tiles(out.labels, field, options.aspect);
+    Result<TileFigures> figures = tile_figures(out.tiles, field.angle, edges, stop);
+    if (!figures.ok()) return figures.error();
+    out.tile_figures = *figures;
+  }
   out.figures.cell_deviation_deg = cell_deviation(out.labels, field.angle);
   out.figures.turning = turning_cells(out.labels, field.angle);
   out.figures.straddling = straddling_share(out.labels, edges, options.aspect);
+  if (Status status = unless_cancelled(stop); !status.ok()) return status.error();
   return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -21,9 +22,11 @@ namespace veneer::planner {
 // such that `count` tiles fill the raster. CV_32FC1, sides in pixels.
 cv::Mat tile_sizes(const cv::Mat& detail, int count, double ratio);
 
-// The same by what somebody painted: `painted` is CV_8UC1, of the raster; tiles go from the smallest where it is white
-// to the largest, `ratio` times as large, where it is black, evenly by factors.
-cv::Mat painted_tile_sizes(const cv::Mat& painted, int count, double ratio);
+// The same by what somebody painted: `white` is smooth_painted(); tiles go from the smallest where it is white to the
+// largest, `ratio` times as large, where it is black, evenly by factors.
+cv::Mat painted_tile_sizes(const cv::Mat& white, int count, double ratio);
+// What is painted (CV_8UC1, of the raster), without what is finer than one of `count` tiles: CV_32FC1, 1 is white.
+cv::Mat smooth_painted(const cv::Mat& painted, int count);
 
 struct MosaicOptions {
   int count = 1;      // of tiles
@@ -34,6 +37,7 @@ struct MosaicOptions {
   // count beside them, or, with `lines_only`, not at all. Empty: there are none.
   cv::Mat lines{};
   bool lines_only = false;
+  bool with_joints = false;  // make the tiles too
 };
 
 struct MosaicFigures {
@@ -62,8 +66,8 @@ std::vector<PlanePoint> turning_cells(const cv::Mat& labels, const cv::Mat& angl
 
 struct Mosaic {
   cv::Mat labels;                   // CV_32SC1: the tile of each pixel
-  std::vector<DisjointTile> tiles;  // the same with joints, as the paper has them
-  TileFigures tile_figures;
+  std::vector<DisjointTile> tiles;  // with MosaicOptions::with_joints the same with joints, as the paper has them
+  std::optional<TileFigures> tile_figures;
   MosaicFigures figures;
 };
 

@@ -86,17 +86,24 @@ SquareMillimetres square_of(Millimetres side) { return side * side; }
 
 SquareMillimetres handy_area(const PlanOptions& options) { return square_of(options.min_width) * kHandyArea; }
 
+// The area of the smallest cell that is wished for, where faces keep to that of `limits`: long ones are as wide as may
+// be cut, too.
+double least_wished(const PlanOptions& options, const FabricationLimits& limits) {
+  return kTileSpare *
+         std::max(limits.area.count(), square_of(options.min_width).count() * std::max(1.0, options.cell_aspect));
+}
+
 // Of the largest tile to the smallest, so that cells around the smallest are seldom too small. The side of tiles goes
 // evenly from the smallest to the largest over the picture's area, so the smallest times the ratio is a mean tile.
 double size_ratio(const PlanOptions& options, double coarser) {
   const double mean = square_of(options.patch).count() * coarser;
-  return std::clamp(mean / (face_limits(options).area.count() * kTileSpare), 1.0, kSizeRatio);
+  return std::clamp(mean / least_wished(options, face_limits(options)), 1.0, kSizeRatio);
 }
 
 // The least side of a tile where somebody painted sizes: its cell is large enough to be cut, and has room for its mark
 // as often as the smallest of a size map that nobody painted.
 Millimetres least_painted(const PlanOptions& options) {
-  const Millimetres cut(std::sqrt(moved_limits(options).area.count() * kTileSpare));
+  const Millimetres cut(std::sqrt(least_wished(options, moved_limits(options))));
   if (options.patch < kLeastMarkedPatch) return std::min(cut, options.patch);
   return std::min(options.patch, std::max(cut, std::min(kMarkedTile, options.patch / std::sqrt(kSizeRatio))));
 }
@@ -106,10 +113,11 @@ Millimetres least_painted(const PlanOptions& options) {
 cv::Mat painted_sizes(const Artwork& artwork, const PatchRaster& raster, int tiles, const PlanOptions& options) {
   cv::Mat painted;
   cv::resize(artwork.guides.cell_sizes, painted, raster.picture.size(), 0, 0, cv::INTER_AREA);
+  const cv::Mat white = smooth_painted(painted, tiles);
   const double least = least_painted(options).count() / options.patch.count() * raster.side;
   const auto smallest = [&](double ratio) {
     double side = 0;
-    cv::minMaxLoc(painted_tile_sizes(painted, tiles, ratio), &side);
+    cv::minMaxLoc(painted_tile_sizes(white, tiles, ratio), &side);
     return side;
   };
   double low = 1, high = kMostPaintedRatio;
@@ -118,7 +126,7 @@ cv::Mat painted_sizes(const Artwork& artwork, const PatchRaster& raster, int til
     const double middle = (low + high) / 2;
     (smallest(middle) >= least ? low : high) = middle;
   }
-  return painted_tile_sizes(painted, tiles, low);
+  return painted_tile_sizes(white, tiles, low);
 }
 
 // As many tiles as the grid has patches, or so many times fewer; small where the picture is salient.
@@ -155,7 +163,8 @@ Result<Mosaic> mosaic_of_cells(const Artwork& artwork, const PlanOptions& option
                                                           : painted_sizes(artwork, raster, raster.patches, options);
   return decorative_mosaic(raster.picture, sizes,
                            {raster.patches, options.cell_aspect, options.seed, threads_meant(options.threads),
-                            drawn_lines(artwork.guides.flow_lines, raster.picture.size()), options.flow_lines_only},
+                            drawn_lines(artwork.guides.flow_lines, raster.picture.size()), options.flow_lines_only,
+                            artwork.tiles_with_joints},
                            stop);
 }
 
@@ -225,7 +234,7 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
     if (!mosaic.ok()) return mosaic.error();
     labels = mosaic->labels;
     out.mosaic = mosaic->figures;
-    out.tiles = tiles_on(artwork, mosaic->tiles, labels.size());
+    if (mosaic->tile_figures) out.tiles = tiles_on(artwork, mosaic->tiles, labels.size());
     out.tile_figures = mosaic->tile_figures;
   } else if (artwork.segmentation.empty()) {
     Result<cv::Mat> areas = areas_of(artwork, options, maps, stop);

@@ -177,7 +177,6 @@ struct Layout {
   bool fixed = false;  // patches are of the sizes that they have
 };
 
-// Adds up what came of several artworks.
 // Ninths of a picture, in words.
 std::string_view ninth_of(const PlanePoint& share) {
   constexpr std::array<std::string_view, 9> kNinths = {"upper left", "top",    "upper right", "left", "middle", "right",
@@ -199,6 +198,7 @@ void note_turning(const std::vector<PlanePoint>& turning, std::size_t artwork,
   all.insert(all.end(), own.begin(), own.end());
 }
 
+// Adds up what came of several artworks.
 void note_figures(const MosaicFigures& figures, double seconds, std::size_t artwork,
                   std::optional<MosaicReport>& report) {
   MosaicReport& all = report ? *report : report.emplace();
@@ -212,10 +212,11 @@ void note_figures(const MosaicFigures& figures, double seconds, std::size_t artw
 }
 
 void note_figures(const TileFigures& figures, MosaicReport& all) {
-  all.tile_coverage = std::min(all.tile_coverage, figures.coverage);
-  all.tile_overlap = std::max(all.tile_overlap, figures.overlap);
-  all.tile_deviation_deg = std::max(all.tile_deviation_deg, figures.deviation_deg);
-  all.tile_straddling = std::max(all.tile_straddling, figures.straddling);
+  MosaicReport::WithJoints& worst = all.with_joints ? *all.with_joints : all.with_joints.emplace();
+  worst.coverage = std::min(worst.coverage, figures.coverage);
+  worst.overlap = std::max(worst.overlap, figures.overlap);
+  worst.deviation_deg = std::max(worst.deviation_deg, figures.deviation_deg);
+  worst.straddling = std::max(worst.straddling, figures.straddling);
 }
 
 void note_fates(const RegionFates& fates, std::size_t artwork, std::optional<SegmentationReport>& report) {
@@ -282,7 +283,9 @@ Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, std
   if (!made.ok()) return made.error();
   if (made->mosaic) {
     note_figures(*made->mosaic, watch.seconds(), index, problem.mosaic);
-    note_figures(made->tile_figures, *problem.mosaic);
+  }
+  if (made->tile_figures) {
+    note_figures(*made->tile_figures, *problem.mosaic);
     problem.tilings.push_back({index, std::move(made->tiles)});
   }
   if (made->drawn) note_fates(*made->drawn, index, problem.segmentation);

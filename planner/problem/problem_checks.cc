@@ -48,7 +48,7 @@ Status check_options(const PlanOptions& o) {
       o.layout == LayoutKind::kMosaic && o.cell_aspect > 1 && narrow < o.min_width.count())
     return unusable(fmt::format(
         "cells of {} mm that are {} times as long as wide are {:.1f} mm wide, and no part of a piece may be "
-        "narrower than {} mm: choose larger or less long ones",
+        "narrower than {} mm: raise --patch-mm, or lower --cell-aspect",
         o.patch.count(), o.cell_aspect, narrow, o.min_width.count()));
   if (o.layout != LayoutKind::kGrid && o.adaptive_levels > 0)
     return unusable("only a grid has adaptive levels: leave them at 0, or choose the layout grid");
@@ -83,33 +83,6 @@ Status check_options(const PlanOptions& o) {
 
 namespace {
 
-// Sizes of cells are told by a mask that somebody painted over the picture: of another shape, or of one tone, it is not
-// what was meant.
-Status check_cell_sizes(const Artwork& artwork) {
-  const cv::Mat& mask = artwork.guides.cell_sizes;
-  if (mask.empty()) return Ok();
-  const auto refused = [&](const std::string& why) {
-    return unusable(fmt::format("the sizes of cells of \"{}\" {}", artwork.name, why));
-  };
-  if (mask.type() != CV_8UC1) return refused("are not an 8-bit grey picture");
-  constexpr double kAlike = 0.02;  // of the height; coarse masks have whole cells
-  const double height = static_cast<double>(mask.cols) * artwork.picture.rows / artwork.picture.cols;
-  if (std::abs(mask.rows - height) > std::max(1.0, kAlike * height))
-    return refused(
-        fmt::format("have {} x {} pixels, and the picture {} x {}: paint them over the picture, in its shape",
-                    mask.cols, mask.rows, artwork.picture.cols, artwork.picture.rows));
-  double least = 0, most = 0;
-  cv::minMaxLoc(mask, &least, &most);
-  if (least == most)
-    return refused(
-        fmt::format("are {} everywhere: paint white where cells are to be small, black where they are to be "
-                    "large, or leave them out",
-                    most == 0     ? "black"
-                    : most == 255 ? "white"
-                                  : "of one grey"));
-  return Ok();
-}
-
 Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   const cv::Mat& picture = artwork.picture;
   if (picture.empty()) return unusable(fmt::format("the picture \"{}\" is empty", artwork.name));
@@ -135,7 +108,13 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format(
         "cells are to lie along flow lines alone, and \"{}\" has none: draw some, or let them lie along its edges",
         artwork.name));
-  if (Status status = check_cell_sizes(artwork); !status.ok()) return status;
+  if (Status status = check_cell_sizes(artwork.guides.cell_sizes, picture.size(), artwork.name); !status.ok())
+    return status;
+  // As none would be heeded: they were drawn for another part of it, or beside it.
+  if (!artwork.guides.flow_lines.empty() && std::ranges::none_of(artwork.guides.flow_lines, meets_picture))
+    return unusable(fmt::format(
+        "no flow line of \"{}\" runs over it: draw some where cells are to lie along them, or leave them out",
+        artwork.name));
   for (const cv::Mat& mask : {artwork.guides.large, artwork.guides.fine})
     if (!mask.empty() && mask.type() != CV_8UC1)
       return unusable(fmt::format("the edges that count of \"{}\" are not an 8-bit grey picture", artwork.name));

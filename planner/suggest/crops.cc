@@ -16,27 +16,46 @@ namespace {
 constexpr std::array kCropSides{0.72, 0.5};  // of closer crops, as shares of the picture's
 constexpr int kCropPlaces = 24;              // places tried along a side
 
-// Which of `cells`, stretched over `whole` pixels, lie under the `length` from `from` on. A coarse mask's cells are
-// parted where the crop parts them: each is told for every sixteenth of it, or for every pixel.
-std::vector<int> cells_under(int from, int length, int whole, int cells) {
-  constexpr int kParts = 16;
-  const double pitch = static_cast<double>(cells) / whole, begin = from * pitch, end = (from + length) * pitch;
-  const auto is_border = [](double at) { return std::abs(at - std::round(at)) < 1e-9; };
-  int count = cvRound(end - begin);
-  if (!is_border(begin) || !is_border(end))
-    count = std::max(cvCeil(end - begin), std::min(cvCeil(kParts * (end - begin)), length));
-  std::vector<int> out;
-  out.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    out.push_back(std::clamp(cvFloor(begin + (i + 0.5) * (end - begin) / count), 0, cells - 1));
-  return out;
-}
+// Of a picture's side: `cells` are stretched over its `whole` pixels, of which those from `from` on are under a crop.
+struct Cells {
+  int from, length, whole, cells;
+
+  double pitch() const { return static_cast<double>(cells) / whole; }
+  // Does the crop part none of them?
+  bool are_whole() const {
+    const auto is_border = [](double at) { return std::abs(at - std::round(at)) < 1e-9; };
+    return is_border(from * pitch()) && is_border((from + length) * pitch());
+  }
+  // Which cells lie under the crop, for each of its `count` parts.
+  std::vector<int> under(int count) const {
+    std::vector<int> out;
+    out.reserve(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i)
+      out.push_back(std::clamp(cvFloor((from + (i + 0.5) * length / count) * pitch()), 0, cells - 1));
+    return out;
+  }
+};
 
 // The part of a picture that is stretched over another.
 cv::Mat beside(const cv::Mat& picture, const cv::Rect& crop, const cv::Size& other) {
   if (picture.empty()) return picture;
-  const auto columns = cells_under(crop.x, crop.width, other.width, picture.cols),
-             rows = cells_under(crop.y, crop.height, other.height, picture.rows);
+  const Cells across{crop.x, crop.width, other.width, picture.cols},
+      down{crop.y, crop.height, other.height, picture.rows};
+  cv::Size parts{cvRound(crop.width * across.pitch()), cvRound(crop.height * down.pitch())};
+  // A coarse mask's cells are parted where the crop parts them, along both sides alike, so that what comes of it has
+  // the crop's shape: they are told for every sixteenth of the finer ones, or for every pixel.
+  if (!across.are_whole() || !down.are_whole()) {
+    constexpr int kParts = 16;
+    const double finer = std::max(across.pitch(), down.pitch());
+    const double parts_per_px = std::max(finer, std::min(1.0, kParts * finer));
+    // Of a mask whose cells are long strips there is no need for as many across.
+    const auto parted = [&](const Cells& side) {
+      const double most = std::max<double>(side.length, std::ceil(2 * side.length * side.pitch()));
+      return std::max(1, cvRound(std::min(side.length * parts_per_px, most)));
+    };
+    parts = {parted(across), parted(down)};
+  }
+  const auto columns = across.under(parts.width), rows = down.under(parts.height);
   cv::Mat out(static_cast<int>(rows.size()), static_cast<int>(columns.size()), picture.type());
   const std::size_t size = picture.elemSize();
   for (int r = 0; r < out.rows; ++r)
@@ -46,9 +65,12 @@ cv::Mat beside(const cv::Mat& picture, const cv::Rect& crop, const cv::Size& oth
   return out;
 }
 
-// A flow line's coordinate, in parts of the `length` pixels from `from` on instead of the `whole`.
+// A flow line's coordinate, in parts of the `length` pixels from `from` on instead of the `whole`. What is as far
+// beside a small crop as no number of pixels reaches, stays as far as drawing it still can.
 int within(int share, int from, int length, int whole) {
-  return cvRound((static_cast<double>(share) * whole - static_cast<double>(kWholeSide) * from) / length);
+  constexpr double kFarthest = 1000.0 * kWholeSide;
+  const double of_crop = (static_cast<double>(share) * whole - static_cast<double>(kWholeSide) * from) / length;
+  return cvRound(std::clamp(of_crop, -kFarthest, kFarthest));
 }
 
 // Whoever took the picture had what matters near its middle, whatever else is bright or bold at its rim.

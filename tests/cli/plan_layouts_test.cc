@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
@@ -73,6 +74,59 @@ TEST_F(PlanLayouts, CellsAreSmallWhereSomebodyPaintedIt) {
   EXPECT_GT(pieces_on(false), 3 * pieces_on(true));
 }
 
+// Cells that are narrower than any piece may be are merged away, whatever their area is.
+TEST_F(PlanLayouts, PaintedSizesLeaveLongCellsAsWideAsPiecesMayBe) {
+  cv::Mat sizes(40, 60, CV_8UC1, cv::Scalar(0));
+  sizes.colRange(36, 60).setTo(255);
+  ASSERT_TRUE(cv::imwrite(path("sizes.png"), sizes));
+  std::string shape = replaced("--size-mm 21 --patch-mm 7 --dpi 50.8 --rotations 5",
+                               "--size-mm 28 --patch-mm 4 --dpi 101.6 --rotations 1");
+  shape += " --layout mosaic --min-width-mm 1.5 --min-size-mm 0 --cell-aspect 4 --cell-sizes " + path("sizes.png");
+  const Outcome outcome = plan(shape);
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const double pieces = static_cast<double>(json("out/plan.json")["pieces"].size());
+  EXPECT_GT(pieces, 0.75 * json("out/report.json")["mosaic"]["tiles"].get<double>());
+}
+
+// Somebody paints over the whole target, whatever part of it is rebuilt.
+TEST_F(PlanLayouts, HeedsSizesOfCellsInACrop) {
+  ASSERT_TRUE(cv::imwrite(path("large.png"), test::blob_artwork("A", 96, 72, 20_mm, 4).picture));
+  cv::Mat sizes(36, 48, CV_8UC1, cv::Scalar(0));
+  const auto crop = [&](const std::string& part) {
+    EXPECT_TRUE(cv::imwrite(path("sizes.png"), sizes));
+    return replaced(path("target.png"), path("large.png")) + " --layout mosaic --min-width-mm 1 --cell-sizes " +
+           path("sizes.png") + " --crop " + part;
+  };
+  sizes.colRange(0, 20).setTo(255);
+  const Outcome parted = plan(crop("9,0,58,72"));  // half a cell of the mask is left at its left
+  EXPECT_EQ(parted.status, 0) << parted.errors;
+  const Outcome even = plan(crop("48,0,48,72"));  // black
+  EXPECT_EQ(even.status, 0) << even.errors;
+  sizes.setTo(255);
+  expect_unusable(crop("48,0,48,72"), "are white everywhere");
+  sizes = cv::Mat(48, 48, CV_8UC1, cv::Scalar(0));
+  sizes.row(3).setTo(255);
+  expect_unusable(crop("0,0,72,72"), "have 48 x 48 pixels, and the picture 96 x 72");
+}
+
+TEST_F(PlanLayouts, RefusesFlowLinesThatCannotFollowThePicture) {
+  const std::string mosaic = usual() + " --layout mosaic --min-width-mm 1 --flow-lines " + path("lines.svg");
+  const auto draw = [&](const std::string& page, const std::string& lines) {
+    std::ofstream(path("lines.svg")) << "<svg " << page << ">" << lines << "</svg>";
+  };
+  draw("viewBox='0 0 60 60'", "<path d='M0 5L60 35' fill='none'/>");
+  expect_unusable(mosaic, "mm, and the picture 60 x 40 pixels: draw over the picture, on a page of its shape");
+  draw("viewBox='0 0 60 40'", "<path d='M40 0V40' fill='none'/>");
+  expect_unusable(mosaic + " --crop 0,0,30,40", "no flow line of \"" + path("target.png") + "\" runs over it");
+  EXPECT_EQ(plan(mosaic + " --crop 30,0,30,40").status, 0) << "the drawing lies over the whole target";
+  draw("width='60mm' height='40mm' viewBox='0 0 60 60'", "<path d='M30 0V60' fill='none'/>");
+  const Outcome warned = plan(mosaic);
+  EXPECT_EQ(warned.status, 0) << warned.errors;
+  EXPECT_THAT(warned.errors, HasSubstr("lines.svg: the drawing's page and its viewBox have different shapes"));
+  draw("viewBox='0 0 60 40'", "<g clip-path='url(#a)'><path d='M40 0V40' fill='none'/></g>");
+  expect_unusable(mosaic, "has a clip-path, and what it hides would count");
+}
+
 TEST_F(PlanLayouts, RefusesSizesAndLinesOfCellsThatCannotBeMeant) {
   const std::string mosaic = usual() + " --layout mosaic --cell-sizes " + path("sizes.png");
   expect_unusable(usual() + " --cell-sizes x.png", "add --layout mosaic");
@@ -87,44 +141,60 @@ TEST_F(PlanLayouts, RefusesSizesAndLinesOfCellsThatCannotBeMeant) {
   paint(square);
   expect_unusable(mosaic, "have 50 x 50 pixels, and the picture 60 x 40: paint them over the picture, in its shape");
   expect_unusable(mosaic + " --keep plan.json", "leave --cell-sizes and --flow-lines out");
+  for (const char* shape : {"--cell-aspect 2", "--flow-lines-only"})
+    expect_unusable(fmt::format("{} --layout mosaic {} --keep plan.json", usual(), shape),
+                    "a plan that is kept keeps its borders: leave --cell-aspect and --flow-lines-only out");
+  expect_unusable(usual() + " --layout mosaic --tiles --suggest", "--suggest draws no tiles: leave --tiles out");
   std::ofstream(path("lines.svg")) << "<svg viewBox='0 0 60 40'><text>A</text></svg>";
   expect_unusable(usual() + " --layout mosaic --flow-lines " + path("lines.svg"), "text: turn it into paths");
   expect_unusable(usual() + " --layout mosaic --flow-lines-only", "has none: draw some");
   expect_unusable(usual() + " --layout mosaic --cell-aspect 5", "from 1 to 4 times as long as wide");
   expect_unusable(replaced("--patch-mm 7", "--patch-mm 2.5") + " --layout mosaic --cell-aspect 4",
-                  "no part of a piece may be narrower than 1.5 mm");
+                  "no part of a piece may be narrower than 1.5 mm: raise --patch-mm, or lower --cell-aspect");
 }
 
 TEST_F(PlanLayouts, FlowLinesAndAspectChangeAMosaicAndNothingElse) {
   const std::string mosaic = replaced("--patch-mm 7", "--patch-mm 3.5") + " --layout mosaic --min-width-mm 0.8";
-  ASSERT_EQ(plan(mosaic).status, 0);
-  const std::string before = text("out/plan.json");
   std::ofstream(path("lines.svg")) << "<svg viewBox='0 0 60 40'><path d='M0 5L60 35' fill='none'/></svg>";
-  for (const std::string& more : {" --flow-lines " + path("lines.svg"), std::string(" --cell-aspect 2.5"),
-                                  " --flow-lines-only --flow-lines " + path("lines.svg")}) {
+  const std::string lines = " --flow-lines " + path("lines.svg");
+  std::map<std::string, std::string> plans;  // by what made them
+  for (const std::string& more :
+       {std::string(), lines, " --flow-lines-only" + lines, std::string(" --cell-aspect 2.5")}) {
     const Outcome outcome = plan(mosaic + more);
     ASSERT_EQ(outcome.status, 0) << outcome.errors;
-    EXPECT_NE(text("out/plan.json"), before) << more;
+    for (const auto& [other, made] : plans) EXPECT_NE(text("out/plan.json"), made) << more << " and " << other;
+    plans[more] = text("out/plan.json");
   }
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string before = text("out/plan.json");
   const Outcome squares = plan(usual() + " --cell-aspect 2");
   EXPECT_EQ(squares.status, 0);
+  EXPECT_EQ(text("out/plan.json"), before);
   EXPECT_THAT(squares.errors, HasSubstr("only a mosaic's are: choose that layout (--layout mosaic)"));
 }
 
 TEST_F(PlanLayouts, NamesWhereDirectionsTurnTooFastForAMosaicsCells) {
   const std::string mosaic = replaced("--patch-mm 7", "--patch-mm 3.5") + " --layout mosaic --min-width-mm 0.8";
-  std::string rings;  // in the right half, as large as cells
-  for (int x = 35; x < 60; x += 8)
-    for (int y = 4; y < 40; y += 8) rings += fmt::format("<circle cx='{}' cy='{}' r='2.5' fill='none'/>", x, y);
-  std::ofstream(path("rings.svg")) << "<svg viewBox='0 0 60 40'>" << rings << "</svg>";
-  const Outcome outcome = plan(mosaic + " --flow-lines-only --flow-lines " + path("rings.svg"));
-  ASSERT_EQ(outcome.status, 0) << outcome.errors;
-  std::map<std::string, int> cells;
-  const nlohmann::json report = json("out/report.json");
-  for (const nlohmann::json& it : report["mosaic"]["turning"]) cells[it["where"]] += it["cells"].get<int>();
+  // Rings as large as cells, so many from there on: what of the picture's ninths their cells lie in.
+  const auto turning = [&](int left, int width, int height) {
+    std::string rings;
+    for (int x = left; x < left + width; x += 8)
+      for (int y = 4; y < height; y += 8) rings += fmt::format("<circle cx='{}' cy='{}' r='2.5' fill='none'/>", x, y);
+    std::ofstream(path("rings.svg")) << "<svg viewBox='0 0 60 40'>" << rings << "</svg>";
+    const Outcome outcome = plan(mosaic + " --flow-lines-only --flow-lines " + path("rings.svg"));
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_THAT(outcome.errors, HasSubstr("cells the directions turn by 45 degrees or more"));
+    std::map<std::string, int> cells;
+    const nlohmann::json report = json("out/report.json");
+    for (const nlohmann::json& it : report["mosaic"]["turning"]) cells[it["where"]] += it["cells"].get<int>();
+    return cells;
+  };
+  auto cells = turning(35, 25, 40);  // in the right half
   EXPECT_GT(cells["upper right"] + cells["right"] + cells["lower right"], 5);
   EXPECT_EQ(cells["upper left"] + cells["left"] + cells["lower left"], 0);
-  EXPECT_THAT(outcome.errors, HasSubstr("cells the directions turn by 45 degrees or more"));
+  cells = turning(4, 56, 16);  // in the upper half
+  EXPECT_GT(cells["upper left"] + cells["top"] + cells["upper right"], 5);
+  EXPECT_EQ(cells["lower left"] + cells["bottom"] + cells["lower right"], 0);
   std::ofstream(path("line.svg")) << "<svg viewBox='0 0 60 40'><path d='M0 20H60' fill='none'/></svg>";
   const Outcome calm = plan(mosaic + " --flow-lines-only --flow-lines " + path("line.svg"));
   ASSERT_EQ(calm.status, 0) << calm.errors;
@@ -146,6 +216,27 @@ TEST_F(PlanLayouts, DrawsAMosaicAsTilesWithJoints) {
   EXPECT_THAT(outcome.errors, HasSubstr("tiles with joints cover"));
   expect_unusable(usual() + " --tiles", "add --layout mosaic");
   expect_unusable(mosaic + " --grout red", "is no colour");
+  // Upright, and in place.
+  cv::Mat dark = test::blob_artwork("A", 60, 40, 20_mm, 4).picture;
+  dark.setTo(cv::Scalar::all(230));
+  dark.rowRange(0, 20).setTo(cv::Scalar::all(20));
+  ASSERT_TRUE(cv::imwrite(path("target.png"), dark));
+  ASSERT_EQ(plan(mosaic + " --grout 808080").status, 0);
+  const cv::Mat halves = cv::imread(path("out/tiles.png"), cv::IMREAD_GRAYSCALE);
+  const cv::Range above(0, halves.rows * 2 / 5), below(halves.rows * 3 / 5, halves.rows);
+  EXPECT_GT(cv::countNonZero(halves.rowRange(above) < 60), 1000);
+  EXPECT_EQ(cv::countNonZero(halves.rowRange(above) > 190), 0);
+  EXPECT_GT(cv::countNonZero(halves.rowRange(below) > 190), 1000);
+  EXPECT_EQ(cv::countNonZero(halves.rowRange(below) < 60), 0);
+}
+
+// Nobody waits for tiles that are not drawn.
+TEST_F(PlanLayouts, AMosaicHasNoTilesUnlessTheyAreDrawn) {
+  ASSERT_EQ(plan(usual() + " --layout mosaic --min-width-mm 1").status, 0);
+  const std::string before = text("out/plan.json");
+  EXPECT_TRUE(json("out/report.json")["mosaic"]["tiles_with_joints"].is_null());
+  ASSERT_EQ(plan(usual() + " --layout mosaic --min-width-mm 1 --tiles").status, 0);
+  EXPECT_EQ(text("out/plan.json"), before);
 }
 
 TEST_F(PlanLayouts, RefinesAMosaicAndKeepsIt) {

@@ -270,6 +270,13 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
   std::ofstream(file("empty.svg")) << "";
   EXPECT_THAT(refusal({"--layout", "segmentation", "--segmentation", file("empty.svg")}),
               HasSubstr("empty.svg is empty: save it again"));
+  // What is drawn over the picture has its shape, as far as that can be seen.
+  const std::vector<std::string> lines{"--layout", "mosaic", "--flow-lines", file("l.svg")};
+  std::vector<std::string> cropped = lines;
+  cropped.insert(cropped.end(), {"--crop", "5,5,30,40"});
+  EXPECT_THAT(refusal(cropped), HasSubstr("and the picture 30 x 40 pixels: draw over the picture"));
+  ASSERT_TRUE(cv::imwrite(file("p.png"), cv::Mat(12, 12, CV_8UC1, cv::Scalar(0))));
+  EXPECT_THAT(refusal(lines), HasSubstr("and the picture 12 x 12 pixels: draw over the picture"));
   EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 3U) << "nothing was sent";
 }
 

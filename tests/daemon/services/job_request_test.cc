@@ -104,6 +104,10 @@ TEST(JobRequest, SizesAndLinesOfAMosaicsCellsAreReadAndKept) {
   EXPECT_THAT(refusal_of("cell_sizes", "2x2:8f8"),
               HasSubstr("cell_sizes must be salient, or a mask of at most 48 x 48"));
   EXPECT_THAT(refusal_of("flow_lines", "1,2"), HasSubstr("flow_lines must be lines of X,Y"));
+  const auto alone = read({{"flow_lines_only", "1"}, {"layout", "mosaic"}});
+  ASSERT_TRUE(alone.ok()) << alone.error().message;
+  EXPECT_THAT(wants_no_guides(*alone, "a sketch").error().message,
+              HasSubstr("a sketch does not heed flow_lines_only: leave it out"));
 }
 
 TEST(JobRequest, PinnedVerticesAreReadAndKept) {

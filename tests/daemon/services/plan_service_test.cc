@@ -518,9 +518,17 @@ TEST_F(PlanServiceTest, AMosaicHeedsWhatIsPaintedAndDrawnAndLimitsOfWoods) {
   JobRequest request = small_job();
   request.options.layout = planner::LayoutKind::kMosaic;
   request.cell_sizes = "2x2:f000";
-  request.flow_lines = "0,5000 10000,5000";
-  const auto made = stored_plan(request);
-  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto outlines = [&] {
+    std::vector<Ring<ArtworkFrame>> out;
+    const auto made = stored_plan(request);
+    EXPECT_TRUE(made.ok()) << made.error().message;
+    if (!made.ok()) return out;
+    for (const auto& [mark, piece] : pieces_of(made->plan)) out.push_back(piece.artwork_outline);
+    return out;
+  };
+  const auto without_lines = outlines();
+  request.flow_lines = "0,2000 10000,8000";
+  EXPECT_NE(outlines(), without_lines);
   const auto refusal = [&](const auto& change) {
     JobRequest other = request;
     change(other);
@@ -530,6 +538,8 @@ TEST_F(PlanServiceTest, AMosaicHeedsWhatIsPaintedAndDrawnAndLimitsOfWoods) {
   };
   EXPECT_THAT(refusal([](JobRequest& it) { it.cell_sizes = "2x2:ffff"; }),
               ::testing::HasSubstr("are white everywhere"));
+  EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "20000,20000 30000,30000"; }),
+              ::testing::HasSubstr("no flow line of \"test\" runs over it"));
   EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "", it.options.flow_lines_only = true; }),
               ::testing::HasSubstr("has none: draw some"));
   EXPECT_THAT(refusal([](JobRequest& it) { it.wood_limits = {{"elm", 0.5}}; }), ::testing::HasSubstr("elm"));

@@ -54,16 +54,44 @@ TEST(FlowLines, WhatIsNoneIsRefused) {
   EXPECT_THAT(drawn(R"(<line x1="0" y1="0" x2="1e9" y2="9"/>)").error().message, HasSubstr("far beside its page"));
   std::string zigzag = R"(<path fill="none" d="M0 0)";
   for (int i = 0; i < 700; ++i) zigzag += fmt::format("L{} {}", i % 2 == 0 ? 200 : 0, i / 8.0);
-  EXPECT_THAT(drawn(zigzag + R"("/>)").error().message, HasSubstr("701 points, more than 600"));
+  EXPECT_THAT(drawn(zigzag + R"("/>)").error().message, HasSubstr("need more than 600 points"));
   EXPECT_THAT(flow_lines_of_drawing({}).error().message, HasSubstr("no page"));
   for (const char* text : {"1,2", "1,2 3", "1,2  3,4", "1,2 3,4;;1,2 3,4", "a,b c,d", "1,2 3,4 ", "1.5,2 3,4",
-                           "1,2 3,100001", "1,2;3,4", ";"})
+                           "1,2 3,100001", "-2147483648,0 1,1", "1,2;3,4", ";"})
     EXPECT_THAT(flow_lines_of("flow_lines", text).error().message, HasSubstr("flow_lines must be lines of X,Y"))
         << text;
   EXPECT_TRUE(flow_lines_of("flow_lines", "")->empty());
   std::string many = "0,0";
   for (int i = 0; i < 600; ++i) many += fmt::format(" {},{}", i, i);
   EXPECT_THAT(flow_lines_of("flow_lines", many).error().message, HasSubstr("more than 600 points"));
+}
+
+TEST(FlowLines, MeetThePictureWhereverTheirPointsLie) {
+  for (const FlowLine& line : {FlowLine{{-5000, 4000}, {15000, 6000}}, FlowLine{{-100, 9000}, {1500, 10500}},
+                               FlowLine{{20000, 0}, {5000, 5000}}, FlowLine{{3000, -9}, {3000, 20000}},
+                               FlowLine{{-9, 0}, {5, 0}}, FlowLine{{-9, -9}, {-9, 15000}, {15000, 9}}})
+    EXPECT_TRUE(meets_picture(line)) << flow_text({line});
+  for (const FlowLine& line : {FlowLine{{20000, 20000}, {30000, 30000}}, FlowLine{{-1000, 9500}, {1000, 11500}},
+                               FlowLine{{-9, -9}, {-9, 20000}}, FlowLine{{5000, -9}, {20000, -9}, {20000, 9}}})
+    EXPECT_FALSE(meets_picture(line)) << flow_text({line});
+  const auto across = drawn(R"(<line x1="-50" y1="20" x2="250" y2="80"/>)");
+  ASSERT_TRUE(across.ok()) << across.error().message;
+  EXPECT_EQ(across->size(), 1U);
+}
+
+// As many as read_svg() leaves of them, each of which is needed: that they are too many is known after a few hundred.
+TEST(FlowLines, AreRefusedOnceTheyNeedTooManyPoints) {
+  Drawing drawing;
+  drawing.page = {200, 100};
+  drawing.lines.resize(1);
+  for (std::size_t i = 0; i < kMostDrawnFlowPoints; ++i)
+    drawing.lines.front().points.push_back({i % 2 == 0 ? 0.0 : 200.0, 1e-3 * static_cast<double>(i)});
+  EXPECT_THAT(flow_lines_of_drawing(drawing).error().message, HasSubstr("need more than 600 points"));
+  drawing.lines.assign(301, {});
+  for (DrawnLine& line : drawing.lines) line.points = {{0, 0}, {200, 100}};
+  EXPECT_THAT(flow_lines_of_drawing(drawing).error().message, HasSubstr("need more than 600 points"));
+  drawing.lines.pop_back();
+  EXPECT_EQ(flow_lines_of_drawing(drawing)->size(), 300U);
 }
 
 }  // namespace

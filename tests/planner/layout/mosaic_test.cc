@@ -342,7 +342,7 @@ TEST(TileSizes, FollowWhatIsPaintedEvenlyByFactors) {
   cv::Mat painted(200, 300, CV_8UC1, cv::Scalar(0));
   painted.colRange(0, 100).setTo(255);
   painted.colRange(100, 200).setTo(128);
-  const cv::Mat size = painted_tile_sizes(painted, 300, 4);
+  const cv::Mat size = painted_tile_sizes(smooth_painted(painted, 300), 300, 4);
   const auto at = [&](int c) { return static_cast<double>(size.at<float>(100, c)); };
   EXPECT_NEAR(at(150) / at(20), 2, 0.1);
   EXPECT_NEAR(at(280) / at(150), 2, 0.1);
@@ -359,6 +359,7 @@ TEST(Mosaic, CellsLieAlongLinesThatSomebodyDrew) {
   const cv::Mat plain(300, 300, CV_8UC3, cv::Scalar::all(128));
   const cv::Mat size = tile_sizes(cv::Mat(plain.size(), CV_32FC1, cv::Scalar(0)), 150, 2);
   MosaicOptions options{150, 1, 4, 2};
+  options.with_joints = true;
   const auto askew = [&] {  // of cells beside the line, on the mean, from its direction
     const auto mosaic = decorative_mosaic(plain, size, options);
     EXPECT_TRUE(mosaic.ok());
@@ -427,10 +428,13 @@ TEST(Mosaic, TilesWithJointsKeepApartAndOffTheEdges) {
   const cv::Mat picture = portrait({450, 450});
   const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 500, 2);
   for (const std::uint64_t seed : {4U, 5U, 6U}) {
-    const auto mosaic = decorative_mosaic(picture, size, {500, 1, seed, 2});
+    MosaicOptions options{500, 1, seed, 2};
+    EXPECT_FALSE(decorative_mosaic(picture, size, options)->tile_figures);
+    options.with_joints = true;
+    const auto mosaic = decorative_mosaic(picture, size, options);
     ASSERT_TRUE(mosaic.ok());
     ASSERT_EQ(mosaic->tiles.size(), 500U);
-    const TileFigures& figures = mosaic->tile_figures;
+    const TileFigures& figures = *mosaic->tile_figures;
     EXPECT_LE(figures.overlap, 0.01) << seed;
     EXPECT_LE(figures.deviation_deg, 5) << seed;
     EXPECT_LE(figures.straddling, 0.02) << seed;
@@ -443,17 +447,20 @@ TEST(Mosaic, TheFiguresOfTilesAreThoseOfTheTiles) {
   const cv::Mat angle(100, 100, CV_32FC1, cv::Scalar(0));
   cv::Mat edges(100, 100, CV_8UC1, cv::Scalar(0));
   const DisjointTile level{{30, 30}, 0, 20, 10}, beside{{45, 30}, 0, 20, 10}, turned{{70, 70}, 0.35, 20, 10};
-  TileFigures figures = tile_figures({level, beside, turned}, angle, edges);
+  TileFigures figures = *tile_figures({level, beside, turned}, angle, edges);
   EXPECT_NEAR(figures.overlap, 50.0 / 600, 0.01);
   EXPECT_NEAR(figures.coverage, 550.0 / 10000, 0.001);
   EXPECT_EQ(figures.deviation_deg, 0) << "the median";
-  EXPECT_NEAR(tile_figures({turned}, angle, edges).deviation_deg, 20.05, 0.1);
+  EXPECT_NEAR(tile_figures({turned}, angle, edges)->deviation_deg, 20.05, 0.1);
   EXPECT_EQ(figures.straddling, 0);
   edges.row(30).setTo(255);
-  EXPECT_NEAR(tile_figures({level, beside, turned}, angle, edges).straddling, 2.0 / 3, 1e-9);
+  EXPECT_NEAR(tile_figures({level, beside, turned}, angle, edges)->straddling, 2.0 / 3, 1e-9);
   edges.setTo(0);
   edges.row(34).setTo(255);  // on the rim
-  EXPECT_EQ(tile_figures({level, beside, turned}, angle, edges).straddling, 0);
+  EXPECT_EQ(tile_figures({level, beside, turned}, angle, edges)->straddling, 0);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(tile_figures({turned}, angle, edges, stop.get_token()).error().code, ErrorCode::kCancelled);
 }
 
 // 80 cells, smaller ones in the left half as far as `detail` says.

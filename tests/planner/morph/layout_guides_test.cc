@@ -18,6 +18,26 @@ namespace {
 
 using ::testing::HasSubstr;
 
+TEST(LayoutGuides, SizesOfCellsHaveThePicturesShapeAsFarAsWholeCellsCan) {
+  const auto refusal = [](const cv::Mat& sizes, const cv::Size& picture, bool painted = false) {
+    const Status good = painted ? check_painted_sizes(sizes, picture, "it") : check_cell_sizes(sizes, picture, "it");
+    return good.ok() ? "" : good.error().message;
+  };
+  const auto mask = [](int columns, int rows) { return cv::Mat(rows, columns, CV_8UC1, cv::Scalar(0)); };
+  EXPECT_EQ(refusal({}, {400, 400}), "");
+  EXPECT_EQ(refusal(mask(5, 48), {400, 4000}), "") << "as job new makes it";
+  EXPECT_EQ(refusal(mask(48, 5), {4000, 400}), "");
+  EXPECT_EQ(refusal(mask(48, 1), {4000, 10}), "");
+  EXPECT_EQ(refusal(mask(1, 48), {10, 4000}), "");
+  EXPECT_EQ(refusal(mask(600, 406), {600, 400}), "");
+  EXPECT_THAT(refusal(mask(600, 410), {600, 400}), HasSubstr("have 600 x 410 pixels, and the picture 600 x 400"));
+  EXPECT_THAT(refusal(mask(410, 600), {400, 600}), HasSubstr("in its shape"));
+  EXPECT_THAT(refusal(mask(7, 48), {400, 4000}), HasSubstr("in its shape"));
+  EXPECT_THAT(refusal(cv::Mat(4, 6, CV_8UC3, cv::Scalar(0)), {6, 4}), HasSubstr("8-bit grey"));
+  EXPECT_THAT(refusal(mask(6, 4), {6, 4}, true), HasSubstr("are black everywhere"));
+  EXPECT_EQ(refusal(mask(6, 4), {6, 4}), "");
+}
+
 constexpr int kDrawn = 200;  // pixels of drawn pictures: two a millimetre
 const PixelGrid kDrawnWork{{2}, 100_mm};
 

@@ -56,6 +56,39 @@ TEST(Crops, PartTheCellsOfACoarseMaskWhereTheyLie) {
   EXPECT_LE(artwork.importance.cols, 30) << "no finer than the picture";
 }
 
+// Whatever sides of its cells a crop parts: sizes of a mosaic's cells must have the picture's shape.
+TEST(Crops, LeaveAMaskOfTheirShape) {
+  for (const cv::Rect& crop : {cv::Rect{100, 0, 720, 900}, cv::Rect{0, 10, 1200, 500}, cv::Rect{50, 50, 600, 450},
+                               cv::Rect{101, 203, 99, 701}, cv::Rect{3, 3, 1, 1}}) {
+    Artwork artwork;
+    artwork.picture = cv::Mat(900, 1200, CV_8UC3, cv::Scalar::all(0));
+    artwork.guides.cell_sizes = cv::Mat(36, 48, CV_8UC1, cv::Scalar(0));
+    crop_pictures(artwork, crop);
+    const Status good = check_cell_sizes(artwork.guides.cell_sizes, artwork.picture.size(), "it");
+    EXPECT_TRUE(good.ok()) << good.error().message;
+    EXPECT_LE(artwork.guides.cell_sizes.cols, crop.width);
+  }
+  Artwork tall;
+  tall.picture = cv::Mat(4000, 400, CV_8UC3, cv::Scalar::all(0));
+  tall.guides.cell_sizes = cv::Mat(48, 5, CV_8UC1, cv::Scalar(0));
+  tall.importance = cv::Mat(2, 3000, CV_8UC1, cv::Scalar(0));
+  crop_pictures(tall, {1, 1, 399, 3999});
+  const Status good = check_cell_sizes(tall.guides.cell_sizes, tall.picture.size(), "it");
+  EXPECT_TRUE(good.ok()) << good.error().message;
+  EXPECT_LE(tall.importance.total(), std::size_t{3000} * 4000) << "strips stay strips";
+}
+
+TEST(Crops, KeepFlowLinesWithinWhatCanBeDrawn) {
+  Artwork artwork;
+  artwork.picture = cv::Mat(900, 30000, CV_8UC3, cv::Scalar::all(0));
+  artwork.guides.flow_lines = {{{100000, 5000}, {-100000, 5000}}};
+  crop_pictures(artwork, {29999, 0, 1, 900});
+  ASSERT_EQ(artwork.guides.flow_lines.size(), 1U);
+  EXPECT_GT(artwork.guides.flow_lines[0][0].x, kWholeSide);
+  EXPECT_LT(artwork.guides.flow_lines[0][1].x, 0);
+  EXPECT_EQ(artwork.guides.flow_lines[0][0].y, 5000);
+}
+
 TEST(Crops, AreWrittenAsTheyAreRead) {
   EXPECT_EQ(*crop_of("3,4,50,60"), cv::Rect(3, 4, 50, 60));
   EXPECT_EQ(crop_text({3, 4, 50, 60}), "3,4,50,60");
