@@ -200,7 +200,7 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
   command.add_option(
       "--material-limit", arguments.material_limits,
-      "MATERIAL=F: no more than this share of the picture's area, 0 to 1, is of this material (repeatable)");
+      "MATERIAL=F: no more than this share of the pictures' area, 0 to 1, is of this material (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Length of the picture's shorter side, in millimetres")
       ->capture_default_str();
   for (const planner::NamedOption& option : planner::kNamedOptions) add_plan_option(command, option, arguments.options);
