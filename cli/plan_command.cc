@@ -262,7 +262,7 @@ void tell_gain(const planner::FineReport& fine) {
                            fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
 }
 
-void tell_tiles(const planner::MosaicReport::WithJoints& tiles) {
+void tell_tiles(const planner::TilesReport& tiles) {
   std::cerr << fmt::format(
       "veneerctl: tiles with joints cover {:.0f} % of the picture; {:.1f} % of their area overlaps, they lie {:.1f} "
       "degrees off the lines (median), an edge runs through {:.1f} %\n",

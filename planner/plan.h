@@ -243,6 +243,12 @@ struct MosaicTiling {
   std::vector<MosaicTile> tiles;
 };
 
+// A mosaic's tiles with joints between them: how they come out (layout/disjoint_tiles.h); over all artworks the least
+// coverage, of the other figures the largest.
+struct TilesReport {
+  double coverage = 1, overlap = 0, deviation_deg = 0, straddling = 0;
+};
+
 // How the cells of a mosaic came out, over all artworks that are cut into one.
 struct MosaicReport {
   std::size_t tiles = 0;          // that were wished for
@@ -258,14 +264,9 @@ struct MosaicReport {
     std::string where;  // which ninth of the picture, as it follows "at the": "upper left", "middle"
     std::size_t cells = 0;
   };
-  std::vector<Turning> turning{};  // by artworks, and in each where most are first
-  // The same tiles with joints between them: how they come out (layout/disjoint_tiles.h); the least coverage, of the
-  // other figures the largest.
-  struct WithJoints {
-    double coverage = 1, overlap = 0, deviation_deg = 0, straddling = 0;
-  };
-  std::optional<WithJoints> with_joints{};  // where Artwork::tiles_with_joints asks for them
-  double seconds = 0;                       // not part of what a plan is
+  std::vector<Turning> turning{};            // by artworks, and in each where most are first
+  std::optional<TilesReport> with_joints{};  // where Artwork::tiles_with_joints asks for them
+  double seconds = 0;                        // not part of what a plan is
 };
 
 // What became of areas that somebody drew, over all artworks that have some.

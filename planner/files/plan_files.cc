@@ -287,7 +287,7 @@ json turning_to_json(const std::vector<MosaicReport::Turning>& turning) {
   return out;
 }
 
-json with_joints_to_json(const std::optional<MosaicReport::WithJoints>& tiles) {
+json with_joints_to_json(const std::optional<TilesReport>& tiles) {
   if (!tiles) return {};
   return {{"coverage", tiles->coverage},
           {"overlap", tiles->overlap},

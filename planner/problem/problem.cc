@@ -212,7 +212,7 @@ void note_figures(const MosaicFigures& figures, double seconds, std::size_t artw
 }
 
 void note_figures(const TileFigures& figures, MosaicReport& all) {
-  MosaicReport::WithJoints& worst = all.with_joints ? *all.with_joints : all.with_joints.emplace();
+  TilesReport& worst = all.with_joints ? *all.with_joints : all.with_joints.emplace();
   worst.coverage = std::min(worst.coverage, figures.coverage);
   worst.overlap = std::max(worst.overlap, figures.overlap);
   worst.deviation_deg = std::max(worst.deviation_deg, figures.deviation_deg);
