@@ -146,7 +146,8 @@ class ClassSurvey {
   // kCancelled: a stop was requested, then or while this was made.
   Status run(Survey& survey, const std::function<void(double)>& progress) {
     if (stop_.stop_requested()) return cancelled();
-    const Best none(2 * (options_.candidates / groups_with_wood() + 1));
+    const std::size_t sharing = groups_with_wood();
+    const Best none(2 * ((options_.candidates + sharing - 1) / sharing));
     std::vector<Best> best(patches_.size() * groups(), none);
     std::mutex merging;
     Status surveyed = run_parallel(

@@ -281,9 +281,7 @@ Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, std
   const Stopwatch watch;
   Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
   if (!made.ok()) return made.error();
-  if (made->mosaic) {
-    note_figures(*made->mosaic, watch.seconds(), index, problem.mosaic);
-  }
+  if (made->mosaic) note_figures(*made->mosaic, watch.seconds(), index, problem.mosaic);
   if (made->tile_figures) {
     note_figures(*made->tile_figures, *problem.mosaic);
     problem.tilings.push_back({index, std::move(made->tiles)});
