@@ -1,4 +1,4 @@
-// What is plugged in and could be this cell's laser, and pictures that could be its camera's. Looked up in /sys and
+// What is plugged in and could be this cell's laser or camera, and pictures that could be its camera's. Looked up in /sys and
 // /dev; nothing is opened, so that no machine notices.
 //
 // Any thread that may wait for a disk.
@@ -38,6 +38,16 @@ std::vector<FoundLaser> find_lasers(const DeviceRoots& roots);
 // have its serial number, or are boards without one. One that is not plugged in means none, and one that was written
 // into the configuration by hand is not asked about.
 Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser);
+
+struct FoundCamera {
+  std::string node;    // "/dev/video0"
+  std::string device;  // as camera.device takes it; "" when it has no name that lasts
+  std::string name;    // what it calls itself; "" when it does not
+  NamedBy named_by = NamedBy::kNothing;
+  bool is_first = true;  // of the nodes that a device has
+};
+// Devices of Video4Linux, by their nodes' names.
+std::vector<FoundCamera> find_cameras(const DeviceRoots& roots);
 
 struct FoundPicture {
   std::string file;

@@ -298,6 +298,7 @@ TEST_F(WorkerProcessesTest, ThatScanReachTheirDevicesAndTheNetworkButNoUnixSocke
   const Terminal scanner, laser;
   WorkOrder reach = order("reach out", {{"given", scanner.path()}, {"kept", laser.path()}});
   reach.devices = {scanner.path()};
+  reach.network = true;
   const auto result = run(reach);
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->at("given"), 0);
@@ -307,6 +308,29 @@ TEST_F(WorkerProcessesTest, ThatScanReachTheirDevicesAndTheNetworkButNoUnixSocke
   EXPECT_EQ(result->at("ioctl"), 0);
   EXPECT_EQ(result->at("type"), ENOTTY) << "into the daemon's terminal";
   for (const char* denied : {"unix", "packet", "bluetooth", "fork"}) EXPECT_EQ(result->at(denied), EPERM) << denied;
+}
+
+TEST_F(WorkerProcessesTest, ThatLookThroughACameraReachThatDeviceAndNothingElse) {
+  const Terminal camera, laser;
+  WorkOrder reach = order("reach out", {{"given", camera.path()}, {"kept", laser.path()}});
+  reach.devices = {camera.path()};
+  const auto result = run(reach);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->at("given"), 0);
+  EXPECT_EQ(result->at("kept"), EACCES);
+  EXPECT_EQ(result->at("type"), ENOTTY) << "into the daemon's terminal";
+  for (const char* denied : {"internet", "internet 6", "netlink", "unix", "packet", "bluetooth", "fork"})
+    EXPECT_EQ(result->at(denied), EPERM) << denied;
+}
+
+// A network without a list of devices would be one without what keeps it from the daemon's socket.
+TEST_F(WorkerProcessesTest, HaveNoNetworkThatIsNotOrderedWithTheirDevices) {
+  WorkOrder reach = order("reach out", {{"given", "/dev/null"}, {"kept", "/dev/null"}});
+  reach.network = true;
+  const auto result = run(reach);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  for (const char* denied : {"internet", "internet 6", "netlink", "unix"})
+    EXPECT_EQ(result->at(denied), EPERM) << denied;
 }
 
 // On a kernel without Landlock.
