@@ -21,7 +21,7 @@ std::int64_t whole_or(const json& from, const char* name, std::int64_t otherwise
   return static_cast<std::int64_t>(number_or(from, name, static_cast<double>(otherwise)));
 }
 
-std::string takes_words(const json& control) {
+std::string control_takes(const json& control) {
   if (text_or(control, "kind", "") == "yes_no") return "0 or 1";
   std::string text;
   if (const json& choices = member(control, "choices"); choices.is_array())
@@ -35,7 +35,7 @@ std::string takes_words(const json& control) {
 }
 
 std::string control_line(const json& control) {
-  std::string text = fmt::format("  {:<30} {}, now {}, else {}", text_or(control, "name", "?"), takes_words(control),
+  std::string text = fmt::format("  {:<30} {}, now {}, else {}", text_or(control, "name", "?"), control_takes(control),
                                  whole_or(control, "value", 0), whole_or(control, "usual", 0));
   if (!flag_or(control, "settable", true)) text += ", read only";
   return text + "\n";

@@ -34,15 +34,17 @@ void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std:
   camera.settings("options", out.options);
   for (const char* needed : {"device", "width", "height"})
     if (!camera.has(needed))
-      errors.push_back(
-          fmt::format("{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
-  // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found first.
+      errors.push_back(fmt::format(
+          "{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
+  // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
+  // first.
   const fs::path device = out.device;
   const bool lasts = device.parent_path() == "/dev/v4l/by-id" || device.parent_path() == "/dev/v4l/by-path";
   if (camera.has("device") && (!lasts || !device.has_filename()))
-    errors.push_back(fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
-                                 "or /dev/v4l/by-path that veneerctl camera list has",
-                                 file, out.device));
+    errors.push_back(
+        fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
+                    "or /dev/v4l/by-path that veneerctl camera list has",
+                    file, out.device));
 }
 
 void read_travel(Section& laser, Millimetres& x, Millimetres& y) {

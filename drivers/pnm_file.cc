@@ -26,8 +26,9 @@ Status write_pnm(const RawPicture& picture, const std::filesystem::path& file) {
     out.write(portion.data(), static_cast<std::streamsize>(portion.size()));
   }
   if (out.flush()) return Ok();
-  return Error{ErrorCode::kStorage,
-               fmt::format("the picture cannot be written to {}: make room on the disk, then try again", file.string())};
+  return Error{
+      ErrorCode::kStorage,
+      fmt::format("the picture cannot be written to {}: make room on the disk, then try again", file.string())};
 }
 
 }  // namespace veneer

@@ -54,8 +54,7 @@ Result<json> take_picture(const json& request, const std::filesystem::path& fold
   v4l2::LookOptions options;
   options.frames = order.frames;
   const SteadyClock clock;
-  auto taken =
-      v4l2::take_picture(**camera, order.settings, folder / kMadePicture, options, clock, decode_frame, stop);
+  auto taken = v4l2::take_picture(**camera, order.settings, folder / kMadePicture, options, clock, decode_frame, stop);
   if (!taken) return taken.error();
   return json(*taken);
 }
@@ -74,10 +73,9 @@ Result<json> describe_cameras(const json& request, const std::filesystem::path&,
   return json(out);
 }
 
-constexpr std::array kCaptureWork{KindOfWork{ScanGlass::kKind, scan_glass},
-                                  KindOfWork{FindScanners::kKind, find_scanners},
-                                  KindOfWork{TakePicture::kKind, take_picture},
-                                  KindOfWork{DescribeCameras::kKind, describe_cameras}};
+constexpr std::array kCaptureWork{
+    KindOfWork{ScanGlass::kKind, scan_glass}, KindOfWork{FindScanners::kKind, find_scanners},
+    KindOfWork{TakePicture::kKind, take_picture}, KindOfWork{DescribeCameras::kKind, describe_cameras}};
 
 }  // namespace
 

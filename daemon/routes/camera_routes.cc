@@ -18,11 +18,6 @@ json control_json(const v4l2::CameraControl& control) {
           {"choices", std::move(choices)}};
 }
 
-json named_by_json(NamedBy named_by) {
-  if (named_by == NamedBy::kNothing) return nullptr;
-  return named_by == NamedBy::kSerialNumber ? "serial_number" : "socket";
-}
-
 json cameras_json(const std::vector<CameraToChoose>& cameras) {
   json list = json::array();
   for (const auto& [found, described] : cameras) {
@@ -31,7 +26,7 @@ json cameras_json(const std::vector<CameraToChoose>& cameras) {
     list.push_back({{"device", found.device},
                     {"node", found.node},
                     {"name", described.card.empty() ? found.name : described.card},
-                    {"named_by", named_by_json(found.named_by)},
+                    {"named_by", to_json(found.named_by)},
                     {"problem", described.problem},
                     {"formats", described.formats},
                     {"controls", std::move(controls)}});

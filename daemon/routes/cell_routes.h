@@ -90,6 +90,9 @@ struct ScannerServices {
 };
 void bind_scanner_routes(Router& router, const ScannerServices& services);
 
+// null: by nothing that lasts.
+nlohmann::json to_json(NamedBy named_by);
+
 // The same of cameras.
 struct CameraServices {
   JobRunner& unit;

@@ -1,5 +1,5 @@
-// What is plugged in and could be this cell's laser or camera, and pictures that could be its camera's. Looked up in /sys and
-// /dev; nothing is opened, so that no machine notices.
+// What is plugged in and could be this cell's laser or camera, and pictures that could be its camera's. Looked up in
+// /sys and /dev; nothing is opened, so that no machine notices.
 //
 // Any thread that may wait for a disk.
 #pragma once

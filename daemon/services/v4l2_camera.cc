@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder, std::vector<fs::path> devices,
-                   std::chrono::milliseconds deadline) {
+WorkOrder camera_order(const char* kind, const char* what, const WorkFolder& folder, std::vector<fs::path> devices,
+                       std::chrono::milliseconds deadline) {
   WorkOrder order;
   order.kind = kind;
   order.what = what;
@@ -30,16 +30,17 @@ WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder,
 
 // Does this setting move or turn what is seen? Then calibrations are good for one value of it.
 bool moves_the_view(const std::string& option) {
-  constexpr std::array<std::string_view, 7> kBegin = {"focus", "zoom", "pan_", "tilt_", "horizontal_flip",
-                                                      "vertical_flip", "rotate"};
+  constexpr std::array<std::string_view, 7> kBegin = {"focus",           "zoom",          "pan_",  "tilt_",
+                                                      "horizontal_flip", "vertical_flip", "rotate"};
   return std::ranges::any_of(kBegin, [&](std::string_view begin) { return option.starts_with(begin); });
 }
 
-Error hangs(const std::string& device, std::chrono::milliseconds deadline) {
-  return {ErrorCode::kTimeout,
-          fmt::format("the camera {} was not done within {} s and was given up: unplug it, plug it in again, and look at "
-                      "its cable",
-                      device, std::chrono::duration<double>(deadline).count())};
+Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline) {
+  return {
+      ErrorCode::kTimeout,
+      fmt::format("the camera {} was not done within {} s and was given up: unplug it, plug it in again, and look at "
+                  "its cable",
+                  device, std::chrono::duration<double>(deadline).count())};
 }
 
 }  // namespace
@@ -58,15 +59,17 @@ Result<fs::path> V4l2Camera::take(int frames, std::optional<WorkFolder>& into, c
   if (!folder) return folder.error();
   const TakePicture asked{config_.device, {config_.width, config_.height, config_.format, config_.options}, frames};
   const auto taken = have_done<v4l2::TakenPicture>(
-      *workers_, order_of(TakePicture::kKind, "taking a picture of the bed", *folder, {config_.device}, deadline_), asked,
-      [](double, const std::string&) {}, stop);
-  if (!taken) return taken.error().code == ErrorCode::kTimeout ? hangs(config_.device, deadline_) : taken.error();
+      *workers_, camera_order(TakePicture::kKind, "taking a picture of the bed", *folder, {config_.device}, deadline_),
+      asked, [](double, const std::string&) {}, stop);
+  if (!taken)
+    return taken.error().code == ErrorCode::kTimeout ? camera_hangs(config_.device, deadline_) : taken.error();
   std::error_code none;
   if (taken->width != config_.width || taken->height != config_.height || taken->averaged != frames ||
       !fs::is_regular_file(folder->path() / kMadePicture, none))
-    return Error{ErrorCode::kInternal,
-                 "the picture of the bed came back of another size or not at all: try again, and report it when it comes "
-                 "back"};
+    return Error{
+        ErrorCode::kInternal,
+        "the picture of the bed came back of another size or not at all: try again, and report it when it comes "
+        "back"};
   into = std::move(*folder);
   return into->path() / kMadePicture;
 }
@@ -92,11 +95,11 @@ Result<std::vector<CameraToChoose>> find_cameras(WorkRunner& workers, const Conf
   }
   const auto folder = WorkFolder::make(config.store.data_dir);
   if (!folder) return folder.error();
-  auto described = have_done<CamerasDescribed>(
-      workers,
-      order_of(DescribeCameras::kKind, "looking for cameras", *folder, std::move(devices),
-               std::chrono::seconds(config.workers.look_limit_s)),
-      asked, progress, stop);
+  auto described =
+      have_done<CamerasDescribed>(workers,
+                                  camera_order(DescribeCameras::kKind, "looking for cameras", *folder,
+                                               std::move(devices), std::chrono::seconds(config.workers.look_limit_s)),
+                                  asked, progress, stop);
   if (!described) return described.error();
   if (described->cameras.size() != out.size())
     return Error{ErrorCode::kInternal, "looking for cameras came back with others than were asked for: try again"};

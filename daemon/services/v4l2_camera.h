@@ -1,5 +1,5 @@
-// A camera of Video4Linux over the bed: each picture is a worker process (daemon/orders/capture_work.h) that may open this
-// camera and no other device, because drivers hang. One that hangs is killed at the deadline.
+// A camera of Video4Linux over the bed: each picture is a worker process (daemon/orders/capture_work.h) that may open
+// this camera and no other device, because drivers hang. One that hangs is killed at the deadline.
 //
 // Contract and threading: drivers/camera_driver.h.
 #pragma once

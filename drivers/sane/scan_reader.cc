@@ -54,7 +54,7 @@ class Reader {
       if (!first->parameters.last)
         return fault("announces another frame behind a whole picture", "scan again with another mode under [scanner]");
       return RawPicture{first->parameters.pixels_per_line, first->lines, channels_of(first->parameters.kind),
-                     first->parameters.depth, std::move(first->samples)};
+                        first->parameters.depth, std::move(first->samples)};
     }
     return read_three(std::move(*first));
   }
@@ -214,7 +214,7 @@ struct AlwaysEnded {
 }  // namespace
 
 Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
-                          const std::stop_token& stop) {
+                             const std::stop_token& stop) {
   const AlwaysEnded ended{source};
   return Reader(source, options, progress, stop).read();
 }

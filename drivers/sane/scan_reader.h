@@ -54,6 +54,6 @@ struct ReadOptions {
 
 // Ends the scan on every way out. kCancelled after a stop request, seen between two portions.
 Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
-                          const std::stop_token& stop);
+                             const std::stop_token& stop);
 
 }  // namespace veneer::sane

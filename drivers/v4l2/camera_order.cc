@@ -45,10 +45,11 @@ Result<std::string> choose_format(OpenCamera& camera, const CameraSettings& sett
     for (const std::string_view code : readable_formats())
       if (codes.contains(std::string(code))) return std::string(code);
   if (codes.contains(settings.format)) return settings.format;
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("the camera {} has no format {} at {} x {} pixels: set format under [camera] to one of {}, or "
-                           "take it out",
-                           camera.camera(), settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("the camera {} has no format {} at {} x {} pixels: set format under [camera] to one of {}, or "
+                  "take it out",
+                  camera.camera(), settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
 }
 
 }  // namespace
@@ -61,11 +62,12 @@ Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& sett
   const auto format = camera.set_format(*code, settings.width, settings.height);
   if (!format) return format.error();
   if (format->code != *code || format->width != settings.width || format->height != settings.height)
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the camera {} makes {} x {} pixels, {}, of {} x {}, {}: set width, height and format under "
-                             "[camera] to what it keeps",
-                             camera.camera(), format->width, format->height, format->code, settings.width,
-                             settings.height, *code)};
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the camera {} makes {} x {} pixels, {}, of {} x {}, {}: set width, height and format under "
+                    "[camera] to what it keeps",
+                    camera.camera(), format->width, format->height, format->code, settings.width, settings.height,
+                    *code)};
   const auto locked = lock_controls(camera, settings.options);
   if (!locked) return locked.error();
   const auto look = take_look(camera, *format, options, clock, decode_jpeg, stop);
@@ -73,7 +75,7 @@ Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& sett
   // A camera may lose its settings when it begins.
   if (Status kept = still_locked(camera, *locked); !kept) return kept.error();
   if (Status written = write_pnm(look->picture, file); !written) return written.error();
-  return TakenPicture{camera.card(), camera.bus(),   *code,         settings.width,
+  return TakenPicture{camera.card(),   camera.bus(),   *code,        settings.width,
                       settings.height, look->averaged, look->refused};
 }
 

@@ -11,19 +11,41 @@ namespace veneer::v4l2 {
 namespace {
 
 // What changes a picture by itself. 0 is off but of exposure, which is told apart below.
-constexpr std::array<std::uint32_t, 10> kAutomatics = {
-    V4L2_CID_EXPOSURE_AUTO, V4L2_CID_EXPOSURE_AUTO_PRIORITY, V4L2_CID_AUTOGAIN,
-    V4L2_CID_AUTO_WHITE_BALANCE, V4L2_CID_FOCUS_AUTO, V4L2_CID_HUE_AUTO,
-    V4L2_CID_AUTOBRIGHTNESS, V4L2_CID_CHROMA_AGC, V4L2_CID_IMAGE_STABILIZATION,
-    V4L2_CID_ISO_SENSITIVITY_AUTO};
+constexpr std::array<std::uint32_t, 10> kAutomatics = {V4L2_CID_EXPOSURE_AUTO,
+                                                       V4L2_CID_EXPOSURE_AUTO_PRIORITY,
+                                                       V4L2_CID_AUTOGAIN,
+                                                       V4L2_CID_AUTO_WHITE_BALANCE,
+                                                       V4L2_CID_FOCUS_AUTO,
+                                                       V4L2_CID_HUE_AUTO,
+                                                       V4L2_CID_AUTOBRIGHTNESS,
+                                                       V4L2_CID_CHROMA_AGC,
+                                                       V4L2_CID_IMAGE_STABILIZATION,
+                                                       V4L2_CID_ISO_SENSITIVITY_AUTO};
 
 // What an earlier program may have left at another value.
-constexpr std::array<std::uint32_t, 23> kLasting = {
-    V4L2_CID_BRIGHTNESS, V4L2_CID_CONTRAST, V4L2_CID_SATURATION, V4L2_CID_HUE, V4L2_CID_GAMMA, V4L2_CID_GAIN,
-    V4L2_CID_SHARPNESS, V4L2_CID_BACKLIGHT_COMPENSATION, V4L2_CID_WHITE_BALANCE_TEMPERATURE, V4L2_CID_RED_BALANCE,
-    V4L2_CID_BLUE_BALANCE, V4L2_CID_EXPOSURE, V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CID_ANALOGUE_GAIN,
-    V4L2_CID_DIGITAL_GAIN, V4L2_CID_IRIS_ABSOLUTE, V4L2_CID_ZOOM_ABSOLUTE, V4L2_CID_PAN_ABSOLUTE,
-    V4L2_CID_TILT_ABSOLUTE, V4L2_CID_HFLIP, V4L2_CID_VFLIP, V4L2_CID_ROTATE, V4L2_CID_WIDE_DYNAMIC_RANGE};
+constexpr std::array<std::uint32_t, 23> kLasting = {V4L2_CID_BRIGHTNESS,
+                                                    V4L2_CID_CONTRAST,
+                                                    V4L2_CID_SATURATION,
+                                                    V4L2_CID_HUE,
+                                                    V4L2_CID_GAMMA,
+                                                    V4L2_CID_GAIN,
+                                                    V4L2_CID_SHARPNESS,
+                                                    V4L2_CID_BACKLIGHT_COMPENSATION,
+                                                    V4L2_CID_WHITE_BALANCE_TEMPERATURE,
+                                                    V4L2_CID_RED_BALANCE,
+                                                    V4L2_CID_BLUE_BALANCE,
+                                                    V4L2_CID_EXPOSURE,
+                                                    V4L2_CID_EXPOSURE_ABSOLUTE,
+                                                    V4L2_CID_ANALOGUE_GAIN,
+                                                    V4L2_CID_DIGITAL_GAIN,
+                                                    V4L2_CID_IRIS_ABSOLUTE,
+                                                    V4L2_CID_ZOOM_ABSOLUTE,
+                                                    V4L2_CID_PAN_ABSOLUTE,
+                                                    V4L2_CID_TILT_ABSOLUTE,
+                                                    V4L2_CID_HFLIP,
+                                                    V4L2_CID_VFLIP,
+                                                    V4L2_CID_ROTATE,
+                                                    V4L2_CID_WIDE_DYNAMIC_RANGE};
 
 bool holds(const auto& list, std::uint32_t id) { return std::ranges::find(list, id) != list.end(); }
 
@@ -53,7 +75,7 @@ class Lock {
     if (Status read = look(); !read) return read;
     if (Status known = check_stated(); !known) return known;
     for (const CameraControl& automatic : std::vector(controls_))
-      if (holds(kAutomatics, automatic.id) && automatic.settable)
+      if (holds(kAutomatics, automatic.id) && automatic.settable && find(automatic.name)->active)
         if (Status off = switch_off(automatic); !off) return off;
     for (const auto& [name, text] : stated_)
       if (Status set = set_stated(name, text); !set) return set;
@@ -154,11 +176,11 @@ Status still_locked(OpenCamera& camera, const LockedControls& locked) {
   for (const auto& [name, value] : locked) {
     const auto now = std::ranges::find(*controls, name, &CameraControl::name);
     if (now != controls->end() && now->value == value) continue;
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the camera {} has {} = {} where {} was set, so it is not locked: write a value that it "
-                             "keeps in options under [camera], and close other programs that use it",
-                             camera.camera(), name, now == controls->end() ? "nothing" : std::to_string(now->value),
-                             value)};
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the camera {} has {} = {} where {} was set, so it is not locked: write a value that it "
+                    "keeps in options under [camera], and close other programs that use it",
+                    camera.camera(), name, now == controls->end() ? "nothing" : std::to_string(now->value), value)};
   }
   return Ok();
 }

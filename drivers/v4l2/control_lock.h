@@ -3,8 +3,8 @@
 // Every automatic that the device has is switched off: exposure, gain, white balance, focus and what steadies the
 // picture by moving it. Then each control that changes a picture gets the value that is stated for it, or else the
 // device's own default, which is the same after every start and whatever another program left there. Only focus must be
-// stated where a motor sets it: a lens calibration is good for one focus, and a default is hardly ever sharp. All is read
-// back, and what the device did not take is refused.
+// stated where a motor sets it: a lens calibration is good for one focus, and a default is hardly ever sharp. All is
+// read back, and what the device did not take is refused.
 #pragma once
 
 #include <cstdint>

@@ -29,11 +29,10 @@ constexpr std::string_view kFuture = "that it says were taken in the future";
 constexpr std::string_view kNoYounger = "whose time does not go on";
 constexpr std::string_view kRepeated = "that are the same to the last bit, so it hangs or its lens is covered";
 
-// 64 bits: should two pictures ever share them, one is refused for nothing. Of the pixels: in front of a JPEG's stands what
-// its camera counts.
+// 64 bits: should two pictures ever share them, one is refused for nothing. Of the pixels: in front of a JPEG's stands
+// what its camera counts.
 std::size_t hash_of(const RawPicture& picture) {
-  return std::hash<std::string_view>()(
-      {reinterpret_cast<const char*>(picture.samples.data()), picture.samples.size()});
+  return std::hash<std::string_view>()({reinterpret_cast<const char*>(picture.samples.data()), picture.samples.size()});
 }
 
 class Looker {
@@ -106,20 +105,22 @@ class Looker {
   Error too_late() const {
     const double seconds = std::chrono::duration<double>(options_.deadline).count();
     if (refused_ > 0)
-      return {ErrorCode::kUnavailable, fmt::format("the camera {} gave no good picture within {:g} s, but pictures {}: {}",
-                                               source_.camera(), seconds, last_reason_, remedy())};
+      return {ErrorCode::kUnavailable,
+              fmt::format("the camera {} gave no good picture within {:g} s, but pictures {}: {}", source_.camera(),
+                          seconds, last_reason_, remedy())};
     if (came_ > 0)
       return {ErrorCode::kUnavailable,
               fmt::format("the camera {} gave {} pictures within {:g} s, which is too slow: set a smaller width and "
                           "height, fewer frames or a shorter exposure under [camera]",
                           source_.camera(), came_, seconds)};
-    return {ErrorCode::kUnavailable,
-            fmt::format("the camera {} gave no picture within {:g} s: unplug it, plug it in again and look at its cable",
-                        source_.camera(), seconds)};
+    return {
+        ErrorCode::kUnavailable,
+        fmt::format("the camera {} gave no picture within {:g} s: unplug it, plug it in again and look at its cable",
+                    source_.camera(), seconds)};
   }
   Error too_many() const {
-    return {ErrorCode::kDeviceFault, fmt::format("the camera {} gives pictures {}: {}", source_.camera(), last_reason_,
-                                                 remedy())};
+    return {ErrorCode::kDeviceFault,
+            fmt::format("the camera {} gives pictures {}: {}", source_.camera(), last_reason_, remedy())};
   }
   std::string_view remedy() const {
     if (last_reason_ == kTimeless)
@@ -130,11 +131,12 @@ class Looker {
     return "unplug it and plug it in again";
   }
   Error moves() const {
-    return {ErrorCode::kRefused,
-            fmt::format("pictures of the camera {} that were taken at once differ, so something moves in its sight or "
-                        "the light flickers: keep hands and smoke away, and set exposure_time_absolute to a multiple of "
-                        "100 under [camera] (of 83 where mains have 60 Hz)",
-                        source_.camera())};
+    return {
+        ErrorCode::kRefused,
+        fmt::format("pictures of the camera {} that were taken at once differ, so something moves in its sight or "
+                    "the light flickers: keep hands and smoke away, and set exposure_time_absolute to a multiple of "
+                    "100 under [camera] (of 83 where mains have 60 Hz)",
+                    source_.camera())};
   }
 
   FrameSource& source_;

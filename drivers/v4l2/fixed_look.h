@@ -3,13 +3,14 @@
 // A frame is used only when nothing speaks against it. Refused, and another one waited for, is a frame
 //   - that the driver calls damaged, that lacks bytes or whose JPEG is broken;
 //   - without a time, from before the look was asked for, from the future, or no younger than one before it;
-//   - whose pixels are those of another frame of this look, refused ones too: a real sensor has noise, so a driver hangs.
-// Too many of those, or none in time, end the look with the reason. The first frames that are not refused are thrown away
-// all the same, because settings take a few frames to count; and since two go, the exposure of those that stay began
-// after the look was asked for, whether the driver stamps its begin or its end.
+//   - whose pixels are those of another frame of this look, refused ones too: a real sensor has noise, so a driver
+//   hangs.
+// Too many of those, or none in time, end the look with the reason. The first frames that are not refused are thrown
+// away all the same, because settings take a few frames to count; and since two go, the exposure of those that stay
+// began after the look was asked for, whether the driver stamps its begin or its end.
 //
-// What stays is averaged. Frames that differ by more than noise are not: something moved, or the light did, and the mean
-// would show what never was. Then it begins anew with the newer one, a few times.
+// What stays is averaged. Frames that differ by more than noise are not: something moved, or the light did, and the
+// mean would show what never was. Then it begins anew with the newer one, a few times.
 #pragma once
 
 #include <chrono>
@@ -33,8 +34,8 @@ struct LookOptions {
   Duration deadline = std::chrono::seconds(10);  // of the whole look
   int most_refused = 30;                         // frames
   int most_beginnings = 4;                       // of the average
-  // Grey levels of a square (frame_average.h). Noise of a poor sensor makes some 5 in the worst of all squares, a shift by
-  // a pixel along the black edge of a tag 9.
+  // Grey levels of a square (frame_average.h). Noise of a poor sensor makes some 5 in the worst of all squares, a shift
+  // by a pixel along the black edge of a tag 9.
   double most_change = 8;
 };
 
@@ -44,8 +45,9 @@ struct Look {
   int refused = 0;  // frames
 };
 
-// Ends the camera's frames on every way out. kUnavailable: no good frame in time; kDeviceFault: too many that are refused;
-// kRefused: the bed does not keep still; kCancelled after a stop request, seen between two frames; or the camera's own.
+// Ends the camera's frames on every way out. kUnavailable: no good frame in time; kDeviceFault: too many that are
+// refused; kRefused: the bed does not keep still; kCancelled after a stop request, seen between two frames; or the
+// camera's own.
 Result<Look> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options, const Clock& clock,
                        const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
 

@@ -8,11 +8,11 @@
 
 namespace veneer::v4l2 {
 
-// Grey levels in squares of a picture. Noise vanishes in a square's mean: of 256 pixels that scatter by 15 levels each it
-// scatters by 1. What moves by a pixel along a strong edge, or light that changes, does not.
+// Grey levels in squares of a picture. Noise vanishes in a square's mean: of 256 pixels that scatter by 15 levels each
+// it scatters by 1. What moves by a pixel along a strong edge, or light that changes, does not.
 class SquareMeans {
  public:
-  static constexpr int kSide = 16;  // pixels
+  static constexpr int kSide = 16;                  // pixels
   explicit SquareMeans(const RawPicture& picture);  // RGB of 8 bits
   // The largest difference of two squares, 0 to 255. REQUIRES: pictures of one size.
   double most_change(const SquareMeans& other) const;

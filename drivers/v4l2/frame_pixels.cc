@@ -35,9 +35,7 @@ class ColourMatrix {
 
  private:
   static int fixed(double value) { return static_cast<int>(std::lround(value * 65536)); }
-  static std::uint8_t byte(int value) {
-    return static_cast<std::uint8_t>(std::clamp((value + 32768) >> 16, 0, 255));
-  }
+  static std::uint8_t byte(int value) { return static_cast<std::uint8_t>(std::clamp((value + 32768) >> 16, 0, 255)); }
   std::array<int, 256> luma_{}, red_of_cr_{}, blue_of_cb_{}, green_of_cr_{}, green_of_cb_{};
 };
 

@@ -18,8 +18,8 @@ namespace veneer::v4l2 {
 struct FrameFormat {
   std::string code;  // four letters, as the kernel writes them: "YUYV", "MJPG"
   int width = 0, height = 0;
-  int bytes_per_line = 0;      // of the first plane; 0: of a compressed format
-  bool full_range = false;     // of luma and chroma: 0 to 255 rather than 16 to 235 or 240
+  int bytes_per_line = 0;        // of the first plane; 0: of a compressed format
+  bool full_range = false;       // of luma and chroma: 0 to 255 rather than 16 to 235 or 240
   bool high_definition = false;  // BT.709's luma rather than BT.601's
 };
 

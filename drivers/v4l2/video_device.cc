@@ -134,8 +134,12 @@ class VideoDevice final : public OpenCamera {
       return Error{ErrorCode::kRefused, fmt::format("the camera {} gives only every other line at a time: use another "
                                                     "camera",
                                                     name_)};
-    FrameFormat out{code_of(pix.pixelformat), static_cast<int>(pix.width), static_cast<int>(pix.height),
-                    static_cast<int>(pix.bytesperline), false, false};
+    FrameFormat out{code_of(pix.pixelformat),
+                    static_cast<int>(pix.width),
+                    static_cast<int>(pix.height),
+                    static_cast<int>(pix.bytesperline),
+                    false,
+                    false};
     const __u32 usual_encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(pix.colorspace);
     const __u32 encoding = pix.ycbcr_enc != V4L2_YCBCR_ENC_DEFAULT ? pix.ycbcr_enc : usual_encoding;
     const __u32 usual_range = V4L2_MAP_QUANTIZATION_DEFAULT(false, pix.colorspace, encoding);
@@ -154,8 +158,7 @@ class VideoDevice final : public OpenCamera {
       if (kind == CameraControl::Kind::kOther || (query.flags & V4L2_CTRL_FLAG_DISABLED) != 0) continue;
       v4l2_control now{};
       now.id = query.id;
-      const bool readable =
-          (query.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0 && call(fd_, VIDIOC_G_CTRL, &now) == 0;
+      const bool readable = (query.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0 && call(fd_, VIDIOC_G_CTRL, &now) == 0;
       if (!readable) {
         if (errno == ENODEV) return gone();
         continue;  // what cannot be read back cannot be relied on
@@ -240,9 +243,8 @@ class VideoDevice final : public OpenCamera {
               fmt::format("there is no room on the USB bus for pictures of the camera {}: plug it into another socket, "
                           "or set a smaller width and height under [camera]",
                           name_)};
-    return {ErrorCode::kDeviceFault,
-            fmt::format("the camera {} failed while {} ({}): unplug it and plug it in again", name_, doing,
-                        std::generic_category().message(why))};
+    return {ErrorCode::kDeviceFault, fmt::format("the camera {} failed while {} ({}): unplug it and plug it in again",
+                                                 name_, doing, std::generic_category().message(why))};
   }
 
   void add_sizes(__u32 pixelformat, std::vector<OfferedFormat>& out) const {

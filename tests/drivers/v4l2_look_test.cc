@@ -300,8 +300,9 @@ RC_GTEST_PROP(V4l2Average, IsTheRoundedMeanOfEachSample, ()) {
 // Any fault, from any frame on, for any number of frames, some of them through each other: never a picture of anything
 // but what is there now.
 TEST(V4l2Campaign, NoFaultyFrameEverShows) {
-  constexpr std::array kKinds{Fault::kNoFrame,    Fault::kDamaged, Fault::kShort,     Fault::kStale,       Fault::kRepeated, Fault::kOldTime,
-                              Fault::kFutureTime, Fault::kNoTime,  Fault::kUnplugged, Fault::kCannotBeRead};
+  constexpr std::array kKinds{Fault::kNoFrame,   Fault::kDamaged,     Fault::kShort,      Fault::kStale,
+                              Fault::kRepeated,  Fault::kOldTime,     Fault::kFutureTime, Fault::kNoTime,
+                              Fault::kUnplugged, Fault::kCannotBeRead};
   int pictures = 0, refusals = 0;
   for (const Fault kind : kKinds)
     for (unsigned seed = 0; seed < 50; ++seed) {

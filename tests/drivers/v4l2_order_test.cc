@@ -32,8 +32,27 @@ class V4l2OrderTest : public ::testing::Test {
     camera.has = {
         {V4L2_CID_BRIGHTNESS, "brightness", Kind::kWhole, 0, 255, 1, 128, 77, true, true, {}},
         {V4L2_CID_AUTO_WHITE_BALANCE, "white_balance_automatic", Kind::kYesNo, 0, 1, 1, 1, 1, true, true, {}},
-        {V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white_balance_temperature", Kind::kWhole, 2000, 6500, 10, 4000, 5120, false, true, {}},
-        {V4L2_CID_EXPOSURE_AUTO, "auto_exposure", Kind::kChoice, 0, 3, 1, 3, 3, true, true,
+        {V4L2_CID_WHITE_BALANCE_TEMPERATURE,
+         "white_balance_temperature",
+         Kind::kWhole,
+         2000,
+         6500,
+         10,
+         4000,
+         5120,
+         false,
+         true,
+         {}},
+        {V4L2_CID_EXPOSURE_AUTO,
+         "auto_exposure",
+         Kind::kChoice,
+         0,
+         3,
+         1,
+         3,
+         3,
+         true,
+         true,
          {{1, "Manual Mode"}, {3, "Aperture Priority Mode"}}},
         {V4L2_CID_EXPOSURE_ABSOLUTE, "exposure_time_absolute", Kind::kWhole, 3, 2047, 1, 250, 333, false, true, {}},
         {V4L2_CID_FOCUS_ABSOLUTE, "focus_absolute", Kind::kWhole, 0, 250, 5, 0, 35, false, true, {}},
@@ -50,9 +69,7 @@ class V4l2OrderTest : public ::testing::Test {
     settings.width = settings.height = PlayedCamera::kSide;
     settings.options = {{"focus_absolute", "40"}};
   }
-  CameraControl& control(const std::string& name) {
-    return *std::ranges::find(camera.has, name, &CameraControl::name);
-  }
+  CameraControl& control(const std::string& name) { return *std::ranges::find(camera.has, name, &CameraControl::name); }
   std::int64_t now(const std::string& name) { return control(name).value; }
   Result<TakenPicture> take() {
     return take_picture(camera, settings, folder / "picture.ppm", options, clock, no_jpeg, {});
@@ -99,9 +116,14 @@ TEST_F(V4l2OrderTest, NothingChangesByItselfAndAllThatIsNotStatedIsAsTheDeviceCa
   camera.on_start = [&] { locked_at_start = now("auto_exposure") == 1 && now("exposure_time_absolute") == 100; };
   ASSERT_TRUE(take().ok());
   EXPECT_TRUE(locked_at_start);
-  const std::map<std::string, std::int64_t> expected{
-      {"auto_exposure", 1},  {"exposure_time_absolute", 100},       {"focus_automatic_continuous", 0}, {"focus_absolute", 40},
-      {"brightness", 128},   {"white_balance_automatic", 0}, {"white_balance_temperature", 4000}, {"zoom_absolute", 100}};
+  const std::map<std::string, std::int64_t> expected{{"auto_exposure", 1},
+                                                     {"exposure_time_absolute", 100},
+                                                     {"focus_automatic_continuous", 0},
+                                                     {"focus_absolute", 40},
+                                                     {"brightness", 128},
+                                                     {"white_balance_automatic", 0},
+                                                     {"white_balance_temperature", 4000},
+                                                     {"zoom_absolute", 100}};
   for (const auto& [name, value] : expected) EXPECT_EQ(now(name), value) << name;
 }
 
@@ -123,9 +145,18 @@ TEST_F(V4l2OrderTest, TheFocusOfAMotorMustBeStated) {
 
 TEST_F(V4l2OrderTest, AnAutomaticCannotBeSwitchedOn) {
   settings.options.emplace_back("auto_exposure", "3");
-  EXPECT_THAT(refusal(ErrorCode::kInvalidArgument), HasSubstr("auto_exposure = 3 lets the camera played change by itself"));
+  EXPECT_THAT(refusal(ErrorCode::kInvalidArgument),
+              HasSubstr("auto_exposure = 3 lets the camera played change by itself"));
   settings.options.back() = {"auto_exposure", "1"};
   EXPECT_TRUE(take().ok()) << "that it is off may be said";
+}
+
+// Newer kernels refuse to set what does not count.
+TEST_F(V4l2OrderTest, AnAutomaticThatDoesNotCountIsLeftAlone) {
+  camera.has.push_back({V4L2_CID_HUE_AUTO, "hue_auto", Kind::kYesNo, 0, 1, 1, 1, 1, false, true, {}});
+  const auto taken = take();
+  EXPECT_TRUE(taken.ok()) << taken.error().message;
+  EXPECT_EQ(now("hue_auto"), 1);
 }
 
 TEST_F(V4l2OrderTest, ACameraWithoutAnExposureOfItsOwnIsRefused) {
@@ -138,7 +169,8 @@ TEST_F(V4l2OrderTest, WhatCannotBeSetIsRefusedWithWhatCan) {
     settings.options = {{"focus_absolute", "40"}, {name, value}};
     return refusal(ErrorCode::kInvalidArgument);
   };
-  EXPECT_THAT(said("exposure", "3"), AllOf(HasSubstr("has no setting exposure"), HasSubstr("exposure_time_absolute"), Not(HasSubstr("privacy"))));
+  EXPECT_THAT(said("exposure", "3"), AllOf(HasSubstr("has no setting exposure"), HasSubstr("exposure_time_absolute"),
+                                           Not(HasSubstr("privacy"))));
   EXPECT_THAT(said("brightness", "256"), HasSubstr("use 0 to 255"));
   EXPECT_THAT(said("brightness", "bright"), HasSubstr("use 0 to 255"));
   EXPECT_THAT(said("zoom_absolute", "100.5"), HasSubstr("use 100 to 500"));
@@ -148,7 +180,9 @@ TEST_F(V4l2OrderTest, WhatCannotBeSetIsRefusedWithWhatCan) {
 }
 
 TEST_F(V4l2OrderTest, AValueThatTheDeviceDoesNotTakeIsRefused) {
-  camera.takes = [](const std::string& name, std::int64_t value) { return name == "focus_absolute" ? value + 5 : value; };
+  camera.takes = [](const std::string& name, std::int64_t value) {
+    return name == "focus_absolute" ? value + 5 : value;
+  };
   EXPECT_THAT(refusal(ErrorCode::kRefused), HasSubstr("has focus_absolute = 45 where 40 was set"));
   EXPECT_EQ(camera.starts, 0);
 }

@@ -53,8 +53,9 @@ RC_GTEST_PROP(V4l2Pixels, LumaAndChromaAreColoursOfTheirStandard, (bool full_ran
 }
 
 TEST(V4l2Pixels, PaddingAtTheEndOfLinesIsLeftOut) {
-  EXPECT_THAT(pixels_of({"RGB3", 2, 2, 8}, Bytes{1, 2, 3, 4, 5, 6, 90, 91, 7, 8, 9, 10, 11, 12, 92, 93}, no_decoder)->samples,
-              ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12));
+  EXPECT_THAT(
+      pixels_of({"RGB3", 2, 2, 8}, Bytes{1, 2, 3, 4, 5, 6, 90, 91, 7, 8, 9, 10, 11, 12, 92, 93}, no_decoder)->samples,
+      ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12));
   EXPECT_THAT(pixels_of({"BGR3", 1, 2, 4}, Bytes{1, 2, 3, 90, 4, 5, 6, 91}, no_decoder)->samples,
               ElementsAre(3, 2, 1, 6, 5, 4));
   EXPECT_THAT(pixels_of({"GREY", 1, 2, 2}, Bytes{7, 90, 8, 91}, no_decoder)->samples, ElementsAre(7, 7, 7, 8, 8, 8));

@@ -1,5 +1,5 @@
-// Devices that umockdev plays: it answers the kernel's calls for this process and for those it starts, without any kernel
-// module.
+// Devices that umockdev plays: it answers the kernel's calls for this process and for those it starts, without any
+// kernel module.
 #pragma once
 
 namespace veneer::tests {

@@ -1,4 +1,5 @@
-// Cameras as the cell uses them: the work of worker processes against a camera that umockdev plays, and the process itself.
+// Cameras as the cell uses them: the work of worker processes against a camera that umockdev plays, and the process
+// itself.
 #include "daemon/services/v4l2_camera.h"
 
 #include <gmock/gmock.h>
@@ -70,8 +71,8 @@ class V4l2CameraTest : public ::testing::Test {
     return {std::move(here), config, data.path()};
   }
   V4l2Camera in_a_process(const fs::path& worker, std::chrono::milliseconds deadline = std::chrono::seconds(60)) {
-    return {std::make_unique<WorkerProcesses>(
-                WorkerProcessOptions{worker, 0, [this](pid_t pid) { process = pid; }}, make_null_logger()),
+    return {std::make_unique<WorkerProcesses>(WorkerProcessOptions{worker, 0, [this](pid_t pid) { process = pid; }},
+                                              make_null_logger()),
             config, data.path(), deadline};
   }
 
@@ -155,7 +156,8 @@ TEST_F(V4l2CameraTest, ACameraThatIsNotThereIsNamedByItsProcess) {
   const auto file = in_a_process(VENEER_WORKER).capture();
   ASSERT_FALSE(file.ok());
   EXPECT_EQ(file.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(file.error().message, AllOf(HasSubstr("/dev/v4l/by-id/none is not there"), HasSubstr("veneerctl camera list")));
+  EXPECT_THAT(file.error().message,
+              AllOf(HasSubstr("/dev/v4l/by-id/none is not there"), HasSubstr("veneerctl camera list")));
   EXPECT_TRUE(fs::is_empty(data / "work"));
 }
 
@@ -177,13 +179,12 @@ TEST_F(V4l2CameraTest, AGlanceIsCancelledWithItsProcess) {
   fs::copy_file(VENEER_FAULTY_WORKER, worker);
   std::ofstream(data / "fault") << "hang take_picture 0";
   std::stop_source stop;
-  auto one = V4l2Camera(std::make_unique<WorkerProcesses>(
-                            WorkerProcessOptions{worker, 0,
-                                                 [&](pid_t pid) {
-                                                   process = pid;
-                                                   stop.request_stop();
-                                                 }},
-                            make_null_logger()),
+  auto one = V4l2Camera(std::make_unique<WorkerProcesses>(WorkerProcessOptions{worker, 0,
+                                                                               [&](pid_t pid) {
+                                                                                 process = pid;
+                                                                                 stop.request_stop();
+                                                                               }},
+                                                          make_null_logger()),
                         config, data.path());
   const auto file = one.glance(stop.get_token());
   ASSERT_FALSE(file.ok());
