@@ -17,10 +17,6 @@ using nlohmann::json;
 
 namespace {
 
-std::int64_t whole_or(const json& from, const char* name, std::int64_t otherwise) {
-  return static_cast<std::int64_t>(number_or(from, name, static_cast<double>(otherwise)));
-}
-
 std::string control_takes(const json& control) {
   if (text_or(control, "kind", "") == "yes_no") return "0 or 1";
   std::string text;

@@ -66,7 +66,7 @@ class Looker {
         continue;
       }
       if (++good_ <= options_.settling_frames || clock_.now() < settled_at_) continue;
-      if (Status kept = average(std::move(*picture)); !kept) return kept.error();
+      if (Status kept = average(*picture); !kept) return kept.error();
     }
     return Look{average_.mean(), average_.count(), refused_};
   }
@@ -91,7 +91,7 @@ class Looker {
     return std::nullopt;
   }
 
-  Status average(RawPicture picture) {
+  Status average(const RawPicture& picture) {
     SquareMeans squares(picture);
     if (!first_ || first_->most_change(squares) > options_.most_change) {
       if (++beginnings_ > options_.most_beginnings) return moves();

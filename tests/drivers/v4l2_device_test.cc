@@ -154,7 +154,7 @@ TEST_F(V4l2DeviceTest, ALookIsTakenThroughTheKernelsInterface) {
 TEST_F(V4l2DeviceTest, OneThatIsUnpluggedSaysSo) {
   const auto camera = opened();
   const auto format = camera->set_format("YUYV", 64, 32);
-  device.change([this](CameraFile::Play& play) {
+  device.change([](CameraFile::Play& play) {
     play.frame = [&play](int number) {
       if (number == 1) play.unplugged = true;
       return grey_frame(number);

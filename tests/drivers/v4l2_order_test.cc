@@ -225,11 +225,17 @@ TEST_F(V4l2OrderTest, WhatIsNotCompressedIsTakenFirst) {
   EXPECT_THAT(refusal(ErrorCode::kDeviceFault), HasSubstr("broken off")) << "by a decoder that has none";
 }
 
-TEST_F(V4l2OrderTest, ASizeThatTheDeviceChangesIsRefused) {
+TEST_F(V4l2OrderTest, ASizeOrFormatThatTheDeviceChangesIsRefused) {
   camera.offered = {{"RGB3", 16, 16, 640, 480, 8, 8}};
   camera.keeps_format = true;
   settings.width = 640, settings.height = 480;
-  EXPECT_THAT(refusal(ErrorCode::kRefused), HasSubstr("makes 48 x 48 pixels, RGB3, of 640 x 480, RGB3"));
+  const auto made = [&](const std::string& code, int width, int height) {
+    camera.format = {code, width, height, width * 3};
+    return refusal(ErrorCode::kRefused);
+  };
+  EXPECT_THAT(made("RGB3", 632, 480), HasSubstr("makes 632 x 480 pixels, RGB3, of 640 x 480, RGB3"));
+  EXPECT_THAT(made("RGB3", 640, 472), HasSubstr("makes 640 x 472 pixels, RGB3, of 640 x 480, RGB3"));
+  EXPECT_THAT(made("YUYV", 640, 480), HasSubstr("makes 640 x 480 pixels, YUYV, of 640 x 480, RGB3"));
   EXPECT_EQ(camera.starts, 0);
 }
 

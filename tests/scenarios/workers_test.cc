@@ -273,11 +273,11 @@ TEST_F(CameraWorkers, MayDieInEveryWay) {
     ask_for(fault, kind.kind);
     EXPECT_THAT((this->*kind.begin)(), HasSubstr(kind.told)) << fault << " of " << kind.kind;
     ask_for_none();
+    expect_dark_unless_cutting();
     ++told[fmt::format("{} of {}", fault, kind.kind)];
   }
   EXPECT_THAT(look_at_bed(), HasSubstr("/dev/v4l/by-id/none is not there")) << "and then it works again";
   EXPECT_EQ(find_cameras(), "");
-  expect_dark_unless_cutting();
   print(told, fmt::format("{} deaths of workers of the camera", wanted));
 }
 

@@ -59,7 +59,7 @@ TEST_F(SetupRoutes, AlarmsComeInPagesAndWhatIsNewerThanAllInSightStays) {
   EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all"))["acknowledged"], 1);
 }
 
-// Found in a process that answers in its own words; there are none plugged into this machine's folders.
+// What comes of it is its worker's (services/v4l2_camera_test.cc).
 TEST_F(SetupRoutes, CamerasAreLookedForAsATask) {
   cell->device_roots = {directory / "dev", directory / "sys"};
   router = Router();
