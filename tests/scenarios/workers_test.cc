@@ -267,6 +267,8 @@ TEST_F(CameraWorkers, MayDieInEveryWay) {
   auto random = random_of_campaign();
   const std::uint64_t wanted = number_from("VENEER_CAMERA_FAULTS", 2);
   std::map<std::string, int> told;
+  ASSERT_EQ(post("/commands/reset"), "");
+  wait_state("Idle");
   for (std::uint64_t done = 0; done < wanted && !HasFailure(); ++done) {
     const Way& kind = kinds[done % kinds.size()];
     const std::string fault = any_fault(random);
