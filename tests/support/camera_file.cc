@@ -51,16 +51,16 @@ CameraFile::CameraFile() : testbed_(umockdev_testbed_new()), handler_(umockdev_i
   g_free(root);
   // The name that lasts is the file itself: umockdev knows an open file by the name it was opened by.
   umockdev_testbed_attach_ioctl(testbed_, kDevice, handler_, nullptr);
-  file_ = played.string() + kDevice;
-  std::filesystem::create_directories(std::filesystem::path(file_).parent_path());
-  const int fd = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  static_cast<void>(::ftruncate(fd, kMostBuffers * kRoom) == 0);
-  ::close(fd);
+  const std::filesystem::path file = played.string() + kDevice;
+  std::filesystem::create_directories(file.parent_path());
+  file_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  static_cast<void>(::ftruncate(file_, kMostBuffers * kRoom) == 0);
 }
 
 CameraFile::~CameraFile() {
   g_object_unref(testbed_);
   g_object_unref(handler_);
+  ::close(file_);
 }
 
 void CameraFile::add_control(__u32 id, __u32 type, const std::string& title, int least, int most, int usual,
@@ -103,10 +103,8 @@ int CameraFile::give(v4l2_buffer& buffer) {
   buffer.index = queue_.front();
   queue_.pop_front();
   static_cast<void>(place_of(buffer));
-  const int fd = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC);
   const auto size = static_cast<ssize_t>(plan.bytes.size());
-  const bool written = ::pwrite(fd, plan.bytes.data(), plan.bytes.size(), buffer.m.offset) == size;
-  ::close(fd);
+  const bool written = ::pwrite(file_, plan.bytes.data(), plan.bytes.size(), buffer.m.offset) == size;
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   buffer.bytesused = static_cast<__u32>(plan.bytes.size());

@@ -79,7 +79,8 @@ class CameraFile {
   Play play_;
   UMockdevTestbed* testbed_;
   UMockdevIoctlBase* handler_;
-  std::string file_;  // behind the device
+  // Behind the device. Open all the time: umockdev's list of open files has no lock against two threads.
+  int file_ = -1;
   std::deque<__u32> queue_;
   unsigned buffers_ = 0;
   int given_ = 0;
