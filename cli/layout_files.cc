@@ -41,6 +41,13 @@ constexpr LayoutOption kLayoutOptions[] = {
      "With --layout morph: a mask over {}, white where the grid follows large edges [everywhere]"},
     {"--fine-edges", &LayoutFiles::fine_edges, "morph", "says which edges a morphed grid follows",
      "The same for fine edges [everywhere]"},
+    {"--cell-sizes", &LayoutFiles::cell_sizes, "mosaic", "says where a mosaic's cells are small",
+     "With --layout mosaic: a mask over {}, in its shape: white where cells are small, black where they are large "
+     "[small "
+     "where the eye looks first]"},
+    {"--flow-lines", &LayoutFiles::flow_lines, "mosaic", "draws lines that a mosaic's cells lie along",
+     "With --layout mosaic: an SVG drawing over {}, along whose lines cells lie, beside the edges that are found or "
+     "(--flow-lines-only) instead of them"},
 };
 
 void add(CLI::App& command, const LayoutOption& option, std::string_view laid_over, LayoutFiles& files) {
@@ -110,6 +117,19 @@ Result<LayoutFilesOf> read_guides(const std::filesystem::path& file) {
   return out;
 }
 
+Result<std::vector<planner::FlowLine>> read_flow_lines(const std::string& file) {
+  const Result<std::string> text = read_file(file);
+  if (!text.ok()) return text.error();
+  const auto named = [&](const Error& error) {
+    return unusable(fmt::format("--flow-lines {}: {}", file, error.message));
+  };
+  const auto drawing = planner::read_svg(*text);
+  if (!drawing.ok()) return named(drawing.error());
+  auto lines = planner::flow_lines_of_drawing(*drawing);
+  if (!lines.ok()) return named(lines.error());
+  return lines;
+}
+
 }  // namespace
 
 void add_importance_option(CLI::App& command, std::string_view laid_over, LayoutFiles& files) {
@@ -146,6 +166,12 @@ Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t pict
   }
   out.importance = nth(files.importance, picture);
   out.segmentation = nth(files.segmentation, picture);
+  out.cell_sizes = nth(files.cell_sizes, picture);
+  if (const std::string drawing = nth(files.flow_lines, picture); !drawing.empty()) {
+    auto lines = read_flow_lines(drawing);
+    if (!lines.ok()) return lines.error();
+    out.flow_lines = std::move(*lines);
+  }
   for (const auto& [name, option, mask] : {std::tuple("--large-edges", &files.large_edges, &out.large_edges),
                                            std::tuple("--fine-edges", &files.fine_edges, &out.fine_edges)}) {
     const std::string given = nth(*option, picture);

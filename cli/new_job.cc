@@ -36,7 +36,7 @@ struct NewJob {
   std::int64_t plan = 0;  // a job of this plan; then nothing else is given
   std::string picture, crop;
   std::string name;
-  std::vector<std::string> panels, woods, wood_weights, forbidden;
+  std::vector<std::string> panels, woods, wood_weights, wood_limits, forbidden;
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
   std::optional<bool> remnants_first;
@@ -54,6 +54,7 @@ struct NewJob {
     add_list("panels", panels);
     add_list("wood", woods);
     add_list("wood_weight", wood_weights);
+    add_list("wood_limit", wood_limits);
     add_list("forbid", forbidden, ";");
     if (size_mm) text += fmt::format("&size_mm={}", *size_mm);
     if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
@@ -81,7 +82,8 @@ Result<SentFiles> sent_files(const NewJob& wanted) {
   SentFiles out;
   for (const auto& [key, file, read] : {std::tuple("importance", &files->importance, &importance_from_picture),
                                         std::tuple("large_edges", &files->large_edges, &edges_from_picture),
-                                        std::tuple("fine_edges", &files->fine_edges, &edges_from_picture)}) {
+                                        std::tuple("fine_edges", &files->fine_edges, &edges_from_picture),
+                                        std::tuple("cell_sizes", &files->cell_sizes, &sizes_from_picture)}) {
     if (file->empty()) continue;
     const Result<std::string> mask = read(*file);
     if (!mask) return mask.error();
@@ -92,6 +94,7 @@ Result<SentFiles> sent_files(const NewJob& wanted) {
     vertices += fmt::format("{}{},{},{},{}", vertices.empty() ? "" : ";", pin.row, pin.column, pin.at.x.count(),
                             pin.at.y.count());
   if (!vertices.empty()) out.query += "&pinned_vertices=" + url_encode(vertices);
+  if (!files->flow_lines.empty()) out.query += "&flow_lines=" + url_encode(planner::flow_text(files->flow_lines));
   if (files->segmentation.empty()) return out;
   auto drawing = read_file(files->segmentation);
   if (!drawing) return drawing.error();
@@ -125,6 +128,9 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option(
       "--material-weight,--wood-weight", wanted.wood_weights,
       "MATERIAL=F: count the area of panels of this material F times when tones are mapped (repeatable)");
+  command.add_option(
+      "--material-limit", wanted.wood_limits,
+      "MATERIAL=F: no more than this share of the picture's area, 0 to 1, is of this material (repeatable)");
   command.add_option(
       "--forbid", wanted.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");

@@ -101,6 +101,8 @@ Result<std::string> painted(const std::string& file, int most, int bits) {
 // As many cells as the API takes (docs/openapi.json).
 Result<std::string> importance_from_picture(const std::string& file) { return painted(file, 48, 4); }
 
+Result<std::string> sizes_from_picture(const std::string& file) { return painted(file, 48, 4); }
+
 Result<std::string> edges_from_picture(const std::string& file) { return painted(file, 64, 1); }
 
 }  // namespace veneer::cli

@@ -14,6 +14,9 @@ namespace veneer::cli {
 // White where the picture matters most, black where not at all: a digit for each cell.
 Result<std::string> importance_from_picture(const std::string& file);
 
+// White where a mosaic's cells are small, black where they are large: a digit for each cell of the mask.
+Result<std::string> sizes_from_picture(const std::string& file);
+
 // White where edges count, black where not: four cells in a digit.
 Result<std::string> edges_from_picture(const std::string& file);
 

@@ -43,6 +43,16 @@ Result<double> number_of(const std::string& text, const std::string& what) {
   return value;
 }
 
+// MATERIAL=NUMBER.
+Result<std::pair<std::string, double>> material_number(const std::string& text, const std::string& option) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos)
+    return unusable(fmt::format("{} {} is not MATERIAL=NUMBER: write it so", option, text));
+  const Result<double> number = number_of(text.substr(equals + 1), fmt::format("the number of {} {}", option, text));
+  if (!number.ok()) return number.error();
+  return std::pair(text.substr(0, equals), *number);
+}
+
 // IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,material=NAME]; a comma in a file's name is taken as part of it when no key
 // follows. species= is read as material=.
 Result<PanelArgument> panel_argument(const std::string& text) {
@@ -100,9 +110,10 @@ Status add_layout_files(const LayoutFiles& files, std::size_t index, Artwork& ar
   if (!own.ok()) return own.error();
   for (const auto& [file, mask] :
        {std::pair(&own->importance, &artwork.importance), std::pair(&own->large_edges, &artwork.guides.large),
-        std::pair(&own->fine_edges, &artwork.guides.fine)})
+        std::pair(&own->fine_edges, &artwork.guides.fine), std::pair(&own->cell_sizes, &artwork.guides.cell_sizes)})
     if (Status status = read_grey(*file, *mask); !status.ok()) return status;
   artwork.guides.vertices = std::move(own->vertices);
+  artwork.guides.flow_lines = std::move(own->flow_lines);
   if (own->segmentation.empty()) return Ok();
   const Result<std::string> bytes = read_file(own->segmentation);
   if (!bytes.ok()) return bytes.error();
@@ -179,6 +190,9 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
   command.add_option("--material,--wood", arguments.woods, "Use only panels of this material (repeatable)");
   command.add_option("--material-weight,--wood-weight", arguments.wood_weights,
                      "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
+  command.add_option(
+      "--material-limit", arguments.material_limits,
+      "MATERIAL=F: no more than this share of the picture's area, 0 to 1, is of this material (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Length of the picture's shorter side, in millimetres")
       ->capture_default_str();
   for (const planner::NamedOption& option : planner::kNamedOptions) add_plan_option(command, option, arguments.options);
@@ -201,6 +215,11 @@ Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
   planner::PlanOptions options = arguments.options;
   options.kerf = Millimetres(arguments.kerf_mm);
   options.web = Millimetres(arguments.web_mm);
+  for (const std::string& text : arguments.material_limits) {
+    const auto limit = material_number(text, "--material-limit");
+    if (!limit.ok()) return limit.error();
+    options.material_limits.push_back({limit->first, limit->second});
+  }
   // Before any picture is read, which may take long.
   if (Status status = planner::check_options(options); !status.ok()) return status.error();
   options.threads = planner::threads_meant(options.threads);
@@ -222,13 +241,14 @@ Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
     stock.push_back(std::move(*panel));
   }
   for (const std::string& text : arguments.wood_weights) {
-    const std::size_t equals = text.rfind('=');
-    if (equals == std::string::npos)
-      return unusable(fmt::format("--material-weight {} is not MATERIAL=NUMBER: write it so", text));
-    const Result<double> weight = number_of(text.substr(equals + 1), "the number of --material-weight " + text);
+    const auto weight = material_number(text, "--material-weight");
     if (!weight.ok()) return weight.error();
-    if (Status status = planner::weigh_tones(stock, text.substr(0, equals), *weight); !status.ok())
-      return status.error();
+    if (Status status = planner::weigh_tones(stock, weight->first, weight->second); !status.ok()) return status.error();
+  }
+  for (const std::string& text : arguments.material_limits) {
+    const auto limit = material_number(text, "--material-limit");
+    if (!limit.ok()) return limit.error();
+    if (Status status = planner::is_in_stock(stock, limit->first); !status.ok()) return status.error();
   }
   return planner::only_materials(stock, arguments.woods);
 }

@@ -12,11 +12,11 @@
 namespace veneer::cli {
 
 struct PlanArguments {
-  std::vector<std::string> targets, crops, panels, woods, wood_weights;
+  std::vector<std::string> targets, crops, panels, woods, wood_weights, material_limits;
   LayoutFiles files;
   double size_mm = 360, kerf_mm = 0.15, web_mm = 0;
   int copies = 1;
-  planner::PlanOptions options;  // kerf and web are filled in by plan_options()
+  planner::PlanOptions options;  // kerf, web and limits of materials are filled in by plan_options()
 };
 
 // Adds the options that both commands share.

@@ -27,6 +27,7 @@
 #include "planner/files/plan_files.h"
 #include "planner/files/plan_journal.h"
 #include "planner/files/preview.h"
+#include "planner/files/tile_picture.h"
 #include "planner/grain/grain_coherence.h"
 
 namespace veneer::cli {
@@ -44,9 +45,10 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
-  bool suggest = false, as_built = false, full_preview = false, cut_lines = false;
+  bool suggest = false, as_built = false, full_preview = false, cut_lines = false, tiles = false, mean_colours = false;
   double distance_m = 0;
   std::string putty;
+  std::string tile_colour = "area", grout;
 };
 
 std::string known_formats() {
@@ -73,12 +75,19 @@ std::set<std::string> wanted_formats(const std::string& list) {
 // How pictures are to be shown beside preview.png.
 struct Looks {
   std::optional<planner::AsBuilt> as_built{};
-  bool full = false, cut_lines = false;
+  bool full = false, cut_lines = false, mean_colours = false;
+  std::optional<planner::TileLook> tiles{};
 };
 
 Looks wanted_looks(const PlanCommandArguments& arguments) {
   Looks looks;
   looks.full = arguments.full_preview, looks.cut_lines = arguments.cut_lines;
+  looks.mean_colours = arguments.mean_colours;
+  if (arguments.tiles) {
+    looks.tiles.emplace();
+    looks.tiles->colour = arguments.tile_colour == "point" ? planner::TileColour::kPoint : planner::TileColour::kArea;
+    if (!arguments.grout.empty()) looks.tiles->grout = or_end(planner::colour_of(arguments.grout));
+  }
   if (!arguments.as_built) return looks;
   looks.as_built.emplace();
   looks.as_built->distance = Millimetres(arguments.distance_m * 1000);
@@ -92,15 +101,35 @@ std::int64_t peak_rss_bytes() {
   return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
 }
 
+constexpr double kTileDpi = 96;  // at least, of tiles.png: it shows no wood, and borders ask for pixels
+
 struct Previews {
   planner::PreviewCost cost;
   planner::GrainCoherence grain;
 };
 
 // Several pictures: preview.png is of the first, the others' carry their letters.
-fs::path picture_file(const fs::path& out, const Plan& plan, std::size_t artwork, std::string_view name) {
-  return out /
-         (artwork == 0 ? fmt::format("{}.png", name) : fmt::format("{}-{}.png", name, plan.artworks[artwork].letter));
+fs::path picture_file(const fs::path& out, const Plan& plan, std::size_t artwork, std::string_view name,
+                      std::string_view ending = "png") {
+  return out / (artwork == 0 ? fmt::format("{}.{}", name, ending)
+                             : fmt::format("{}-{}.{}", name, plan.artworks[artwork].letter, ending));
+}
+
+Status write_tiles(const Plan& plan, const std::vector<Artwork>& artworks, const planner::TileLook& look,
+                   const fs::path& out) {
+  for (const planner::MosaicTiling& tiling : plan.tilings) {
+    const planner::PlanArtwork& artwork = plan.artworks[tiling.artwork];
+    const cv::Mat& picture = artworks[tiling.artwork].picture;
+    const cv::Mat drawn =
+        planner::draw_tiles(tiling, artwork, picture, look, ScanResolution::from_dpi(std::max(plan.dpi, kTileDpi)));
+    if (Status status = write_picture(drawn, picture_file(out, plan, tiling.artwork, "tiles")); !status.ok())
+      return status;
+    if (Status status = planner::write_text(planner::tiles_svg(tiling, artwork, picture, look),
+                                            picture_file(out, plan, tiling.artwork, "tiles", "svg"));
+        !status.ok())
+      return status;
+  }
+  return Ok();
 }
 
 Status write_full_preview(const Plan& plan, std::size_t artwork, const std::vector<StockPanel>& stock, bool cut_lines,
@@ -130,6 +159,11 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
       if (Status status = write_full_preview(plan, i, stock, looks.cut_lines, picture_file(out, plan, i, "full"));
           !status.ok())
         return status;
+    if (looks.mean_colours) {
+      const auto means = planner::in_mean_colours(plan, i, *preview);
+      if (!means.ok()) return means.error();
+      if (Status status = write_picture(*means, picture_file(out, plan, i, "mean")); !status.ok()) return status;
+    }
     if (!looks.as_built) continue;
     const auto built = planner::as_built(plan, i, preview->pixels, *looks.as_built);
     if (!built.ok()) return built.error();
@@ -228,6 +262,13 @@ void tell_gain(const planner::FineReport& fine) {
                            fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
 }
 
+void tell_tiles(const planner::MosaicReport& mosaic) {
+  std::cerr << fmt::format(
+      "veneerctl: tiles with joints cover {:.0f} % of the picture; {:.1f} % of their area overlaps, they lie {:.1f} "
+      "degrees off the lines (median), an edge runs through {:.1f} %\n",
+      100 * mosaic.tile_coverage, 100 * mosaic.tile_overlap, mosaic.tile_deviation_deg, 100 * mosaic.tile_straddling);
+}
+
 void run_plan(const PlanCommandArguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -239,8 +280,12 @@ void run_plan(const PlanCommandArguments& arguments) {
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
   if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_grid())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --guides out, and what names edges");
+  if (!arguments.edits.keep.empty() && arguments.plan.files.guide_a_mosaic())
+    end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-sizes and --flow-lines out");
   if (!arguments.edits.keep.empty() && !arguments.plan.files.segmentation.empty())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --segmentation out");
+  if (arguments.tiles && (options.layout != planner::LayoutKind::kMosaic || !arguments.edits.keep.empty()))
+    end(kUnusableArguments, "--tiles draws the tiles of a new mosaic: add --layout mosaic, and leave --keep out");
   // The wood's pictures are the large ones: they are read beside the targets.
   auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
   Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);
@@ -255,10 +300,12 @@ void run_plan(const PlanCommandArguments& arguments) {
   Plan plan = plan_with_journal(artworks, stock, options, journal);
   Previews preview;
   or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
+  if (looks.tiles) or_fail(write_tiles(plan, artworks, *looks.tiles, arguments.out));
   spent.total = seconds();
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
                                                      {preview.cost.per_pixel(), preview.grain.mean()});
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
+  if (looks.tiles && plan.mosaic) tell_tiles(*plan.mosaic);
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
   if (plan.refined) tell_gain(*plan.refined);
@@ -327,6 +374,19 @@ void add_plan_command(CLI::App& app) {
       "--full-preview", arguments->full_preview,
       "Draw full.png too: the picture with every pixel that the panels' pictures have, whatever --dpi is");
   plan->add_flag("--cut-lines", arguments->cut_lines, "With --full-preview: draw where the laser cuts")->needs(full);
+  plan->add_flag("--mean-colours", arguments->mean_colours,
+                 "Draw mean.png too: the picture with each piece in one colour, the mean of its wood, to see what its "
+                 "grain adds");
+  CLI::Option* tiles = plan->add_flag(
+      "--tiles", arguments->tiles,
+      "With --layout mosaic: draw tiles.png and tiles.svg too, the same mosaic as tiles in flat colours with joints "
+      "between them");
+  plan->add_option("--tile-colour", arguments->tile_colour,
+                   "With --tiles: area (the mean of what a tile covers) or point (the colour at its middle)")
+      ->needs(tiles)
+      ->check(CLI::IsMember({"area", "point"}))
+      ->capture_default_str();
+  plan->add_option("--grout", arguments->grout, "With --tiles: colour of the joints, as RRGGBB [8c8276]")->needs(tiles);
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->add_flag(
       "--suggest", arguments->suggest,

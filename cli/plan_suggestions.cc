@@ -58,6 +58,8 @@ void run_suggest(const PlanArguments& arguments, const EditArguments& edits, con
     end(kUnusableArguments, "--suggest chooses the layout itself: leave --layout segmentation out");
   if (arguments.files.guide_a_grid())
     end(kUnusableArguments, "--suggest tries layouts that heed no guides: leave --guides out, and what names edges");
+  if (arguments.files.guide_a_mosaic())
+    end(kUnusableArguments, "--suggest tries layouts that heed no guides: leave --cell-sizes and --flow-lines out");
   planner::PlanOptions options = or_end(plan_options(arguments));
   const planner::Artwork artwork = or_end(load_artworks(arguments)).front();
   auto stock = or_end(load_panels(arguments));

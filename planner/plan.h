@@ -80,6 +80,13 @@ struct KeptPiece {
   Ring<ArtworkFrame> outline{};        // of a curved piece; empty: its layout's
 };
 
+// No more of the pictures' area is of this wood.
+struct MaterialLimit {
+  std::string material;
+  double share = 1;  // in [0, 1]
+  friend bool operator==(const MaterialLimit&, const MaterialLimit&) = default;
+};
+
 // The layout of an earlier plan's artwork; faces in the order of its pieces.
 struct KeptLayout {
   std::string letter;  // of the artwork
@@ -93,8 +100,12 @@ struct PlanOptions {
   // With kMorph, else of no effect: cells are cut in two along a diagonal where an edge of the picture runs
   // (morph/split_cells.h). Pieces then have no rows and columns.
   bool triangles = false;
-  Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
-  int rotations = 15;     // n_rot: turns by k * 360 / n_rot degrees
+  // With kMosaic, else of no effect: how many times as long as wide a cell is, along the picture's edges; in [1, 4].
+  // Its area stays that of a patch.
+  double cell_aspect = 1;
+  bool flow_lines_only = false;  // cells heed LayoutGuides::flow_lines instead of the picture's edges, not beside them
+  Millimetres patch{14};         // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
+  int rotations = 15;            // n_rot: turns by k * 360 / n_rot degrees
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
   // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
   double w_colour = 0, w_texture = 0;
@@ -121,6 +132,9 @@ struct PlanOptions {
   // Without interleaving: this share of every artwork's patches, the most urgent, choose before all others, so that the
   // first artworks' backgrounds do not use up the rare wood that the last ones' faces need.
   double reserve = 0;
+  // Patches that choose in turn have a wood until it is used up to its share, and those that choose together keep to it
+  // too. Each wood once; with adaptive levels or refined borders none. Kept pieces count, alternatives do not.
+  std::vector<MaterialLimit> material_limits{};
   bool exact = false;  // choose the cheapest place by proof, several times slower
   // Without `exact`: how long the lists of places are that are looked at, as a share of the usual; in (0, 1]. Shorter
   // ones are quicker and miss more: for sketches.
@@ -213,6 +227,18 @@ struct Shortage {
   std::optional<Smaller> smaller;
 };
 
+// A tile of a mosaic with joints (layout/disjoint_tiles.h).
+struct MosaicTile {
+  Point<ArtworkFrame> middle;
+  Radians angle;  // of its length, from +x towards +y
+  Millimetres length, width;
+};
+// Those of an artwork.
+struct MosaicTiling {
+  std::size_t artwork = 0;
+  std::vector<MosaicTile> tiles;
+};
+
 // How the cells of a mosaic came out, over all artworks that are cut into one.
 struct MosaicReport {
   std::size_t tiles = 0;          // that were wished for
@@ -221,7 +247,18 @@ struct MosaicReport {
   double deviation_deg = 0;       // how far the direction field turns within tiles, the worst median
   double cell_deviation_deg = 0;  // between the sides of cells and the direction field, the worst median
   double straddling = 0;          // share of the tiles that an edge of the picture runs through, the largest
-  double seconds = 0;             // not part of what a plan is
+  // Cells that cannot follow the direction field, because it turns too fast for them (layout/mosaic.h,
+  // turning_cells()).
+  struct Turning {
+    std::size_t artwork = 0;
+    std::string where;  // which ninth of the picture, as it follows "at the": "upper left", "middle"
+    std::size_t cells = 0;
+  };
+  std::vector<Turning> turning{};  // by artworks, and in each where most are first
+  // The same tiles with joints between them: how they would come out (layout/disjoint_tiles.h); the least coverage, of
+  // the other figures the largest.
+  double tile_coverage = 1, tile_overlap = 0, tile_deviation_deg = 0, tile_straddling = 0;
+  double seconds = 0;  // not part of what a plan is
 };
 
 // What became of areas that somebody drew, over all artworks that have some.
@@ -252,6 +289,13 @@ struct GlobalReport {
   std::uint64_t iterations = 0, budget = 0;  // made, and those of a whole run
   bool stopped = false;                      // before the whole run: the best so far
   double seconds = 0;                        // on top of greedy's; not part of what a plan is
+};
+
+// What became of a limit on a wood.
+struct MaterialShare {
+  MaterialLimit limit;
+  double share = 0;    // of the pictures' area, that pieces of this wood have
+  bool binds = false;  // no further patch was to have any of it
 };
 
 // What `PlanOptions::fine_rotation` gained, over all pieces that are not kept.
@@ -301,8 +345,10 @@ struct Plan {
   std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<MosaicReport> mosaic;
+  std::vector<MosaicTiling> tilings;  // of the artworks that were laid out as mosaics
   std::optional<SegmentationReport> segmentation;
   std::optional<MorphReport> morph;
+  std::vector<MaterialShare> material_shares;  // in the order of PlanOptions::material_limits
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;
   std::optional<RefineReport> refined;

@@ -126,6 +126,8 @@ constexpr Field field(std::string_view name) {
 constexpr std::array kFields = {
     field<&PlanOptions::layout>("layout"),
     field<&PlanOptions::triangles>("triangles"),
+    field<&PlanOptions::cell_aspect>("cell_aspect"),
+    field<&PlanOptions::flow_lines_only>("flow_lines_only"),
     field<&PlanOptions::patch>("patch_mm"),
     field<&PlanOptions::adaptive_levels>("adaptive_levels"),
     field<&PlanOptions::adaptive_factor>("adaptive_factor"),

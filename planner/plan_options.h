@@ -29,6 +29,10 @@ inline constexpr std::array kNamedOptions = {
         "triangles", OptionKind::kSwitch,
         "With the layout morph: cut cells in two along a diagonal where an edge of the picture runs; marks then "
         "count in reading order"},
+    NamedOption{"cell_aspect", OptionKind::kNumber,
+                "With the layout mosaic: cells are so many times as long, along the picture's edges, as wide, 1 to 4"},
+    NamedOption{"flow_lines_only", OptionKind::kSwitch,
+                "With flow lines: cells lie along these alone, and along none of the picture's own edges"},
     NamedOption{"patch_mm", OptionKind::kNumber,
                 "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@
 #include "planner/greedy/adaptive.h"
 #include "planner/greedy/greedy.h"
 #include "planner/layout/fabrication.h"
+#include "planner/layout/mosaic.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/shortlist_matcher.h"
 #include "planner/parallel.h"
@@ -86,6 +88,12 @@ void add_idle_options(const PlanOptions& options, std::vector<std::string>& warn
   if (options.triangles && options.layout != LayoutKind::kMorph)
     warnings.emplace_back(
         "no cell is cut into triangles, because only a morphed grid's are: choose that layout (--layout morph)");
+  if (options.cell_aspect > 1 && options.layout != LayoutKind::kMosaic)
+    warnings.emplace_back(
+        "no cell is longer than wide, because only a mosaic's are: choose that layout (--layout mosaic)");
+  if (options.flow_lines_only && options.layout != LayoutKind::kMosaic)
+    warnings.emplace_back(
+        "no cell lies along flow lines, because only a mosaic's do: choose that layout (--layout mosaic)");
   const bool chosen_together =
       options.optimize == Optimize::kGlobal || (options.refine != Refine::kNone && options.rematch > 0);
   if (options.w_grain > 0 && !chosen_together)
@@ -234,6 +242,63 @@ void note_unfit_pieces(const PlanOptions& options, int threads, Plan& plan) {
                   plan.unfit.size(), limits.width.count(), std::sqrt(limits.area.count()), names));
 }
 
+// Cells that lie askew whatever is done, since the directions turn within them. Photographs have one in seven, where
+// lines end or cross.
+void note_turning_cells(const MosaicReport& report, std::span<const Artwork> artworks,
+                        std::vector<std::string>& warnings) {
+  constexpr double kUsual = 0.2;  // of the cells
+  constexpr std::size_t kNamed = 4;
+  std::size_t cells = 0;
+  std::string places;
+  for (std::size_t i = 0; i < report.turning.size(); ++i) {
+    const MosaicReport::Turning& it = report.turning[i];
+    cells += it.cells;
+    if (i >= kNamed) continue;
+    places += fmt::format("{}{} at the {}", i == 0 ? "" : ", ", it.cells, it.where);
+    if (artworks.size() > 1) places += fmt::format(" of \"{}\"", artworks[it.artwork].name);
+  }
+  if (static_cast<double>(cells) <= kUsual * static_cast<double>(report.tiles)) return;
+  warnings.push_back(
+      fmt::format("within {} of {} cells the directions turn by {:g} degrees or more, so that these lie along none of "
+                  "them: {}{}; choose smaller patches, or cells that are small there (--cell-sizes), or simpler lines "
+                  "for them (--flow-lines)",
+                  cells, report.tiles, kTurningDegrees, places, report.turning.size() > kNamed ? ", ..." : ""));
+}
+
+// Under which limit a piece's wood falls, and how much of it that is.
+std::pair<int, SquareMillimetres> limited_wood(const Problem& problem, const Ring<ArtworkFrame>& outline,
+                                               const PatchPlacement& placement) {
+  return {problem.limits.at(placement.panel, placement.panel_from_artwork * middle_of(outline)), area_of(outline)};
+}
+
+// What limits on woods came to. `patches`: of the whole queue; `closed`: limits that patches which chose in turn
+// reached.
+void note_material_shares(const Problem& problem, const PatchPlacements& patches, const std::vector<int>& closed,
+                          Plan& plan) {
+  if (problem.limits.empty()) return;
+  MaterialUse use(problem.limits);
+  SquareMillimetres largest{};
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    largest = std::max(largest, area_of(problem.queue[i].match.outline));
+    if (!patches[i]) continue;
+    const auto& [number, area] = limited_wood(problem, problem.queue[i].match.outline, *patches[i]);
+    use.add(number, area);
+  }
+  const std::size_t missing = unfilled(plan);
+  for (std::size_t i = 0; i < problem.limits.size(); ++i) {
+    const MaterialLimit& limit = problem.limits.limit(i);
+    const bool binds = std::ranges::find(closed, static_cast<int>(i)) != closed.end() ||
+                       use.used(i) + largest > problem.limits.most(i);
+    plan.material_shares.push_back({limit, use.used(i) / problem.limits.whole(), binds});
+    if (!binds) continue;
+    plan.warnings.push_back(fmt::format(
+        "{} is {:.1f} % of the picture, as much as it may be ({:g} %): {}", limit.material,
+        100 * plan.material_shares.back().share, 100 * limit.share,
+        missing > 0 ? fmt::format("raise its limit (--material-limit), since {} pieces have no wood", missing)
+                    : "other wood stands where more of it would have been chosen"));
+  }
+}
+
 // Areas that were drawn and are no pieces.
 void note_merged_areas(const SegmentationReport& report, std::span<const Artwork> artworks, const PlanOptions& options,
                        std::vector<std::string>& warnings) {
@@ -279,7 +344,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   plan.warnings = std::move(problem->warnings);
   add_idle_options(options, plan.warnings);
   plan.mosaic = problem->mosaic;
+  plan.tilings = std::move(problem->tilings);
   plan.segmentation = std::move(problem->segmentation);
+  if (plan.mosaic) note_turning_cells(*plan.mosaic, artworks, plan.warnings);
   if (plan.segmentation) note_merged_areas(*plan.segmentation, artworks, options, plan.warnings);
   plan.morph = problem->morph;
   std::unique_ptr<Matcher> matcher;
@@ -309,17 +376,28 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
   };
-  const auto chosen = problem->squares.empty() ? place_in_turn(*problem, *matcher, threads, stop, on_placed, journal)
-                                               : place_squares(*problem, options.adaptive_factor, *matcher, threads,
-                                                               stop, on_placed, journal);
+  MaterialUse kept_use(problem->limits);  // of pieces that stay
+  for (std::size_t i = 0; i < staying->tasks.size(); ++i) {
+    const auto& [number, area] = limited_wood(*problem, staying->tasks[i].match.outline, *staying->placements[i]);
+    kept_use.add(number, area);
+  }
+  MaterialUse use = kept_use;
+  std::vector<int> closed;  // limits that were reached
+  const auto chosen =
+      problem->squares.empty()
+          ? place_in_turn(*problem, *matcher, threads, stop, on_placed, journal, &use, &closed)
+          : place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed, journal);
   if (!chosen.ok()) return chosen.error();
   PatchPlacements patches = placements_of(*problem, *matcher, *chosen);
+  // Wood that was closed by its limit is there all the same.
+  if (!closed.empty())
+    if (const Status open = take_anew(*matcher, *problem, patches, threads, stop); !open.ok()) return open.error();
   if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {
     const double done = kIndexShare + greedy_share;
     GlobalOutcome global = plan_globally(
         *problem, *matcher, *chosen, options, threads,
         [&](double share, const std::string& text) { report(done + (placed_share - fine_share - done) * share, text); },
-        stop, journal);
+        stop, journal, &kept_use);
     patches = std::move(global.patches);
     plan.global = global.report;
   }
@@ -366,6 +444,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.layouts = in_reading_order(*problem, refined);
   else if (has_layouts(*problem, options))
     plan.layouts = layouts_of(*problem, options, plan);
+  note_material_shares(*problem, patches, closed, plan);
   for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
   note_unfit_pieces(options, threads, plan);

@@ -47,4 +47,13 @@ Status weigh_tones(std::span<StockPanel> stock, const std::string& material, dou
   return Ok();
 }
 
+Status is_in_stock(std::span<const StockPanel> stock, const std::string& material) {
+  const bool there = std::ranges::any_of(stock, [&](const StockPanel& panel) {
+    return panel.material == material ||
+           std::ranges::any_of(panel.zones, [&](const WoodZone& zone) { return zone.material == material; });
+  });
+  if (!there) return no_such_material(stock, material);
+  return Ok();
+}
+
 }  // namespace veneer::planner

@@ -44,4 +44,7 @@ Result<std::vector<StockPanel>> only_materials(std::span<const StockPanel> stock
 // [0, 1000].
 Status weigh_tones(std::span<StockPanel> stock, const std::string& material, double weight);
 
+// kInvalidArgument: no panel and no zone is of this material.
+Status is_in_stock(std::span<const StockPanel> stock, const std::string& material);
+
 }  // namespace veneer::planner

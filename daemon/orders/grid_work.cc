@@ -26,7 +26,7 @@ Result<GridDrawn> draw_grid(const DrawGrid& order, const std::filesystem::path&,
   if (!fine) return fine.error();
   auto vertices = planner::pinned_vertices_of("pinned_vertices", order.pinned_vertices);
   if (!vertices) return vertices.error();
-  artwork->guides = {*large, *fine, std::move(*vertices)};
+  artwork->guides.large = *large, artwork->guides.fine = *fine, artwork->guides.vertices = std::move(*vertices);
   planner::PlanOptions options;
   for (const auto& [name, text] : order.options)
     if (const Status set = planner::set_option(options, name, text); !set) return set.error();

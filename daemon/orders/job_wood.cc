@@ -152,6 +152,8 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
 Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture,
                                                        const WoodPictures& pictures) {
   if (const Status known = check_woods(wood.panels, wood.woods); !known) return known.error();
+  for (const auto& [material, share] : wood.wood_limits)
+    if (const Status known = check_woods(wood.panels, {material}); !known) return known.error();
   std::vector<planner::StockPanel> stock;  // without pictures until it is known which panels are used
   for (const HeldPanel& h : wood.panels) {
     const auto free = pictures.free(h, wood.margin);

@@ -42,6 +42,7 @@ struct JobWood {
   Millimetres margin{0};                                     // what is allocated is grown by it
   std::vector<std::string> woods;                            // materials of zones; empty: all wood
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
+  std::vector<std::pair<std::string, double>> wood_limits;   // the most that a wood may be of the picture's area
   std::vector<planner::ForbiddenWood> forbidden;
   // No more panels: those with the most free wood of the kinds asked for, remnants before fresh panels if that is
   // wanted. While the remnants among them offer less than kEnoughWood times the picture, panels with more wood take the

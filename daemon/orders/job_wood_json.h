@@ -13,7 +13,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ForbiddenWood, panel, region)
 namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed, remnant)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, remnants_first,
-                                   index_dir)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, wood_limits, forbidden, max_panels,
+                                   remnants_first, index_dir)
 
 }  // namespace veneer::daemon

@@ -57,4 +57,8 @@ Result<cv::Mat> importance_mask(std::string_view name, std::string_view text) {
   return painted_over(name, text, kEvenImportance, kMostImportanceCells, 4, "2x2:8f83");
 }
 
+Result<cv::Mat> cell_size_mask(std::string_view name, std::string_view text) {
+  return painted_over(name, text, kSalientSizes, kMostImportanceCells, 4, "2x2:8f83");
+}
+
 }  // namespace veneer::daemon

@@ -21,8 +21,8 @@ namespace veneer::daemon {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RecipeConfig, cut_speed, cut_power, engrave_speed, engrave_power, mark_height,
                                    mark_min_height, fit_clearance, lead_in, bridges, cut_order)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, crop, size, options, large_edges, fine_edges,
-                                   pinned_vertices, segmentation, importance, threads, kerf, preview_dpi, wood, recipe,
-                                   recipes, earlier, edits, limit_s)
+                                   pinned_vertices, cell_sizes, flow_lines, segmentation, importance, threads, kerf,
+                                   preview_dpi, wood, recipe, recipes, earlier, edits, limit_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RedonePiece, mark, cost_before, cost)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined,
                                    redone, cost_before, cutting_s)

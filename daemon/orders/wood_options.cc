@@ -14,6 +14,7 @@ Result<planner::PlanOptions> wood_options(const std::map<std::string, std::strin
   planner::PlanOptions out;
   for (const auto& [name, text] : named)
     if (const Status set = planner::set_option(out, name, text); !set) return set.error();
+  for (const auto& [material, share] : wood.wood_limits) out.material_limits.push_back({material, share});
   out.kerf = kerf;
   for (const auto& panel : stock) {
     const auto held = std::ranges::find(wood.panels, panel.id, &HeldPanel::id);

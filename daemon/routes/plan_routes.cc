@@ -244,7 +244,8 @@ ApiReply drawing_reply(const JobServices& s, const db::PlanRecord& plan) {
 json listed_json(const db::PlanRecord& plan) {
   json out = to_json(plan);
   if (json& options = out["options"]; options.is_object())
-    for (const char* painted : {"large_edges", "fine_edges", "importance"}) options.erase(painted);
+    for (const char* painted : {"large_edges", "fine_edges", "cell_sizes", "flow_lines", "importance"})
+      options.erase(painted);
   return out;
 }
 

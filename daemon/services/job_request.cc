@@ -8,6 +8,7 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/orders/picture_paint.h"
+#include "planner/drawings/flow_lines.h"
 #include "planner/layout/pinned_vertices.h"
 #include "planner/plan_options.h"
 #include "planner/suggest/crops.h"
@@ -29,14 +30,15 @@ std::vector<std::string> parts_of(const std::string& text, char separator = ',')
   return out;
 }
 
-void read_wood_weights(RequestReader& query, JobRequest& job) {
-  for (const std::string& part : parts_of(query.text("wood_weight").value_or(""))) {
+// MATERIAL=NUMBER, separated by commas.
+void read_wood_numbers(RequestReader& query, const char* name, std::vector<std::pair<std::string, double>>& out) {
+  for (const std::string& part : parts_of(query.text(name).value_or(""))) {
     const std::size_t equals = std::min(part.rfind('='), part.size());
     const auto weight = parse_number(std::string_view(part).substr(std::min(equals + 1, part.size())));
     if (equals == 0 || !weight)
-      return query.refuse(unusable(
-          fmt::format("wood_weight must be MATERIAL=NUMBER, separated by commas, not \"{}\": correct it", part)));
-    job.wood_weights.emplace_back(part.substr(0, equals), *weight);
+      return query.refuse(
+          unusable(fmt::format("{} must be MATERIAL=NUMBER, separated by commas, not \"{}\": correct it", name, part)));
+    out.emplace_back(part.substr(0, equals), *weight);
   }
 }
 
@@ -69,6 +71,14 @@ void read_paint(RequestReader& query, JobRequest& job) {
     if (const auto mask = importance_mask("importance", *text); !mask) query.refuse(mask.error());
     job.importance = *text;
   }
+  if (const auto text = query.text("cell_sizes")) {
+    if (const auto mask = cell_size_mask("cell_sizes", *text); !mask) query.refuse(mask.error());
+    job.cell_sizes = *text;
+  }
+  if (const auto text = query.text("flow_lines")) {
+    if (const auto lines = planner::flow_lines_of("flow_lines", *text); !lines) query.refuse(lines.error());
+    job.flow_lines = *text;
+  }
   if (const auto text = query.text("pinned_vertices")) {
     const auto vertices = planner::pinned_vertices_of("pinned_vertices", *text);
     if (!vertices) query.refuse(vertices.error());
@@ -89,6 +99,8 @@ std::vector<Guide> guides_of(const JobRequest& job) {
   return {{"large_edges", job.large_edges != kAllEdges, LayoutKind::kMorph, "which edges a morphed grid follows"},
           {"fine_edges", job.fine_edges != kAllEdges, LayoutKind::kMorph, "which edges a morphed grid follows"},
           {"pinned_vertices", !job.pinned_vertices.empty(), LayoutKind::kMorph, "where a morphed grid's lines meet"},
+          {"cell_sizes", job.cell_sizes != kSalientSizes, LayoutKind::kMosaic, "where a mosaic's cells are small"},
+          {"flow_lines", !job.flow_lines.empty(), LayoutKind::kMosaic, "along which lines a mosaic's cells lie"},
           {"segmentation_bytes", job.segmentation_bytes > 0, LayoutKind::kSegmentation,
            "that a drawing's regions become the pieces"}};
 }
@@ -131,7 +143,9 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
   job.remnants_first = query.flag("remnants_first");
   job.woods = parts_of(query.text("wood").value_or(""));
-  read_wood_weights(query, job);
+  read_wood_numbers(query, "wood_weight", job.wood_weights);
+  read_wood_numbers(query, "wood_limit", job.wood_limits);
+  for (const auto& [material, share] : job.wood_limits) job.options.material_limits.push_back({material, share});
   read_forbidden(query, job);
   read_planner_options(query, job.options);
   read_drawing(query, request.body.size(), job);
@@ -174,8 +188,8 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole : {"crop", "size_mm", "large_edges", "fine_edges", "pinned_vertices", "importance",
-                            "max_panels", "remnants_first"})
+  for (const char* whole : {"crop", "size_mm", "large_edges", "fine_edges", "pinned_vertices", "cell_sizes",
+                            "flow_lines", "importance", "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -184,11 +198,12 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
   for (const auto& [list, separator] : {std::pair("panels", ","), std::pair("wood", ","), std::pair("forbid", ";")})
     if (const auto value = kept.find(list); value != kept.end() && !value->empty())
       request.query[list] = joined(*value, separator);
-  if (const auto weights = kept.find("wood_weight"); weights != kept.end() && weights->is_object()) {
-    std::string all;
-    for (const auto& [wood, weight] : weights->items()) all += (all.empty() ? "" : ",") + wood + "=" + weight.dump();
-    if (!all.empty()) request.query["wood_weight"] = all;
-  }
+  for (const char* numbers : {"wood_weight", "wood_limit"})
+    if (const auto of = kept.find(numbers); of != kept.end() && of->is_object()) {
+      std::string all;
+      for (const auto& [wood, number] : of->items()) all += (all.empty() ? "" : ",") + wood + "=" + number.dump();
+      if (!all.empty()) request.query[numbers] = all;
+    }
   auto again = read_job_request(request);
   if (!again) return damaged;
   again->kept_drawing = kept_drawing(options_json);
@@ -221,6 +236,8 @@ json options_json(const JobRequest& request) {
   out["large_edges"] = request.large_edges;
   out["fine_edges"] = request.fine_edges;
   out["pinned_vertices"] = request.pinned_vertices;
+  out["cell_sizes"] = request.cell_sizes;
+  out["flow_lines"] = request.flow_lines;
   out["segmentation_bytes"] = request.segmentation_bytes > 0 ? json(request.segmentation_bytes) : json();
   if (request.kept_drawing) {
     out["segmentation_bytes"] = request.kept_drawing->bytes;
@@ -235,6 +252,8 @@ json options_json(const JobRequest& request) {
   out["wood"] = request.woods;
   out["wood_weight"] = json::object();
   for (const auto& [wood, weight] : request.wood_weights) out["wood_weight"][wood] = weight;
+  out["wood_limit"] = json::object();
+  for (const auto& [wood, share] : request.wood_limits) out["wood_limit"][wood] = share;
   out["forbid"] = json::array();
   for (const auto& [panel, region] : request.forbidden)
     out["forbid"].push_back(fmt::format("{},{},{},{},{}", panel.value, region.min.x.count(), region.min.y.count(),

@@ -35,10 +35,13 @@ struct JobRequest {
   planner::PlanOptions options;                         // threads, kerf and position margin are the cell's own
   std::string large_edges = "all", fine_edges = "all";  // that a morphed grid follows, as edge_mask() reads it
   std::string pinned_vertices;                          // of a morphed grid, as planner::pinned_vertices_of() reads it
+  std::string cell_sizes = "salient";                   // of a mosaic, as cell_size_mask() reads it
+  std::string flow_lines;                               // of a mosaic, as planner::flow_lines_of() reads it
   std::string importance = "even";                      // of parts of the picture, as importance_mask() reads it
   std::vector<PanelId> panels;                          // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
+  std::vector<std::pair<std::string, double>> wood_limits;   // the most that a wood may be of the picture's area
   std::vector<planner::ForbiddenWood> forbidden;
   // When the request has a key: it makes one job at most, also when it is sent again after a restart.
   std::optional<db::KeyedRequest> keyed;

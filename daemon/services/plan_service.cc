@@ -184,9 +184,9 @@ std::map<std::string, std::string> option_texts(const planner::PlanOptions& opti
 }
 
 JobWood wood_of(const JobRequest& request, PlanStock& stock, const Config& config, const PanelLibrary& library) {
-  JobWood out{
-      std::move(stock.held), config.panel.position_margin, request.woods,          request.wood_weights,
-      request.forbidden,     request.max_panels,           request.remnants_first, library.index_dir().string()};
+  JobWood out{std::move(stock.held), config.panel.position_margin, request.woods,
+              request.wood_weights,  request.wood_limits,          request.forbidden,
+              request.max_panels,    request.remnants_first,       library.index_dir().string()};
   // What was forbidden on a panel that is out of the question now needs no saying.
   std::erase_if(out.forbidden, [&](const auto& wood) { return stock.not_used.contains(wood.panel); });
   return out;
@@ -201,6 +201,8 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.large_edges = request.large_edges;
   out.fine_edges = request.fine_edges;
   out.pinned_vertices = request.pinned_vertices;
+  out.cell_sizes = request.cell_sizes;
+  out.flow_lines = request.flow_lines;
   out.importance = request.importance;
   out.threads = request.options.threads;
   out.preview_dpi = kPreviewDpi;

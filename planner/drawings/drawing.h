@@ -30,6 +30,7 @@ struct DrawnLine {
 
 struct Drawing {
   std::vector<DrawnLine> lines;
+  DrawingPoint page{};                // its width and height, of an SVG
   std::vector<std::string> warnings;  // what a person should know of how it was read
 };
 

@@ -235,6 +235,8 @@ Status SvgReader::page(const pugi::xml_node& svg, Inherited& into) {
       drawing_.warnings.push_back(
           "the drawing's page and its viewBox have different shapes: it is laid into the middle");
   }
+  const double width_mm = has_box && !width ? height_mm * (*box)[2] / (*box)[3] : width ? width->mm : 0;
+  drawing_.page = {width_mm, height_mm};
   mm_per_user_ = page.a;
   into.mm_from_user = SvgMatrix{1, 0, 0, -1, 0, height_mm} * page;
   return Ok();

@@ -272,6 +272,21 @@ json global_to_json(const GlobalReport& global) {
           {"seconds", global.seconds}};
 }
 
+json shares_to_json(const std::vector<MaterialShare>& shares) {
+  json out = json::array();
+  for (const MaterialShare& it : shares)
+    out.push_back(
+        {{"material", it.limit.material}, {"limit", it.limit.share}, {"share", it.share}, {"binds", it.binds}});
+  return out;
+}
+
+json turning_to_json(const std::vector<MosaicReport::Turning>& turning) {
+  json out = json::array();
+  for (const MosaicReport::Turning& it : turning)
+    out.push_back({{"artwork", it.artwork}, {"where", it.where}, {"cells", it.cells}});
+  return out;
+}
+
 json mosaic_to_json(const MosaicReport& mosaic) {
   return {{"tiles", mosaic.tiles},
           {"iterations", mosaic.iterations},
@@ -279,6 +294,12 @@ json mosaic_to_json(const MosaicReport& mosaic) {
           {"deviation_deg", mosaic.deviation_deg},
           {"cell_deviation_deg", mosaic.cell_deviation_deg},
           {"straddling", mosaic.straddling},
+          {"turning", turning_to_json(mosaic.turning)},
+          {"tiles_with_joints",
+           {{"coverage", mosaic.tile_coverage},
+            {"overlap", mosaic.tile_overlap},
+            {"deviation_deg", mosaic.tile_deviation_deg},
+            {"straddling", mosaic.tile_straddling}}},
           {"seconds", mosaic.seconds}};
 }
 
@@ -463,6 +484,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"mosaic", plan.mosaic ? mosaic_to_json(*plan.mosaic) : json()},
                  {"segmentation", plan.segmentation ? segmentation_to_json(*plan.segmentation) : json()},
                  {"morph", plan.morph ? morph_to_json(*plan.morph) : json()},
+                 {"material_limits", shares_to_json(plan.material_shares)},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
                  {"refined", plan.refined ? refined_to_json(*plan.refined) : json()},

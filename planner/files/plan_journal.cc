@@ -84,16 +84,17 @@ std::string text_of(const LayoutGuides& guides) {
   std::string out = fmt::format(" {} {}", hash_of(guides.large), hash_of(guides.fine));
   for (const PinnedVertex& it : guides.vertices)
     out += fmt::format(" {} {} {} {}", it.row, it.column, it.at.x.count(), it.at.y.count());
+  if (guides.guide_a_mosaic()) out += fmt::format(" {} {}", hash_of(guides.cell_sizes), flow_text(guides.flow_lines));
   return out;
 }
 
 std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
-  const auto& [layout, triangles, patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_range, w_detail,
-               w_gamut, w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels, adaptive_factor, priority,
-               interleave, reserve, exact, thoroughness, fine_rotation, refine, curves, overlap, min_width, min_size,
-               rematch, optimize, optimize_seconds, optimize_iterations, index_cache, kept, kept_layouts, alternatives,
-               seed, threads] = options;
+  const auto& [layout, triangles, cell_aspect, flow_lines_only, patch, rotations, w_intensity, w_edge, w_hist, w_colour,
+               w_texture, w_range, w_detail, w_gamut, w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels,
+               adaptive_factor, priority, interleave, reserve, material_limits, exact, thoroughness, fine_rotation,
+               refine, curves, overlap, min_width, min_size, rematch, optimize, optimize_seconds, optimize_iterations,
+               index_cache, kept, kept_layouts, alternatives, seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -104,10 +105,11 @@ std::string text_of(const PlanOptions& options) {
     stays += fmt::format(" \"{}\" {} {} {}", piece.placement->panel.value, map.angle().count(), map.shift().x.count(),
                          map.shift().y.count());
   }
+  for (const MaterialLimit& limit : material_limits) stays += fmt::format(" \"{}\" {}", limit.material, limit.share);
   const std::string borders =
-      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, web.count(),
-                  static_cast<int>(refine), static_cast<int>(curves), overlap.count(), min_width.count(),
-                  min_size.count(), rematch, w_range, w_detail, thoroughness);
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, cell_aspect,
+                  flow_lines_only, web.count(), static_cast<int>(refine), static_cast<int>(curves), overlap.count(),
+                  min_width.count(), min_size.count(), rematch, w_range, w_detail, thoroughness);
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
                      rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_gamut, w_grain, edge.count(), dpi,
                      kerf.count(), position_margin.count(), adaptive_levels, adaptive_factor,

@@ -120,6 +120,27 @@ Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame
   return Ok();
 }
 
+Result<cv::Mat> in_mean_colours(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview) {
+  if (artwork >= plan.artworks.size()) return no_artwork(artwork);
+  const PixelGrid grid{preview.resolution, plan.artworks[artwork].height};
+  cv::Mat out = preview.pixels.clone();
+  for (const Piece& piece : plan.pieces) {
+    if (piece.artwork != artwork || !piece.placement) continue;
+    const PatchPixels pixels = patch_pixels(piece.artwork_outline, grid, out.cols, out.rows);
+    cv::Vec3d sum;
+    double count = 0;
+    for (const PatchPixels::Span& span : pixels.spans)
+      for (int c = span.begin; c < span.end; ++c, ++count) sum += cv::Vec3d(preview.pixels.at<cv::Vec3b>(span.row, c));
+    if (count == 0) continue;
+    const cv::Vec3b mean(cv::saturate_cast<std::uint8_t>(sum[0] / count),
+                         cv::saturate_cast<std::uint8_t>(sum[1] / count),
+                         cv::saturate_cast<std::uint8_t>(sum[2] / count));
+    for (const PatchPixels::Span& span : pixels.spans)
+      for (int c = span.begin; c < span.end; ++c) out.at<cv::Vec3b>(span.row, c) = mean;
+  }
+  return out;
+}
+
 Result<PreviewCost> preview_cost(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview,
                                  const PlanOptions& options) {
   if (artwork >= plan.targets.size() || plan.targets[artwork].size() != preview.pixels.size())

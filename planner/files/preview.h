@@ -23,6 +23,10 @@ Result<ScanResolution> full_resolution(const Plan& plan, std::size_t artwork);
 // least two pixels. kInvalidArgument: no such artwork.
 Status draw_cut_lines(const Plan& plan, std::size_t artwork, Raster<ArtworkFrame>& preview);
 
+// The preview with each filled piece in the mean of its own colours: what is left of the picture without the wood's
+// grain (paper, Figure 8, bottom row). CV_8UC3. kInvalidArgument: no such artwork.
+Result<cv::Mat> in_mean_colours(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview);
+
 // What the assembled preview itself costs against what its artwork looks for: as cost_per_pixel(), but with all
 // features of the preview's own 8-bit colours, so that edges across seams count. Over the pixels of filled pieces.
 struct PreviewCost {

@@ -146,12 +146,12 @@ class ClassSurvey {
   // kCancelled: a stop was requested, then or while this was made.
   Status run(Survey& survey, const std::function<void(double)>& progress) {
     if (stop_.stop_requested()) return cancelled();
-    std::vector<Best> best(patches_.size(), Best(2 * options_.candidates));
+    std::vector<Best> best(patches_.size() * groups(), Best(2 * candidates_a_group()));
     std::mutex merging;
     Status surveyed = run_parallel(
         rows_, options_.threads, stop_,
         [&](std::size_t row) {
-          std::vector<Best> mine(patches_.size(), Best(2 * options_.candidates));
+          std::vector<Best> mine(best.size(), Best(2 * candidates_a_group()));
           survey_row(row, mine);
           const std::lock_guard lock(merging);
           for (std::size_t i = 0; i < mine.size() && !stop_.stop_requested(); ++i)
@@ -164,7 +164,12 @@ class ClassSurvey {
     return run_parallel(
         patches_.size(), options_.threads, stop_,
         [&](std::size_t i) {
-          survey.candidates[patches_[i]] = measured(patches_[i], best[i].found());
+          std::vector<Found> found = std::move(best[i * groups()].found());
+          for (std::size_t group = 1; group < groups(); ++group) {
+            const std::vector<Found>& more = best[i * groups() + group].found();
+            found.insert(found.end(), more.begin(), more.end());
+          }
+          survey.candidates[patches_[i]] = measured(patches_[i], found);
           survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
         },
         [&](std::size_t done) {
@@ -204,6 +209,15 @@ class ClassSurvey {
     int panel, rotation;
     double column, row;  // of the window's centre, in panel pixels
   };
+  // Wood under one limit each, and wood under none: who may not have the wood that is cheapest needs others to choose
+  // from. One, without limits.
+  std::size_t groups() const { return problem_.limits.size() + 1; }
+  std::size_t candidates_a_group() const { return std::max<std::size_t>(1, options_.candidates / groups()); }
+  std::size_t group_of(const Spot& spot) const {
+    if (problem_.limits.empty()) return 0;
+    const Raster<PanelFrame>& features = matcher_.panels()[static_cast<std::size_t>(spot.panel)].features;
+    return static_cast<std::size_t>(problem_.limits.at(spot.panel, features.from_pixels(spot.column, spot.row)) + 1);
+  }
   std::uint32_t per_region() const {
     return static_cast<std::uint32_t>(kPositionsASide * kPositionsASide * matcher_.rotations());
   }
@@ -266,7 +280,7 @@ class ClassSurvey {
         const auto least = static_cast<std::size_t>(
             std::min_element(scores.begin(), scores.begin() + static_cast<std::ptrdiff_t>(there.size())) -
             scores.begin());
-        best[i].offer({scores[least], base + there[least]});
+        best[i * groups() + group_of(spot(row, column, there[least]))].offer({scores[least], base + there[least]});
       }
     }
   }
@@ -319,11 +333,14 @@ class ClassSurvey {
     const int reach = static_cast<int>(std::ceil(region_ / kPositionsASide / 2));
     std::vector<Spot> kept;
     std::vector<Candidate> candidates;
+    std::vector<std::size_t> of_group(groups());
     for (const Found& it : found) {
-      if (candidates.size() == options_.candidates || stop_.stop_requested()) break;
+      if (candidates.size() == candidates_a_group() * groups() || stop_.stop_requested()) break;
       const std::uint64_t region = it.number / per_region();
       const Spot at = spot(region / widest(), static_cast<int>(region % widest()),
                            static_cast<std::uint32_t>(it.number % per_region()));
+      std::size_t& in_group = of_group[group_of(at)];
+      if (in_group == candidates_a_group()) continue;
       const bool close = std::any_of(kept.begin(), kept.end(), [&](const Spot& other) {
         return other.panel == at.panel && std::hypot(other.column - at.column, other.row - at.row) < apart;
       });
@@ -341,6 +358,7 @@ class ClassSurvey {
       });
       if (!candidate) continue;
       kept.push_back(at);
+      ++in_group;
       candidates.push_back(*candidate);
       candidates.back().cost += grain_cost(patch, candidate->pose);
     }

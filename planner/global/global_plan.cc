@@ -35,7 +35,7 @@ class GlobalPlanner {
  public:
   GlobalPlanner(const Problem& problem, const Matcher& matcher,
                 const std::vector<std::optional<LatticeCandidate>>& greedy, const PlanOptions& options, int threads,
-                const GlobalProgress& progress, const std::stop_token& stop)
+                const GlobalProgress& progress, const std::stop_token& stop, const MaterialUse& others)
       : problem_(problem),
         matcher_(matcher),
         greedy_placements_(placements_of(problem, matcher, greedy)),
@@ -43,6 +43,7 @@ class GlobalPlanner {
         threads_(threads),
         progress_(progress),
         stop_(stop),
+        others_(others),
         grain_(problem, matcher.panels(), options.w_grain) {
     for (const Problem::Task& task : problem.queue)
       footprints_.emplace_back(task.match.outline, options.kerf_and_web() + FreeWood::kSlack);
@@ -88,7 +89,29 @@ class GlobalPlanner {
       state = std::move(*remembered);
       if (state.iteration > 0) settle_for(chosen_from(*lists, state.best), state.iteration);
     }
-    return GlobalSearch(footprints_, matcher_.panels(), std::move(*lists), state, options_.seed);
+    return GlobalSearch(footprints_, matcher_.panels(), std::move(*lists), state, options_.seed, search_limits());
+  }
+
+  std::optional<SearchLimits> search_limits() const {
+    if (problem_.limits.empty()) return std::nullopt;
+    SearchLimits out{&problem_.limits, {}, others_};
+    for (const Problem::Task& task : problem_.queue) out.areas.push_back(area_of(task.match.outline));
+    return out;
+  }
+
+  // Whether these keep to the limits of woods.
+  bool within_limits(const Chosen& chosen) const {
+    if (problem_.limits.empty()) return true;
+    MaterialUse use = others_;
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      if (!chosen[i]) continue;
+      const Pose& pose = chosen[i]->pose;
+      const int number = problem_.limits.at(pose.panel, {Millimetres(pose.x), Millimetres(pose.y)});
+      const SquareMillimetres area = area_of(problem_.queue[i].match.outline);
+      if (!use.has_room(number, area)) return false;
+      use.add(number, area);
+    }
+    return true;
   }
 
   struct Start {
@@ -99,7 +122,8 @@ class GlobalPlanner {
   Result<Start> surveyed() const {
     Chosen start = greedy_.chosen;
     std::vector<Pose> slots;
-    if (greedy_.score.unfilled > 0) {
+    // Packing knows nothing of limits, and where there are some, holes may be their doing.
+    if (greedy_.score.unfilled > 0 && problem_.limits.empty()) {
       Result<std::vector<Pose>> poses = packed();
       if (!poses.ok()) return poses.error();
       slots = std::move(*poses);
@@ -215,7 +239,8 @@ class GlobalPlanner {
     if (!refused.ok()) return;
     // The search gets ever better by its own measure, which counts who goes without; here greedy is what matters. What
     // patches were put back for may have been its whole gain.
-    const bool settled = better->score < greedy_.score && (*refused == 0 || better->score < best_.score);
+    const bool settled = within_limits(better->chosen) && better->score < greedy_.score &&
+                         (*refused == 0 || better->score < best_.score);
     if (stop_.stop_requested()) return;
     if (settled) best_ = std::move(*better);
     best_at_ = iterations;
@@ -295,6 +320,7 @@ class GlobalPlanner {
   int threads_;
   const GlobalProgress& progress_;
   const std::stop_token& stop_;
+  MaterialUse others_;  // what kept pieces take of limited woods
   GrainPull grain_;
   Stopwatch begin_;
   std::vector<Footprint> footprints_;
@@ -319,8 +345,10 @@ PatchPlacements placements_of(const Problem& problem, const Matcher& matcher,
 GlobalOutcome plan_globally(const Problem& problem, const Matcher& matcher,
                             const std::vector<std::optional<LatticeCandidate>>& greedy, const PlanOptions& options,
                             int threads, const GlobalProgress& progress, const std::stop_token& stop,
-                            PlanJournal* journal) {
-  return GlobalPlanner(problem, matcher, greedy, options, threads, progress, stop).run(GlobalJournal(journal));
+                            PlanJournal* journal, const MaterialUse* others) {
+  const MaterialUse none(problem.limits);
+  return GlobalPlanner(problem, matcher, greedy, options, threads, progress, stop, others != nullptr ? *others : none)
+      .run(GlobalJournal(journal));
 }
 
 }  // namespace veneer::planner

@@ -33,10 +33,10 @@ using GlobalProgress = std::function<void(double share, const std::string& text)
 // `matcher` with its index built; its wood may have been taken. The same for any number of threads; only `stop` and
 // PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns within 100 ms the best of the last
 // stage that it has finished (a sixteenth of the iterations), at least `greedy`; its report says after how many
-// iterations that was. `journal`: see make_plan.
+// iterations that was. `journal`: see make_plan. `others`: what pieces that are not in the queue take of limited woods.
 GlobalOutcome plan_globally(const Problem& problem, const Matcher& matcher,
                             const std::vector<std::optional<LatticeCandidate>>& greedy, const PlanOptions& options,
                             int threads, const GlobalProgress& progress, const std::stop_token& stop,
-                            PlanJournal* journal = nullptr);
+                            PlanJournal* journal = nullptr, const MaterialUse* others = nullptr);
 
 }  // namespace veneer::planner

@@ -36,14 +36,16 @@ Chosen chosen_from(const GlobalSearch::Lists& lists, const std::vector<std::uint
 }
 
 GlobalSearch::GlobalSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels, Lists lists,
-                           const State& start, std::uint64_t seed)
+                           const State& start, std::uint64_t seed, std::optional<SearchLimits> limits)
     : footprints_(footprints),
       lists_(std::move(lists)),
       arrangement_(footprints, panels),
       chosen_(chosen_from(lists_, start.chosen)),
       best_(chosen_from(lists_, start.best)),
       iteration_(start.iteration),
-      seed_(seed) {
+      seed_(seed),
+      limits_(std::move(limits)) {
+  for (std::size_t i = 0; i < chosen_.size(); ++i) count_use(i, {}, chosen_[i]);
   for (std::size_t i = 0; i < chosen_.size(); ++i)
     if (chosen_[i]) arrangement_.put(i, chosen_[i]->pose);
   for (const auto& list : lists_) blockers_.emplace_back(list.size());
@@ -56,7 +58,15 @@ GlobalSearch::GlobalSearch(std::span<const Footprint> footprints, const std::vec
 // In [0, 1), the same everywhere (the standard's distributions are not).
 double GlobalSearch::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
+void GlobalSearch::count_use(std::size_t patch, const std::optional<Candidate>& from,
+                             const std::optional<Candidate>& to) {
+  if (!limits_) return;
+  if (from) limits_->others.remove(limit_at(*from), limits_->areas[patch]);
+  if (to) limits_->others.add(limit_at(*to), limits_->areas[patch]);
+}
+
 void GlobalSearch::set(std::size_t patch, const std::optional<Candidate>& candidate) {
+  count_use(patch, chosen_[patch], candidate);
   steps_.push_back({patch, chosen_[patch], stays_[patch]});
   chosen_[patch] = candidate;
   stays_[patch] = ++last_stay_;
@@ -69,8 +79,10 @@ void GlobalSearch::set(std::size_t patch, const std::optional<Candidate>& candid
 void GlobalSearch::undo() {
   // Backwards, and first everything off: a piece may return to where another one lies now.
   for (const Step& step : steps_) arrangement_.remove(step.patch);
-  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
+    count_use(step->patch, chosen_[step->patch], step->before);
     chosen_[step->patch] = step->before, stays_[step->patch] = step->stay_before;
+  }
   for (const Step& step : steps_)
     if (chosen_[step.patch]) arrangement_.put(step.patch, chosen_[step.patch]->pose);
 }
@@ -141,6 +153,9 @@ void GlobalSearch::attempt(double allowed) {
 
   steps_.clear();
   for (const std::size_t other : ejected_) set(other, std::nullopt);
+  // Its own wood is given back before other wood is asked for.
+  if (limits_ && chosen_[patch]) set(patch, std::nullopt);
+  if (!has_room(patch, wanted)) return undo();
   set(patch, wanted);
   bool taken = true;
   for (std::size_t i = 0; i < ejected_.size() && taken; ++i) taken = refill(ejected_[i], left);
@@ -189,6 +204,7 @@ bool GlobalSearch::refill(std::size_t patch, double& allowed) {
   for (std::size_t k = 0; k < lists_[patch].size(); ++k) {
     const Candidate& candidate = lists_[patch][k];
     if (candidate.cost > allowed) break;
+    if (!has_room(patch, candidate)) continue;
     Blocker& blocker = blockers_[patch][k];
     if (still_blocked(patch, candidate.pose, blocker)) continue;
     if (const auto other = arrangement_.any_in_the_way(patch, candidate.pose)) {

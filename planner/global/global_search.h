@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "planner/poses/arrangement.h"
+#include "planner/problem/material_limits.h"
 
 namespace veneer::planner {
 
@@ -45,6 +46,13 @@ struct Cooling {
   }
 };
 
+// What the patches of a search may take of limited woods.
+struct SearchLimits {
+  const MaterialLimits* limits = nullptr;
+  std::vector<SquareMillimetres> areas;  // one a patch
+  MaterialUse others;                    // by pieces that are no part of the search
+};
+
 class GlobalSearch {
  public:
   using Lists = std::vector<std::vector<Candidate>>;
@@ -59,9 +67,10 @@ class GlobalSearch {
   // Of a candidate that is in the list.
   static std::uint32_t number_in(const std::vector<Candidate>& list, const std::optional<Candidate>& candidate);
 
-  // `lists`: for each patch candidates on free wood, cheapest first. `start` must be free of overlaps.
+  // `lists`: for each patch candidates on free wood, cheapest first. `start` must be free of overlaps. `limits`, if
+  // given, are exceeded by no arrangement by more than `start` exceeds them.
   GlobalSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels, Lists lists,
-               const State& start, std::uint64_t seed);
+               const State& start, std::uint64_t seed, std::optional<SearchLimits> limits = {});
 
   // The next iterations of the cooling, up to number `to`, or until after the one under way when a stop is requested:
   // iteration() says how far it came, and everything stands as after that many.
@@ -89,6 +98,15 @@ class GlobalSearch {
   bool refill(std::size_t patch, double& allowed);
   bool still_blocked(std::size_t patch, const Pose& pose, Blocker& blocker) const;
   void set(std::size_t patch, const std::optional<Candidate>& candidate);
+  // Of the wood at a candidate's middle.
+  int limit_at(const Candidate& candidate) const {
+    return limits_->limits->at(candidate.pose.panel, {Millimetres(candidate.pose.x), Millimetres(candidate.pose.y)});
+  }
+  bool has_room(std::size_t patch, const Candidate& candidate) const {
+    return !limits_ || limits_->others.has_room(limit_at(candidate), limits_->areas[patch]);
+  }
+  // From one place to the other, either of which may be none.
+  void count_use(std::size_t patch, const std::optional<Candidate>& from, const std::optional<Candidate>& to);
   void accept();
   void undo();
   double uniform();
@@ -116,8 +134,9 @@ class GlobalSearch {
   double hole_cost_ = 0, temperature_ = 0;
   std::uint64_t iteration_, seed_;
   std::mt19937_64 random_;
-  std::vector<Step> steps_;           // of the attempt under way
-  std::vector<std::size_t> ejected_;  // by it
+  std::optional<SearchLimits> limits_;  // `others` with what is chosen
+  std::vector<Step> steps_;             // of the attempt under way
+  std::vector<std::size_t> ejected_;    // by it
 };
 
 }  // namespace veneer::planner

@@ -12,8 +12,12 @@ namespace {
 // alone, never on the number of threads.
 class Greedy {
  public:
-  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop, PlanJournal* journal)
+  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop, PlanJournal* journal,
+         MaterialUse* use, std::vector<int>* closed)
       : queue_(problem.queue),
+        limits_(problem.limits),
+        use_(use),
+        closed_(closed),
         matcher_(matcher),
         threads_(threads),
         stop_(stop),
@@ -63,17 +67,37 @@ class Greedy {
     return unless_cancelled(stop_);
   }
 
+  // Whether the patch may have the wood of its answer, which then counts as used. Otherwise such wood is closed to all
+  // that follow, and so the answer is not free any more.
+  bool within_limits(std::size_t i) {
+    if (limits_.empty() || use_ == nullptr) return true;
+    const MatchPatch& patch = queue_[i].match;
+    const LatticeCandidate& best = *answers_[i].best;
+    const int number = limits_.at(best.panel, matcher_.panel_from_artwork(patch, best) * middle_of(patch.outline));
+    const SquareMillimetres area = area_of(patch.outline);
+    if (use_->has_room(number, area)) {
+      use_->add(number, area);
+      return true;
+    }
+    for (const MaterialLimits::Wood& wood : limits_.wood_under(number)) matcher_.take(wood.panel, wood.outline);
+    if (closed_ != nullptr) closed_->push_back(number);
+    return false;
+  }
+
   void accept() {
     for (; placed_ < queue_.size() && answers_[placed_].known; ++placed_) {
       const Answer& answer = answers_[placed_];
       if (!answer.best) continue;
-      if (!is_free(placed_)) return;
+      if (!is_free(placed_) || !within_limits(placed_)) return;
       matcher_.take(queue_[placed_].match, *answer.best);
       chosen_[placed_] = answer.best;
     }
   }
 
   const std::vector<Problem::Task>& queue_;
+  const MaterialLimits& limits_;
+  MaterialUse* use_;
+  std::vector<int>* closed_;
   Matcher& matcher_;
   int threads_;
   const std::stop_token& stop_;
@@ -88,8 +112,9 @@ class Greedy {
 Result<std::vector<std::optional<LatticeCandidate>>> place_in_turn(const Problem& problem, Matcher& matcher,
                                                                    int threads, const std::stop_token& stop,
                                                                    const std::function<void(std::size_t)>& on_placed,
-                                                                   PlanJournal* journal) {
-  return Greedy(problem, matcher, threads, stop, journal).run(on_placed);
+                                                                   PlanJournal* journal, MaterialUse* use,
+                                                                   std::vector<int>* closed) {
+  return Greedy(problem, matcher, threads, stop, journal, use, closed).run(on_placed);
 }
 
 }  // namespace veneer::planner

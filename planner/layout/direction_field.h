@@ -15,6 +15,8 @@ cv::Mat salient_edges(const cv::Mat& bgr, double tile);
 struct DirectionField {
   cv::Mat distance;  // CV_32FC1: pixels to the nearest edge
   cv::Mat angle;     // CV_32FC1: radians, in (-pi/4, pi/4], of one axis of the tiles, from +x towards +y, y down
+  // CV_32FC1: the same of the axis that lies across the nearest edge, in (-pi/2, pi/2]: long tiles lie along edges.
+  cv::Mat across;
 };
 
 // The gradient of the distance to the nearest edge, or to the picture's border, which tiles follow too. `smoothing`,

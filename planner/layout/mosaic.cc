@@ -10,6 +10,7 @@
 #include "planner/layout/centroidal_voronoi.h"
 #include "planner/layout/direction_field.h"
 #include "planner/layout/label_regions.h"
+#include "planner/layout/quarter_turns.h"
 
 namespace veneer::planner {
 namespace {
@@ -18,8 +19,28 @@ constexpr double kEdgeWidth = 0.3;   // tiles: how thick edges are drawn that ti
 constexpr double kSmoothing = 0.35;  // tiles: see direction_field()
 constexpr double kRough = 0.5;       // pixels: rest of the first iterations, before edges are drawn
 constexpr int kClosing = 4;          // iterations without edges, which close the joints (section 6)
-constexpr double kDeepInside = 0.2;  // sides: an edge that runs farther than this inside a tile ...
-constexpr double kLong = 0.5;        // sides: ... for so long straddles it
+constexpr double kBesideLine = 0.5;  // tiles: an edge that is nearer to a drawn line is what that one traces
+
+// The edges that tiles heed.
+cv::Mat edges_of(const cv::Mat& bgr, double tile, const MosaicOptions& options) {
+  if (options.lines.empty()) return salient_edges(bgr, tile);
+  if (options.lines_only) return options.lines;
+  cv::Mat edges = salient_edges(bgr, tile), distance;
+  cv::distanceTransform(~options.lines, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  edges.setTo(0, distance < kBesideLine * tile);
+  return edges | options.lines;
+}
+
+// Scaled so that `count` tiles of these sides fill their raster.
+cv::Mat scaled_to(const cv::Mat& sides, int count) {
+  double tiles = 0;
+  for (int r = 0; r < sides.rows; ++r)
+    for (int c = 0; c < sides.cols; ++c) {
+      const auto side = static_cast<double>(sides.at<float>(r, c));
+      tiles += 1 / (side * side);
+    }
+  return sides * std::sqrt(tiles / std::max(1, count));
+}
 
 // Values in the order of their size, from 0 to 1.
 cv::Mat ranks(const cv::Mat& values) {
@@ -35,52 +56,43 @@ cv::Mat ranks(const cv::Mat& values) {
   return out;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// Degrees between two directions that are known up to quarter turns.
-double turn_between(double a, double b) {
-  constexpr double kQuarter = std::numbers::pi / 2;
-  const double turn = std::abs(std::remainder(a - b, kQuarter));
-  return turn * 180 / std::numbers::pi;
-}
-
 // The field's mean over each label, up to quarter turns.
-std::vector<double> mean_angles(const cv::Mat& labels, std::size_t count, const cv::Mat& angle) {
-  struct Mean {
-    double cos = 0, sin = 0;
+struct MeanDirection {
+  double angle = 0;
+  double agreement = 0;  // of the directions: 1 where all are the same, 0 where they cancel out
+};
+std::vector<MeanDirection> mean_directions(const cv::Mat& labels, std::size_t count, const cv::Mat& angle) {
+  struct Sum {
+    double cos = 0, sin = 0, pixels = 0;
   };
-  std::vector<Mean> means(count);
+  std::vector<Sum> sums(count);
   for (int r = 0; r < angle.rows; ++r)
     for (int c = 0; c < angle.cols; ++c) {
       const auto four = 4 * static_cast<double>(angle.at<float>(r, c));
-      Mean& mean = means[static_cast<std::size_t>(labels.at<int>(r, c))];
-      mean.cos += std::cos(four), mean.sin += std::sin(four);
+      Sum& sum = sums[static_cast<std::size_t>(labels.at<int>(r, c))];
+      sum.cos += std::cos(four), sum.sin += std::sin(four), ++sum.pixels;
     }
-  std::vector<double> out;
-  out.reserve(means.size());
-  for (const Mean& mean : means) out.push_back(std::atan2(mean.sin, mean.cos) / 4);
+  std::vector<MeanDirection> out;
+  out.reserve(sums.size());
+  for (const Sum& sum : sums)
+    out.push_back({std::atan2(sum.sin, sum.cos) / 4, std::hypot(sum.cos, sum.sin) / std::max(1.0, sum.pixels)});
   return out;
 }
 
 // How far the field turns within tiles.
 double median_deviation(const VoronoiDiagram& diagram, const cv::Mat& angle) {
-  const std::vector<double> means = mean_angles(diagram.labels, diagram.sites.size(), angle);
+  const std::vector<MeanDirection> means = mean_directions(diagram.labels, diagram.sites.size(), angle);
   std::vector<double> out;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const PlanePoint& p = diagram.sites[i];
     const float own = angle.at<float>(std::clamp(static_cast<int>(p.y), 0, angle.rows - 1),
                                       std::clamp(static_cast<int>(p.x), 0, angle.cols - 1));
-    out.push_back(turn_between(static_cast<double>(own), means[i]));
+    out.push_back(degrees_apart(static_cast<double>(own), means[i].angle));
   }
   return median(std::move(out));
 }
 
-double straddling_share(const cv::Mat& cells, const cv::Mat& edges) {
+double straddling_share(const cv::Mat& cells, const cv::Mat& edges, double aspect) {
   cv::Mat labels = cells.clone();
   const int count = number_regions(labels);
   cv::Mat inside(labels.size(), CV_8UC1, cv::Scalar(255)), depth;
@@ -100,11 +112,11 @@ double straddling_share(const cv::Mat& cells, const cv::Mat& edges) {
         if (!counting)
           ++area[i];
         else if (edges.at<std::uint8_t>(r, c) != 0 &&
-                 static_cast<double>(depth.at<float>(r, c)) > kDeepInside * std::sqrt(area[i]))
+                 static_cast<double>(depth.at<float>(r, c)) > kStraddlingDepth * std::sqrt(area[i] / aspect))
           ++deep[i];
       }
   int straddling = 0;
-  for (std::size_t i = 0; i < area.size(); ++i) straddling += deep[i] > kLong * std::sqrt(area[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < area.size(); ++i) straddling += deep[i] > kStraddlingLength * std::sqrt(area[i]) ? 1 : 0;
   return count > 0 ? static_cast<double>(straddling) / count : 0;
 }
 
@@ -117,13 +129,17 @@ cv::Mat tile_sizes(const cv::Mat& detail, int count, double ratio) {
   const cv::Mat rank = ranks(smooth);
   cv::exp(rank * -std::log(std::max(1.0, ratio)), out);
   cv::GaussianBlur(out, out, {}, std::max(0.8, tile / 2));
-  double tiles = 0;
-  for (int r = 0; r < out.rows; ++r)
-    for (int c = 0; c < out.cols; ++c) {
-      const auto side = static_cast<double>(out.at<float>(r, c));
-      tiles += 1 / (side * side);
-    }
-  return out * std::sqrt(tiles / std::max(1, count));
+  return scaled_to(out, count);
+}
+
+cv::Mat painted_tile_sizes(const cv::Mat& painted, int count, double ratio) {
+  const double tile = std::sqrt(static_cast<double>(painted.total()) / std::max(1, count));
+  cv::Mat white, out;
+  painted.convertTo(white, CV_32F, 1.0 / 255);
+  // Sizes that jump rest late and badly (section 5.2), and a cell of one size beside one of another leaves a gap.
+  cv::GaussianBlur(white, white, {}, std::max(0.8, tile));
+  cv::exp(white * -std::log(std::max(1.0, ratio)), out);
+  return scaled_to(out, count);
 }
 
 double cell_deviation(const cv::Mat& labels, const cv::Mat& angle) {
@@ -140,21 +156,45 @@ double cell_deviation(const cv::Mat& labels, const cv::Mat& angle) {
       if (c + 1 == cells.cols || cells.at<int>(r, c + 1) != here)
         corners[i].insert(corners[i].end(), {{x + 1, y}, {x + 1, y + 1}});
     }
-  const std::vector<double> means = mean_angles(cells, count, angle);
+  const std::vector<MeanDirection> means = mean_directions(cells, count, angle);
   std::vector<double> out;
   for (std::size_t i = 0; i < count; ++i) {
     const double turned = static_cast<double>(cv::minAreaRect(corners[i]).angle) * std::numbers::pi / 180;
-    out.push_back(turn_between(turned, means[i]));
+    out.push_back(degrees_apart(turned, means[i].angle));
   }
   return median(std::move(out));
+}
+
+std::vector<PlanePoint> turning_cells(const cv::Mat& labels, const cv::Mat& angle) {
+  // Of directions that turn evenly by kTurningDegrees: the sine of x over x, of half of four times that angle.
+  constexpr double kHalf = 2 * kTurningDegrees * std::numbers::pi / 180;
+  const double agreement = std::sin(kHalf) / kHalf;
+  cv::Mat cells = labels.clone();
+  const auto count = static_cast<std::size_t>(number_regions(cells));
+  const std::vector<MeanDirection> means = mean_directions(cells, count, angle);
+  struct Middle {
+    double x = 0, y = 0, pixels = 0;
+  };
+  std::vector<Middle> middles(count);
+  for (int r = 0; r < cells.rows; ++r)
+    for (int c = 0; c < cells.cols; ++c) {
+      Middle& it = middles[static_cast<std::size_t>(cells.at<int>(r, c))];
+      it.x += c + 0.5, it.y += r + 0.5, ++it.pixels;
+    }
+  std::vector<PlanePoint> out;
+  for (std::size_t i = 0; i < count; ++i)
+    if (means[i].agreement < agreement)
+      out.push_back({middles[i].x / middles[i].pixels / cells.cols, middles[i].y / middles[i].pixels / cells.rows});
+  return out;
 }
 
 Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const MosaicOptions& options,
                                  const std::stop_token& stop) {
   const double tile = std::sqrt(static_cast<double>(bgr.total()) / std::max(1, options.count));
-  const cv::Mat edges = salient_edges(bgr, tile);
-  VoronoiField field{direction_field(edges, kSmoothing * tile).angle, size, {}};
-  // The field's axis points across edges, and tiles are to lie along them.
+  const cv::Mat edges = edges_of(bgr, tile, options);
+  const DirectionField directions = direction_field(edges, kSmoothing * tile);
+  // A square tile needs no more than one of its axes; of a long one it must be known which.
+  VoronoiField field{options.aspect == 1 ? directions.angle : directions.across, size, {}};
   VoronoiOptions lloyd{options.count, std::sqrt(options.aspect), kRough, 60, options.seed, options.threads};
   Result<VoronoiDiagram> diagram =
       centroidal_voronoi(sampled_sites(size, options.count, options.seed), field, lloyd, stop);
@@ -179,8 +219,11 @@ Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const 
   out.labels = diagram->labels;
   // Cells end at the edges that cut them through, and hang together.
   absorb_stray_parts(out.labels, edges);
+  out.tiles = disjoint_tiles(out.labels, field, options.aspect);
+  out.tile_figures = tile_figures(out.tiles, field.angle, edges);
   out.figures.cell_deviation_deg = cell_deviation(out.labels, field.angle);
-  out.figures.straddling = straddling_share(out.labels, edges);
+  out.figures.turning = turning_cells(out.labels, field.angle);
+  out.figures.straddling = straddling_share(out.labels, edges, options.aspect);
   return out;
 }
 

@@ -22,6 +22,8 @@ constexpr double kSizeRatio = 2;           // of the largest tile to the smalles
 constexpr double kSmallest = 0.25;         // area of the smallest patch, in wished ones
 constexpr double kStated = 0.5;            // the same, for the sake of the stated size
 constexpr double kTileSpare = 1.5;         // area of the smallest tile that is wished for, in the smallest faces
+constexpr double kMostPaintedRatio = 4;    // the largest to the smallest, where somebody painted sizes
+const Millimetres kMarkedTile{6};          // side of a tile with room for its mark, mostly
 constexpr int kToneGroups = 6;             // of an automatic segmentation
 constexpr double kLargestArea = 6;         // of it, in wished patches, about
 
@@ -91,13 +93,83 @@ double size_ratio(const PlanOptions& options, double coarser) {
   return std::clamp(mean / (face_limits(options).area.count() * kTileSpare), 1.0, kSizeRatio);
 }
 
-// As many tiles as the grid has patches, or so many times fewer.
+// The least side of a tile where somebody painted sizes: its cell is large enough to be cut, and has room for its mark
+// as often as the smallest of a size map that nobody painted.
+Millimetres least_painted(const PlanOptions& options) {
+  const Millimetres cut(std::sqrt(moved_limits(options).area.count() * kTileSpare));
+  if (options.patch < kLeastMarkedPatch) return std::min(cut, options.patch);
+  return std::min(options.patch, std::max(cut, std::min(kMarkedTile, options.patch / std::sqrt(kSizeRatio))));
+}
+
+// Sizes as they are painted, as unlike as their smallest may be: a little white makes small tiles much smaller than the
+// mean one.
+cv::Mat painted_sizes(const Artwork& artwork, const PatchRaster& raster, int tiles, const PlanOptions& options) {
+  cv::Mat painted;
+  cv::resize(artwork.guides.cell_sizes, painted, raster.picture.size(), 0, 0, cv::INTER_AREA);
+  const double least = least_painted(options).count() / options.patch.count() * raster.side;
+  const auto smallest = [&](double ratio) {
+    double side = 0;
+    cv::minMaxLoc(painted_tile_sizes(painted, tiles, ratio), &side);
+    return side;
+  };
+  double low = 1, high = kMostPaintedRatio;
+  if (smallest(high) >= least) low = high;
+  for (int i = 0; i < 6 && low < high; ++i) {
+    const double middle = (low + high) / 2;
+    (smallest(middle) >= least ? low : high) = middle;
+  }
+  return painted_tile_sizes(painted, tiles, low);
+}
+
+// As many tiles as the grid has patches, or so many times fewer; small where the picture is salient.
 Result<Mosaic> mosaic_of(const Artwork& artwork, const PatchRaster& raster, double coarser, const PlanOptions& options,
                          SaliencyMaps& maps, const std::stop_token& stop) {
   const int tiles = std::max(1, static_cast<int>(std::lround(raster.patches / coarser)));
   return decorative_mosaic(
       raster.picture, tile_sizes(detail_of(artwork, maps, raster.picture.size()), tiles, size_ratio(options, coarser)),
       {tiles, 1, options.seed, threads_meant(options.threads)}, stop);
+}
+
+// Flow lines, one pixel wide.
+cv::Mat drawn_lines(const std::vector<FlowLine>& lines, cv::Size size) {
+  if (lines.empty()) return {};
+  constexpr int kFraction = 4;  // bits behind the point of drawn coordinates
+  cv::Mat out(size, CV_8UC1, cv::Scalar(0));
+  const auto pixel = [&](int share, int pixels) {  // OpenCV's pixel centres lie at 0
+    return static_cast<int>(std::lround((static_cast<double>(share) * pixels / kWholeSide - 0.5) * (1 << kFraction)));
+  };
+  for (const FlowLine& line : lines) {
+    std::vector<cv::Point> points;
+    for (const FlowPoint& p : line) points.emplace_back(pixel(p.x, size.width), pixel(p.y, size.height));
+    cv::polylines(out, points, false, cv::Scalar(255), 1, cv::LINE_8, kFraction);
+  }
+  return out;
+}
+
+// The mosaic whose cells are the pieces, as the options and the artwork's guides want it.
+Result<Mosaic> mosaic_of_cells(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
+                               const std::stop_token& stop) {
+  const PatchRaster raster = patch_raster(artwork, options);
+  const cv::Mat sizes = artwork.guides.cell_sizes.empty() ? tile_sizes(detail_of(artwork, maps, raster.picture.size()),
+                                                                       raster.patches, size_ratio(options, 1))
+                                                          : painted_sizes(artwork, raster, raster.patches, options);
+  return decorative_mosaic(raster.picture, sizes,
+                           {raster.patches, options.cell_aspect, options.seed, threads_meant(options.threads),
+                            drawn_lines(artwork.guides.flow_lines, raster.picture.size()), options.flow_lines_only},
+                           stop);
+}
+
+// Tiles of a raster as they lie on the artwork.
+std::vector<MosaicTile> tiles_on(const Artwork& artwork, const std::vector<DisjointTile>& tiles, cv::Size raster) {
+  const Millimetres pixel = artwork.width / raster.width;
+  std::vector<MosaicTile> out;
+  out.reserve(tiles.size());
+  for (const DisjointTile& it : tiles)
+    out.push_back({{artwork.width * (it.middle.x / raster.width), artwork.height * (1 - it.middle.y / raster.height)},
+                   Radians(-it.angle),
+                   pixel * it.length,
+                   pixel * it.width});
+  return out;
 }
 
 // Areas of one tone, where they are large cut along the cells of a coarse mosaic: no piece may be larger than wood is.
@@ -107,6 +179,13 @@ Result<cv::Mat> areas_of(const Artwork& artwork, const PlanOptions& options, Sal
   const Result<Mosaic> cells = mosaic_of(artwork, raster, kLargestArea, options, maps, stop);
   if (!cells.ok()) return cells.error();
   return cv::Mat(cells->labels * kToneGroups + tone_areas(raster.picture, raster.side, kToneGroups));
+}
+
+// What cells keep to where somebody painted their sizes: small ones are meant.
+FabricationLimits painted_limits(const PlanOptions& options) {
+  const FabricationLimits limits = face_limits(options);
+  return {limits.width,
+          std::max(moved_limits(options).area, std::min(limits.area, square_of(least_painted(options)) / kTileSpare))};
 }
 
 }  // namespace
@@ -142,10 +221,12 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   FreeLayout out;
   cv::Mat labels;
   if (options.layout == LayoutKind::kMosaic) {
-    Result<Mosaic> mosaic = mosaic_of(artwork, patch_raster(artwork, options), 1, options, maps, stop);
+    Result<Mosaic> mosaic = mosaic_of_cells(artwork, options, maps, stop);
     if (!mosaic.ok()) return mosaic.error();
     labels = mosaic->labels;
     out.mosaic = mosaic->figures;
+    out.tiles = tiles_on(artwork, mosaic->tiles, labels.size());
+    out.tile_figures = mosaic->tile_figures;
   } else if (artwork.segmentation.empty()) {
     Result<cv::Mat> areas = areas_of(artwork, options, maps, stop);
     if (!areas.ok()) return areas.error();
@@ -155,7 +236,10 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   }
   const bool drawn_by_hand = options.layout == LayoutKind::kSegmentation && !artwork.segmentation.empty();
   const bool marked = options.patch >= kLeastMarkedPatch && !drawn_by_hand;
-  const FabricableOptions wanted{drawn_by_hand ? drawn_limits(options) : face_limits(options), options.patch,
+  const FabricationLimits limits = drawn_by_hand                       ? drawn_limits(options)
+                                   : artwork.guides.cell_sizes.empty() ? face_limits(options)
+                                                                       : painted_limits(options);
+  const FabricableOptions wanted{limits, options.patch,
                                  options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                                  threads_meant(options.threads), marked ? artwork.letter : ""};
   if (drawn_by_hand) out.drawn.emplace();

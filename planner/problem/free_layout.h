@@ -18,6 +18,8 @@ struct FreeLayout {
   // Faces in reading order, all fabricable, and with room for their marks: patches of 6 mm or more that nobody drew.
   Partition partition;
   std::optional<MosaicFigures> mosaic;
+  std::vector<MosaicTile> tiles;  // of the mosaic, if they had joints
+  TileFigures tile_figures;
   std::optional<RegionFates> drawn;  // what became of areas that somebody drew
 };
 

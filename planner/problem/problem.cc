@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <future>
 #include <iterator>
 #include <map>
@@ -176,14 +178,44 @@ struct Layout {
 };
 
 // Adds up what came of several artworks.
-void note_figures(const MosaicFigures& figures, double seconds, std::optional<MosaicReport>& report) {
+// Ninths of a picture, in words.
+std::string_view ninth_of(const PlanePoint& share) {
+  constexpr std::array<std::string_view, 9> kNinths = {"upper left", "top",    "upper right", "left", "middle", "right",
+                                                       "lower left", "bottom", "lower right"};
+  const auto third = [](double at) { return static_cast<std::size_t>(std::clamp(static_cast<int>(at * 3), 0, 2)); };
+  return kNinths[3 * third(share.y) + third(share.x)];
+}
+
+void note_turning(const std::vector<PlanePoint>& turning, std::size_t artwork,
+                  std::vector<MosaicReport::Turning>& all) {
+  std::vector<MosaicReport::Turning> own;
+  for (const PlanePoint& it : turning) {
+    const std::string_view where = ninth_of(it);
+    auto known = std::ranges::find(own, where, &MosaicReport::Turning::where);
+    if (known == own.end()) known = own.insert(own.end(), {artwork, std::string(where), 0});
+    ++known->cells;
+  }
+  std::ranges::stable_sort(own, std::greater(), &MosaicReport::Turning::cells);
+  all.insert(all.end(), own.begin(), own.end());
+}
+
+void note_figures(const MosaicFigures& figures, double seconds, std::size_t artwork,
+                  std::optional<MosaicReport>& report) {
   MosaicReport& all = report ? *report : report.emplace();
+  note_turning(figures.turning, artwork, all.turning);
   all.tiles += static_cast<std::size_t>(figures.tiles), all.seconds += seconds;
   all.iterations = std::max(all.iterations, figures.iterations);
   all.mean_move_px = std::max(all.mean_move_px, figures.mean_move_px);
   all.deviation_deg = std::max(all.deviation_deg, figures.deviation_deg);
   all.cell_deviation_deg = std::max(all.cell_deviation_deg, figures.cell_deviation_deg);
   all.straddling = std::max(all.straddling, figures.straddling);
+}
+
+void note_figures(const TileFigures& figures, MosaicReport& all) {
+  all.tile_coverage = std::min(all.tile_coverage, figures.coverage);
+  all.tile_overlap = std::max(all.tile_overlap, figures.overlap);
+  all.tile_deviation_deg = std::max(all.tile_deviation_deg, figures.deviation_deg);
+  all.tile_straddling = std::max(all.tile_straddling, figures.straddling);
 }
 
 void note_fates(const RegionFates& fates, std::size_t artwork, std::optional<SegmentationReport>& report) {
@@ -248,7 +280,11 @@ Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, std
   const Stopwatch watch;
   Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
   if (!made.ok()) return made.error();
-  if (made->mosaic) note_figures(*made->mosaic, watch.seconds(), problem.mosaic);
+  if (made->mosaic) {
+    note_figures(*made->mosaic, watch.seconds(), index, problem.mosaic);
+    note_figures(made->tile_figures, *problem.mosaic);
+    problem.tilings.push_back({index, std::move(made->tiles)});
+  }
   if (made->drawn) note_fates(*made->drawn, index, problem.segmentation);
   return std::optional(std::move(made->partition));
 }
@@ -381,6 +417,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
     else
       problem.squares.push_back(std::move(squares[i]));
   }
+  problem.limits = MaterialLimits(artworks, stock, options.material_limits);
   problem.entries_per_unit = (kernels::kLargestEntry - 1) / largest_response(options);
   return problem;
 }

@@ -14,6 +14,7 @@
 #include "planner/matching/matcher.h"
 #include "planner/pictures/working_pictures.h"
 #include "planner/plan.h"
+#include "planner/problem/material_limits.h"
 
 namespace veneer::planner {
 
@@ -37,7 +38,9 @@ struct Problem {
   // only of artworks whose sizes an earlier plan has fixed, and none after keep_pieces().
   std::vector<TaskTree> squares;
   double entries_per_unit = 1;
+  MaterialLimits limits;
   std::optional<MosaicReport> mosaic;
+  std::vector<MosaicTiling> tilings;
   std::optional<SegmentationReport> segmentation;
   std::optional<MorphReport> morph;
 

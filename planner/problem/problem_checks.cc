@@ -42,6 +42,14 @@ Status check_options(const PlanOptions& o) {
     return unusable("the least width of refined pieces must lie between 0.1 and 100 mm");
   if (!within(o.min_size.count(), 0, 1000)) return unusable("the least size of pieces must lie between 0 and 1000 mm");
   if (!within(o.rematch, 0, 100)) return unusable("wood can be chosen again for refined pieces from 0 to 100 times");
+  if (!within(o.cell_aspect, 1, 4)) return unusable("cells must be from 1 to 4 times as long as wide");
+  // Others would be merged away, one after the other.
+  if (const double narrow = o.patch.count() / std::sqrt(o.cell_aspect);
+      o.layout == LayoutKind::kMosaic && o.cell_aspect > 1 && narrow < o.min_width.count())
+    return unusable(fmt::format(
+        "cells of {} mm that are {} times as long as wide are {:.1f} mm wide, and no part of a piece may be "
+        "narrower than {} mm: choose larger or less long ones",
+        o.patch.count(), o.cell_aspect, narrow, o.min_width.count()));
   if (o.layout != LayoutKind::kGrid && o.adaptive_levels > 0)
     return unusable("only a grid has adaptive levels: leave them at 0, or choose the layout grid");
   if (o.refine != Refine::kNone && !o.kept.empty())
@@ -51,12 +59,54 @@ Status check_options(const PlanOptions& o) {
     return unusable(
         "alternatives are listed for shapes that are final: refine first, then keep that plan and ask for "
         "alternatives");
+  for (std::size_t i = 0; i < o.material_limits.size(); ++i) {
+    const MaterialLimit& it = o.material_limits[i];
+    if (!within(it.share, 0, 1))
+      return unusable(
+          fmt::format("the limit of {} must lie between 0 and 1: a share of the picture's area", it.material));
+    for (std::size_t k = 0; k < i; ++k)
+      if (o.material_limits[k].material == it.material)
+        return unusable(fmt::format("{} has two limits: give it one", it.material));
+  }
+  if (!o.material_limits.empty() && o.adaptive_levels > 0)
+    return unusable("limits of materials do not go with adaptive levels: leave one of them out");
+  if (!o.material_limits.empty() && o.refine != Refine::kNone)
+    return unusable(
+        "limits of materials do not go with refined borders, whose pieces of the better wood grow: leave one of them "
+        "out");
   if (o.alternatives > 1000) return unusable("the number of alternatives must lie between 0 and 1000");
   if (o.threads < 0) return unusable("the number of threads must not be negative");
   return Ok();
 }
 
 namespace {
+
+// Sizes of cells are told by a mask that somebody painted over the picture: of another shape, or of one tone, it is not
+// what was meant.
+Status check_cell_sizes(const Artwork& artwork) {
+  const cv::Mat& mask = artwork.guides.cell_sizes;
+  if (mask.empty()) return Ok();
+  const auto refused = [&](const std::string& why) {
+    return unusable(fmt::format("the sizes of cells of \"{}\" {}", artwork.name, why));
+  };
+  if (mask.type() != CV_8UC1) return refused("are not an 8-bit grey picture");
+  constexpr double kAlike = 0.02;  // of the height; coarse masks have whole cells
+  const double height = static_cast<double>(mask.cols) * artwork.picture.rows / artwork.picture.cols;
+  if (std::abs(mask.rows - height) > std::max(1.0, kAlike * height))
+    return refused(
+        fmt::format("have {} x {} pixels, and the picture {} x {}: paint them over the picture, in its shape",
+                    mask.cols, mask.rows, artwork.picture.cols, artwork.picture.rows));
+  double least = 0, most = 0;
+  cv::minMaxLoc(mask, &least, &most);
+  if (least == most)
+    return refused(
+        fmt::format("are {} everywhere: paint white where cells are to be small, black where they are to be "
+                    "large, or leave them out",
+                    most == 0     ? "black"
+                    : most == 255 ? "white"
+                                  : "of one grey"));
+  return Ok();
+}
 
 Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   const cv::Mat& picture = artwork.picture;
@@ -72,9 +122,18 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
   if (!artwork.segmentation.empty() && artwork.segmentation.type() != CV_8UC3)
     return unusable(fmt::format("the segmentation of \"{}\" is not 8-bit colour", artwork.name));
-  if (options.layout != LayoutKind::kMorph && !artwork.guides.empty())
+  if (options.layout != LayoutKind::kMorph && artwork.guides.guide_a_grid())
     return unusable(
         fmt::format("only a morphed grid heeds guides, and \"{}\" has some: choose the layout morph", artwork.name));
+  if (options.layout != LayoutKind::kMosaic && artwork.guides.guide_a_mosaic())
+    return unusable(
+        fmt::format("only a mosaic heeds sizes of cells and flow lines, and \"{}\" has some: choose the layout mosaic",
+                    artwork.name));
+  if (options.layout == LayoutKind::kMosaic && options.flow_lines_only && artwork.guides.flow_lines.empty())
+    return unusable(fmt::format(
+        "cells are to lie along flow lines alone, and \"{}\" has none: draw some, or let them lie along its edges",
+        artwork.name));
+  if (Status status = check_cell_sizes(artwork); !status.ok()) return status;
   for (const cv::Mat& mask : {artwork.guides.large, artwork.guides.fine})
     if (!mask.empty() && mask.type() != CV_8UC1)
       return unusable(fmt::format("the edges that count of \"{}\" are not an 8-bit grey picture", artwork.name));

@@ -46,6 +46,11 @@ cv::Mat beside(const cv::Mat& picture, const cv::Rect& crop, const cv::Size& oth
   return out;
 }
 
+// A flow line's coordinate, in parts of the `length` pixels from `from` on instead of the `whole`.
+int within(int share, int from, int length, int whole) {
+  return cvRound((static_cast<double>(share) * whole - static_cast<double>(kWholeSide) * from) / length);
+}
+
 // Whoever took the picture had what matters near its middle, whatever else is bright or bold at its rim.
 void weigh_middle(cv::Mat& map) {
   constexpr double kSpread = 0.22;  // standard deviation, as a share of the sides
@@ -100,6 +105,10 @@ void crop_pictures(Artwork& artwork, const cv::Rect& crop) {
   artwork.segmentation = beside(artwork.segmentation, crop, whole);
   artwork.guides.large = beside(artwork.guides.large, crop, whole);
   artwork.guides.fine = beside(artwork.guides.fine, crop, whole);
+  artwork.guides.cell_sizes = beside(artwork.guides.cell_sizes, crop, whole);
+  for (FlowLine& line : artwork.guides.flow_lines)
+    for (FlowPoint& p : line)
+      p = {within(p.x, crop.x, crop.width, whole.width), within(p.y, crop.y, crop.height, whole.height)};
   artwork.picture = artwork.picture(crop).clone();
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -46,6 +47,105 @@ TEST_F(PlanLayouts, CutsAPictureIntoAMosaicAndKeepsIt) {
   const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
   ASSERT_EQ(kept.status, 0) << kept.errors;
   EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanLayouts, CellsAreSmallWhereSomebodyPaintedIt) {
+  cv::Mat sizes(80, 120, CV_8UC1, cv::Scalar(0));
+  sizes.colRange(60, 120).setTo(255);
+  ASSERT_TRUE(cv::imwrite(path("sizes.png"), sizes));
+  const std::string small = replaced("--patch-mm 7", "--patch-mm 3.5") + " --layout mosaic --min-width-mm 0.8";
+  const auto pieces_on = [&](bool right) {
+    std::ptrdiff_t count = 0;
+    const nlohmann::json made = json("out/plan.json");
+    for (const nlohmann::json& piece : made["pieces"]) {
+      double x = 0;
+      for (const nlohmann::json& p : piece["artwork_outline_mm"]) x += p[0].get<double>();
+      count += (x / static_cast<double>(piece["artwork_outline_mm"].size()) > 15.75) == right ? 1 : 0;
+    }
+    return static_cast<double>(count);
+  };
+  const Outcome outcome = plan(small + " --cell-sizes " + path("sizes.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_GT(pieces_on(true), 3 * pieces_on(false));
+  cv::flip(sizes, sizes, 1);
+  ASSERT_TRUE(cv::imwrite(path("sizes.png"), sizes));
+  ASSERT_EQ(plan(small + " --cell-sizes " + path("sizes.png")).status, 0);
+  EXPECT_GT(pieces_on(false), 3 * pieces_on(true));
+}
+
+TEST_F(PlanLayouts, RefusesSizesAndLinesOfCellsThatCannotBeMeant) {
+  const std::string mosaic = usual() + " --layout mosaic --cell-sizes " + path("sizes.png");
+  expect_unusable(usual() + " --cell-sizes x.png", "add --layout mosaic");
+  expect_unusable(usual() + " --flow-lines x.svg", "add --layout mosaic");
+  const auto paint = [&](const cv::Mat& sizes) { ASSERT_TRUE(cv::imwrite(path("sizes.png"), sizes)); };
+  paint(cv::Mat(40, 60, CV_8UC1, cv::Scalar(0)));
+  expect_unusable(mosaic, "are black everywhere: paint white where cells are to be small");
+  paint(cv::Mat(40, 60, CV_8UC1, cv::Scalar(255)));
+  expect_unusable(mosaic, "are white everywhere");
+  cv::Mat square(50, 50, CV_8UC1, cv::Scalar(0));
+  square.row(3).setTo(255);
+  paint(square);
+  expect_unusable(mosaic, "have 50 x 50 pixels, and the picture 60 x 40: paint them over the picture, in its shape");
+  expect_unusable(mosaic + " --keep plan.json", "leave --cell-sizes and --flow-lines out");
+  std::ofstream(path("lines.svg")) << "<svg viewBox='0 0 60 40'><text>A</text></svg>";
+  expect_unusable(usual() + " --layout mosaic --flow-lines " + path("lines.svg"), "text: turn it into paths");
+  expect_unusable(usual() + " --layout mosaic --flow-lines-only", "has none: draw some");
+  expect_unusable(usual() + " --layout mosaic --cell-aspect 5", "from 1 to 4 times as long as wide");
+  expect_unusable(replaced("--patch-mm 7", "--patch-mm 2.5") + " --layout mosaic --cell-aspect 4",
+                  "no part of a piece may be narrower than 1.5 mm");
+}
+
+TEST_F(PlanLayouts, FlowLinesAndAspectChangeAMosaicAndNothingElse) {
+  const std::string mosaic = replaced("--patch-mm 7", "--patch-mm 3.5") + " --layout mosaic --min-width-mm 0.8";
+  ASSERT_EQ(plan(mosaic).status, 0);
+  const std::string before = text("out/plan.json");
+  std::ofstream(path("lines.svg")) << "<svg viewBox='0 0 60 40'><path d='M0 5L60 35' fill='none'/></svg>";
+  for (const std::string& more : {" --flow-lines " + path("lines.svg"), std::string(" --cell-aspect 2.5"),
+                                  " --flow-lines-only --flow-lines " + path("lines.svg")}) {
+    const Outcome outcome = plan(mosaic + more);
+    ASSERT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_NE(text("out/plan.json"), before) << more;
+  }
+  const Outcome squares = plan(usual() + " --cell-aspect 2");
+  EXPECT_EQ(squares.status, 0);
+  EXPECT_THAT(squares.errors, HasSubstr("only a mosaic's are: choose that layout (--layout mosaic)"));
+}
+
+TEST_F(PlanLayouts, NamesWhereDirectionsTurnTooFastForAMosaicsCells) {
+  const std::string mosaic = replaced("--patch-mm 7", "--patch-mm 3.5") + " --layout mosaic --min-width-mm 0.8";
+  std::string rings;  // in the right half, as large as cells
+  for (int x = 35; x < 60; x += 8)
+    for (int y = 4; y < 40; y += 8) rings += fmt::format("<circle cx='{}' cy='{}' r='2.5' fill='none'/>", x, y);
+  std::ofstream(path("rings.svg")) << "<svg viewBox='0 0 60 40'>" << rings << "</svg>";
+  const Outcome outcome = plan(mosaic + " --flow-lines-only --flow-lines " + path("rings.svg"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  std::map<std::string, int> cells;
+  const nlohmann::json report = json("out/report.json");
+  for (const nlohmann::json& it : report["mosaic"]["turning"]) cells[it["where"]] += it["cells"].get<int>();
+  EXPECT_GT(cells["upper right"] + cells["right"] + cells["lower right"], 5);
+  EXPECT_EQ(cells["upper left"] + cells["left"] + cells["lower left"], 0);
+  EXPECT_THAT(outcome.errors, HasSubstr("cells the directions turn by 45 degrees or more"));
+  std::ofstream(path("line.svg")) << "<svg viewBox='0 0 60 40'><path d='M0 20H60' fill='none'/></svg>";
+  const Outcome calm = plan(mosaic + " --flow-lines-only --flow-lines " + path("line.svg"));
+  ASSERT_EQ(calm.status, 0) << calm.errors;
+  EXPECT_TRUE(json("out/report.json")["mosaic"]["turning"].empty());
+  EXPECT_THAT(calm.errors, ::testing::Not(HasSubstr("the directions turn")));
+}
+
+TEST_F(PlanLayouts, DrawsAMosaicAsTilesWithJoints) {
+  const std::string mosaic = usual() + " --layout mosaic --min-width-mm 1 --tiles";
+  const Outcome outcome = plan(mosaic + " --tile-colour point --grout 102030 --mean-colours");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(cv::imread(path("out/mean.png")).size(), cv::imread(path("out/preview.png")).size());
+  const cv::Mat drawn = cv::imread(path("out/tiles.png"));
+  ASSERT_FALSE(drawn.empty());
+  EXPECT_NEAR(drawn.cols / static_cast<double>(drawn.rows), 1.5, 0.03);
+  EXPECT_THAT(text("out/tiles.svg"), HasSubstr("#102030"));
+  const nlohmann::json figures = json("out/report.json")["mosaic"]["tiles_with_joints"];
+  EXPECT_GT(figures["coverage"], 0.5);
+  EXPECT_THAT(outcome.errors, HasSubstr("tiles with joints cover"));
+  expect_unusable(usual() + " --tiles", "add --layout mosaic");
+  expect_unusable(mosaic + " --grout red", "is no colour");
 }
 
 TEST_F(PlanLayouts, RefinesAMosaicAndKeepsIt) {

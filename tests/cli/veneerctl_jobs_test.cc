@@ -80,13 +80,18 @@ TEST(VeneerctlJobs, ANewJobPassesEveryOptionOn) {
   const std::string picture = (server.folder() / "p.png").string();
   std::ofstream(picture) << "a picture";
   std::vector<std::string> arguments = {
-      "job",         "new",      picture,       "--panels",  "P-1,P-2", "--panels",           "P-3",   "--max-panels",
-      "2",           "--wood",   "oak",         "--wood",    "ash",     "--wood-weight",      "oak=2", "--forbid",
-      "P-1,1,2,3,4", "--forbid", "P-2,5,6,7,8", "--size-mm", "100",     "--no-remnants-first"};
-  std::map<std::string, std::string> expected = {
-      {"name", "p"},       {"panels", "P-1,P-2,P-3"}, {"max_panels", "2"},
-      {"wood", "oak,ash"}, {"wood_weight", "oak=2"},  {"forbid", "P-1,1,2,3,4;P-2,5,6,7,8"},
-      {"size_mm", "100"},  {"remnants_first", "0"}};
+      "job",     "new",      picture,       "--panels", "P-1,P-2",     "--panels",      "P-3",   "--max-panels",
+      "2",       "--wood",   "oak",         "--wood",   "ash",         "--wood-weight", "oak=2", "--material-limit",
+      "oak=0.5", "--forbid", "P-1,1,2,3,4", "--forbid", "P-2,5,6,7,8", "--size-mm",     "100",   "--no-remnants-first"};
+  std::map<std::string, std::string> expected = {{"name", "p"},
+                                                 {"panels", "P-1,P-2,P-3"},
+                                                 {"max_panels", "2"},
+                                                 {"wood", "oak,ash"},
+                                                 {"wood_weight", "oak=2"},
+                                                 {"wood_limit", "oak=0.5"},
+                                                 {"forbid", "P-1,1,2,3,4;P-2,5,6,7,8"},
+                                                 {"size_mm", "100"},
+                                                 {"remnants_first", "0"}};
   for (const planner::NamedOption& option : planner::kNamedOptions) {
     std::string flag = "--" + std::string(option.name);
     std::replace(flag.begin(), flag.end(), '_', '-');
@@ -216,7 +221,8 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
     for (const char* operation : {"newPlan", "newJob"})
       router.bind(operation, [&asked, &running](const ApiRequest& request, const Reply& reply) {
         std::string line = request.path + " " + request.body.text();
-        for (const char* key : {"layout", "large_edges", "fine_edges", "pinned_vertices", "segmentation_bytes"})
+        for (const char* key : {"layout", "large_edges", "fine_edges", "pinned_vertices", "segmentation_bytes",
+                                "cell_sizes", "flow_lines"})
           if (const auto given = request.query.find(key); given != request.query.end())
             line += std::string(" ") + key + "=" + given->second;
         asked.push_back(line);
@@ -236,10 +242,17 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
       ask(server, {"job", "plan", "--layout", "segmentation", "--segmentation", file("d.svg"), file("p.png")}).status,
       0);
   EXPECT_EQ(ask(server, {"job", "new", file("p.png"), "--layout", "morph", "--guides", file("g.json")}).status, 0);
+  std::ofstream(file("l.svg")) << "<svg viewBox='0 0 8 4'><path d='M0 2H8' fill='none'/></svg>";
+  EXPECT_EQ(ask(server, {"job", "new", file("p.png"), "--layout", "mosaic", "--cell-sizes", file("m.png"),
+                         "--flow-lines", file("l.svg")})
+                .status,
+            0);
   EXPECT_EQ(server.on_reactor([&] { return asked; }),
             (std::vector<std::string>{"/api/v1/plans a picture<svg/> layout=segmentation segmentation_bytes=6",
                                       "/api/v1/jobs a picture layout=morph fine_edges=2x1:8 "
-                                      "pinned_vertices=1,2,30.5,4;2,2,1,2"}));
+                                      "pinned_vertices=1,2,30.5,4;2,2,1,2",
+                                      "/api/v1/jobs a picture layout=mosaic cell_sizes=2x1:f0 "
+                                      "flow_lines=0,5000 10000,5000"}));
 
   const auto refusal = [&](const std::vector<std::string>& options) {
     std::vector<std::string> command{"job", "new", file("p.png")};
@@ -257,7 +270,7 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
   std::ofstream(file("empty.svg")) << "";
   EXPECT_THAT(refusal({"--layout", "segmentation", "--segmentation", file("empty.svg")}),
               HasSubstr("empty.svg is empty: save it again"));
-  EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 2U) << "nothing was sent";
+  EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 3U) << "nothing was sent";
 }
 
 TEST(VeneerctlJobs, AMissingPictureIsNamed) {

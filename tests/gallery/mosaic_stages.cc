@@ -29,6 +29,7 @@ struct Tiling {
   cv::Mat picture;  // the target in the raster
   cv::Mat edges;
   planner::VoronoiField field;
+  cv::Mat across;  // the field of tiles that are longer than wide
   int count = 0;
   double tile = 0;
 };
@@ -47,7 +48,9 @@ Tiling tiling_of(const StageView& view, Sizes sizes = Sizes::kByDetail) {
   cv::resize(view.target, out.picture, raster, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
   out.tile = std::sqrt(static_cast<double>(raster.area()) / out.count);
   out.edges = planner::salient_edges(out.picture, out.tile);
-  out.field.angle = planner::direction_field(out.edges, kSmoothing * out.tile).angle;
+  const planner::DirectionField directions = planner::direction_field(out.edges, kSmoothing * out.tile);
+  out.field.angle = directions.angle;
+  out.across = directions.across;
   if (sizes == Sizes::kEqual) {
     out.field.size = cv::Mat(raster, CV_32FC1, cv::Scalar(out.tile));
   } else {
@@ -137,6 +140,7 @@ std::vector<double> areas_of(const planner::VoronoiDiagram& diagram) {
 // tile whose cell came out smaller than was wished is as small as that, so that neighbours do not overlap; ovals may.
 Result<cv::Mat> tiles(const StageView& view, Sizes sizes, const TileShape& shape) {
   Tiling tiling = tiling_of(view, sizes);
+  if (shape.aspect > 1) tiling.field.angle = tiling.across;
   const auto diagram = rest_beside_edges(tiling, view, shape.aspect);
   if (!diagram.ok()) return diagram.error();
   const std::vector<double> areas = areas_of(*diagram);

@@ -16,6 +16,8 @@ using ::testing::HasSubstr;
 
 const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"},
                                                              {"triangles", "1"},
+                                                             {"cell_aspect", "2.5"},
+                                                             {"flow_lines_only", "1"},
                                                              {"patch_mm", "7.5"},
                                                              {"adaptive_levels", "2"},
                                                              {"adaptive_factor", "1.5"},
@@ -65,6 +67,8 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   PlanOptions o;
   for (const auto& [name, text] : kOther) ASSERT_TRUE(set_option(o, name, text).ok());
   EXPECT_TRUE(o.triangles);
+  EXPECT_EQ(o.cell_aspect, 2.5);
+  EXPECT_TRUE(o.flow_lines_only);
   EXPECT_EQ(o.patch.count(), 7.5);
   EXPECT_EQ(o.adaptive_levels, 2);
   EXPECT_EQ(o.adaptive_factor, 1.5);

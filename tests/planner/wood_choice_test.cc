@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
 #include "planner/pictures/resample.h"
 #include "planner/plan.h"
@@ -178,6 +179,136 @@ TEST(WoodChoice, ToneWeightsAreThoseOfAPanelsZones) {
     EXPECT_GT(dark_pieces(), even);
   }
   EXPECT_EQ(weigh_tones(stock, "elm", 1).error().message, "no panel is elm: choose from maple, walnut");
+}
+
+// A dark and a pale panel, and a picture that is dark on the right and a little less so on the left: without a limit
+// every piece is of the dark wood.
+class WoodLimits : public ::testing::Test {
+ protected:
+  WoodLimits() {
+    stock_ = {test::wood_panel("dark", 90, 90, 50.8, 1), test::wood_panel("pale", 90, 90, 50.8, 2)};
+    stock_[0].picture.pixels.setTo(cv::Scalar::all(60)), stock_[1].picture.pixels.setTo(cv::Scalar::all(190));
+    for (StockPanel& panel : stock_) {
+      cv::Mat grain(panel.picture.pixels.size(), CV_8UC3);
+      cv::RNG(4).fill(grain, cv::RNG::UNIFORM, 0, 20);
+      panel.picture.pixels += grain;
+      panel.material = panel.id.value;
+    }
+    artwork_ = test::blob_artwork("A", 60, 60, 24_mm, 3);
+    cv::RNG(5).fill(artwork_.picture, cv::RNG::UNIFORM, 50, 70);
+    artwork_.picture.colRange(0, 30) += cv::Scalar::all(60);
+    options_.priority = Priority::kCentre;
+    options_.patch = 4_mm, options_.dpi = 50.8, options_.rotations = 1, options_.threads = 2;
+    options_.w_edge = 0, options_.w_hist = 0;
+  }
+  // The share of the picture's area that is of the panel.
+  double share_of(const Plan& plan, const std::string& panel) const {
+    double sum = 0;
+    for (const Piece& piece : plan.pieces)
+      if (piece.placement && piece.placement->panel.value == panel) sum += signed_area(piece.artwork_outline);
+    return sum / (artwork_.width * artwork_.height).count();
+  }
+  Result<Plan> planned() const { return make_plan({&artwork_, 1}, stock_, options_); }
+
+  std::vector<StockPanel> stock_;
+  Artwork artwork_;
+  PlanOptions options_;
+};
+
+TEST_F(WoodLimits, IsKeptByPatchesThatChooseInTurn) {
+  const auto free = planned();
+  ASSERT_TRUE(free.ok()) << free.error().message;
+  ASSERT_EQ(unfilled(*free), 0U);
+  EXPECT_GT(share_of(*free, "dark"), 0.9);
+  EXPECT_TRUE(free->material_shares.empty());
+  options_.material_limits = {{"dark", 0.3}};
+  const auto limited = planned();
+  ASSERT_TRUE(limited.ok()) << limited.error().message;
+  EXPECT_EQ(unfilled(*limited), 0U);
+  EXPECT_LE(share_of(*limited, "dark"), 0.3 + 1e-9);
+  EXPECT_GT(share_of(*limited, "dark"), 0.27) << "nothing is given away";
+  ASSERT_EQ(limited->material_shares.size(), 1U);
+  EXPECT_TRUE(limited->material_shares[0].binds);
+  EXPECT_NEAR(limited->material_shares[0].share, share_of(*limited, "dark"), 1e-9);
+  EXPECT_THAT(limited->warnings, ::testing::Contains(HasSubstr("as much as it may be (30 %)")));
+  // What comes first in the queue has it.
+  for (std::size_t i = 0; i < free->pieces.size(); ++i)
+    if (limited->pieces[i].placement->panel.value == "dark") {
+      EXPECT_EQ(limited->pieces[i].placement->panel, free->pieces[i].placement->panel);
+    }
+  options_.threads = 1;
+  EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*limited));
+}
+
+TEST_F(WoodLimits, IsKeptByPatchesThatChooseTogether) {
+  options_.material_limits = {{"dark", 0.3}};
+  const auto greedy = planned();
+  options_.optimize = Optimize::kGlobal, options_.optimize_iterations = 60000;
+  const auto global = planned();
+  ASSERT_TRUE(global.ok()) << global.error().message;
+  EXPECT_EQ(unfilled(*global), 0U);
+  EXPECT_LE(share_of(*global, "dark"), 0.3 + 1e-9);
+  EXPECT_LT(cost_total(*global), 0.99 * cost_total(*greedy)) << "the darkest patches have the dark wood now";
+}
+
+TEST_F(WoodLimits, CountsZonesAndPiecesThatAreKept) {
+  StockPanel panel = test::wood_panel("P", 180, 90, 50.8, 1);
+  for (int k = 0; k < 2; ++k)
+    stock_[static_cast<std::size_t>(k)].picture.pixels.copyTo(panel.picture.pixels(cv::Rect(90 * k, 0, 90, 90)));
+  const auto zone = [](const char* material, double left) {
+    return WoodZone{material,
+                    {point<PanelFrame>(left, 0), point<PanelFrame>(left + 45, 0), point<PanelFrame>(left + 45, 45),
+                     point<PanelFrame>(left, 45)}};
+  };
+  panel.zones = {zone("dark", 0), zone("pale", 45)};
+  stock_ = {panel};
+  const auto left_share = [&](const Plan& plan) {
+    double sum = 0;
+    for (const Piece& piece : plan.pieces) {
+      const Box<PanelFrame> box = bounds(piece.panel_outline());
+      if ((box.min.x + box.max.x).count() / 2 < 45) sum += signed_area(piece.artwork_outline);
+    }
+    return sum / (artwork_.width * artwork_.height).count();
+  };
+  options_.material_limits = {{"dark", 0.4}, {"pale", 1}};
+  const auto limited = planned();
+  ASSERT_TRUE(limited.ok()) << limited.error().message;
+  ASSERT_EQ(unfilled(*limited), 0U);
+  EXPECT_LE(left_share(*limited), 0.4 + 1e-9);
+  EXPECT_GT(left_share(*limited), 0.36);
+  EXPECT_FALSE(limited->material_shares[1].binds);
+  // All dark pieces stay, so no other may be dark.
+  for (const Piece& piece : limited->pieces) {
+    const bool stays = bounds(piece.panel_outline()).max.x.count() < 45;
+    options_.kept.push_back({piece.mark, piece.cells, stays ? piece.placement : std::nullopt});
+  }
+  options_.material_limits = {{"dark", 0.2}};
+  const auto kept = planned();
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  EXPECT_LE(left_share(*kept), left_share(*limited) + 1e-9);
+  EXPECT_GT(left_share(*kept), 0.3) << "what stays is no less for it";
+  EXPECT_TRUE(kept->material_shares[0].binds);
+}
+
+TEST_F(WoodLimits, ThatLeavesHolesIsNamed) {
+  options_.material_limits = {{"dark", 0.3}, {"pale", 0.3}};
+  const auto plan = planned();
+  ASSERT_TRUE(plan.ok());
+  EXPECT_GT(unfilled(*plan), 0U);
+  EXPECT_THAT(plan->warnings, ::testing::Contains(HasSubstr("raise its limit (--material-limit)")));
+}
+
+TEST_F(WoodLimits, WhatIsNoneIsRefused) {
+  options_.material_limits = {{"dark", 1.5}};
+  EXPECT_THAT(planned().error().message, HasSubstr("the limit of dark must lie between 0 and 1"));
+  options_.material_limits = {{"dark", 0.5}, {"dark", 0.2}};
+  EXPECT_THAT(planned().error().message, HasSubstr("dark has two limits"));
+  options_.material_limits = {{"dark", 0.5}}, options_.adaptive_levels = 1;
+  EXPECT_THAT(planned().error().message, HasSubstr("do not go with adaptive levels"));
+  options_.adaptive_levels = 0, options_.refine = Refine::kDp;
+  EXPECT_THAT(planned().error().message, HasSubstr("do not go with refined borders"));
+  EXPECT_EQ(is_in_stock(stock_, "elm").error().message, "no panel is elm: choose from dark, pale");
+  EXPECT_TRUE(is_in_stock(stock_, "pale").ok());
 }
 
 TEST(WoodChoice, APictureWithoutDetailIsWarnedOf) {

@@ -50,6 +50,7 @@ TEST(JobRequest, EveryDescribedParameterChangesTheRequestAndNothingElseInIt) {
     // Guides are nothing without the layout that heeds them.
     std::map<std::string, std::string> query;
     if (name == "large_edges" || name == "fine_edges" || name == "pinned_vertices") query["layout"] = "morph";
+    if (name == "cell_sizes" || name == "flow_lines") query["layout"] = "mosaic";
     if (name == "segmentation_bytes") query["layout"] = "segmentation";
     const json otherwise = options_json(*read(query));
     query[name] = as_query(parameter["example"]);
@@ -86,6 +87,23 @@ TEST(JobRequest, PaintedEdgesAreRefusedByLayoutsThatFollowNone) {
     EXPECT_EQ(options_json(*again), options_json(*taken)) << "and they are kept with the plan";
   }
   EXPECT_TRUE(wants_no_guides(*read({}), "a sketch").ok());
+}
+
+TEST(JobRequest, SizesAndLinesOfAMosaicsCellsAreReadAndKept) {
+  const std::map<std::string, std::string> wanted = {{"cell_sizes", "2x2:8f83"},
+                                                     {"flow_lines", "0,5000 5000,4000;2000,0 2000,10000"}};
+  for (const auto& [name, text] : wanted) {
+    EXPECT_THAT(refusal_of(name, text), HasSubstr("choose the layout mosaic")) << name;
+    const auto taken = read({{name, text}, {"layout", "mosaic"}});
+    ASSERT_TRUE(taken.ok()) << taken.error().message;
+    EXPECT_FALSE(wants_no_guides(*taken, "a sketch").ok());
+    const auto again = job_request_again("a face", "a picture", options_json(*taken).dump());
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(options_json(*again), options_json(*taken)) << name;
+  }
+  EXPECT_THAT(refusal_of("cell_sizes", "2x2:8f8"),
+              HasSubstr("cell_sizes must be salient, or a mask of at most 48 x 48"));
+  EXPECT_THAT(refusal_of("flow_lines", "1,2"), HasSubstr("flow_lines must be lines of X,Y"));
 }
 
 TEST(JobRequest, PinnedVerticesAreReadAndKept) {
@@ -180,6 +198,7 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
                          {"remnants_first", "0"},
                          {"wood", "oak,black walnut"},
                          {"wood_weight", "oak=2,black walnut=0.5"},
+                         {"wood_limit", "oak=0.25,black walnut=1"},
                          {"forbid", "P-0001,10,20,5.5,6;P-0003,1,2,3,4"},
                          {"size_mm", "190.5"}});
   ASSERT_TRUE(job.ok()) << job.error().message;
@@ -188,6 +207,7 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
   EXPECT_EQ(job->remnants_first, std::optional(false));
   EXPECT_EQ(job->woods, (std::vector<std::string>{"oak", "black walnut"}));
   EXPECT_EQ(job->wood_weights, (std::vector<std::pair<std::string, double>>{{"oak", 2}, {"black walnut", 0.5}}));
+  EXPECT_EQ(job->wood_limits, (std::vector<std::pair<std::string, double>>{{"oak", 0.25}, {"black walnut", 1}}));
   EXPECT_EQ(job->size.count(), 190.5);
   ASSERT_EQ(job->forbidden.size(), 2U);
   EXPECT_EQ(job->forbidden[1].panel, PanelId{"P-0003"});
@@ -218,7 +238,9 @@ TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   EXPECT_THAT(refusal_of("size_mm", "0"), HasSubstr("size_mm is \"0\": it must be a number from 1 to 100000"));
   EXPECT_THAT(refusal_of("size_mm", "wide"), HasSubstr("size_mm is \"wide\": it must be a number"));
   for (const char* weight : {"oak", "=2", "oak=", "oak=much"})
-    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("MATERIAL=NUMBER")) << weight;
+    for (const char* name : {"wood_weight", "wood_limit"})
+      EXPECT_THAT(refusal_of(name, weight), HasSubstr(fmt::format("{} must be MATERIAL=NUMBER", name))) << weight;
+  EXPECT_THAT(refusal_of("wood_limit", "oak=1.5"), HasSubstr("the limit of oak must lie between 0 and 1"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,3"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));

@@ -513,6 +513,28 @@ TEST_F(PlanServiceTest, VerticesOfAGridAreWhereTheyArePinned) {
   EXPECT_EQ(stored_plan(request).error().code, ErrorCode::kInvalidArgument);
 }
 
+TEST_F(PlanServiceTest, AMosaicHeedsWhatIsPaintedAndDrawnAndLimitsOfWoods) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.layout = planner::LayoutKind::kMosaic;
+  request.cell_sizes = "2x2:f000";
+  request.flow_lines = "0,5000 10000,5000";
+  const auto made = stored_plan(request);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto refusal = [&](const auto& change) {
+    JobRequest other = request;
+    change(other);
+    const auto refused = stored_plan(other);
+    EXPECT_FALSE(refused.ok());
+    return refused.ok() ? "" : refused.error().message;
+  };
+  EXPECT_THAT(refusal([](JobRequest& it) { it.cell_sizes = "2x2:ffff"; }),
+              ::testing::HasSubstr("are white everywhere"));
+  EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "", it.options.flow_lines_only = true; }),
+              ::testing::HasSubstr("has none: draw some"));
+  EXPECT_THAT(refusal([](JobRequest& it) { it.wood_limits = {{"elm", 0.5}}; }), ::testing::HasSubstr("elm"));
+}
+
 TEST_F(PlanServiceTest, WhatAPlanWasAskedForIsReadAgainAsItWas) {
   JobRequest request = small_job();
   request.options.optimize = planner::Optimize::kGlobal;
@@ -520,6 +542,7 @@ TEST_F(PlanServiceTest, WhatAPlanWasAskedForIsReadAgainAsItWas) {
   request.panels = {PanelId{"P-0001"}, PanelId{"P-0002"}};
   request.woods = {"black walnut", "oak"};
   request.wood_weights = {{"oak", 2}, {"ash", 0.5}};
+  request.wood_limits = {{"oak", 0.5}};
   request.forbidden = {*planner::forbidden_wood("P-0001,1,2,3,4"), *planner::forbidden_wood("P-0002,5,6,7,8")};
   const auto again = job_request_again(request.name, request.files, options_json(request).dump());
   ASSERT_TRUE(again.ok()) << again.error().message;

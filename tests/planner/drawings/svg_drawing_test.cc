@@ -104,7 +104,7 @@ TEST(SvgDrawing, DrawsRectanglesWithAndWithoutRoundCorners) {
   const Drawing d =
       svg(R"(<rect x="10" y="10" width="20" height="10"/><rect x="50" y="10" width="20" height="10" rx="3"/>)");
   EXPECT_EQ(d.lines[0].points.size(), 5U);
-  EXPECT_NEAR(length_of({{d.lines[1]}, {}}), 2 * 14 + 2 * 4 + 2 * 3.14159265 * 3, 0.05);
+  EXPECT_NEAR(length_of({{d.lines[1]}, {}, {}}), 2 * 14 + 2 * 4 + 2 * 3.14159265 * 3, 0.05);
 }
 
 TEST(SvgDrawing, KnowsLayersAndColours) {

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -284,6 +287,173 @@ TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
   EXPECT_EQ(mosaic->figures, again->figures);
   const auto other = decorative_mosaic(picture, size, {150, 1, 5, 1});
   EXPECT_GT(cv::countNonZero(mosaic->labels != other->labels), 0);
+}
+
+// How often as long as wide a cell is, and which way its long side runs: degrees from +x, in [0, 180).
+struct CellShape {
+  double aspect = 0, degrees = 0;
+  cv::Point2d middle;
+};
+std::vector<CellShape> shapes_of(const cv::Mat& labels) {
+  std::map<int, std::vector<cv::Point>> pixels;
+  for (int r = 0; r < labels.rows; ++r)
+    for (int c = 0; c < labels.cols; ++c) pixels[labels.at<int>(r, c)].emplace_back(c, r);
+  std::vector<CellShape> out;
+  for (const auto& [label, of] : pixels) {
+    cv::Mat covariance, mean, values, vectors;
+    cv::Mat points(static_cast<int>(of.size()), 2, CV_64F);
+    for (std::size_t i = 0; i < of.size(); ++i)
+      points.at<double>(static_cast<int>(i), 0) = of[i].x, points.at<double>(static_cast<int>(i), 1) = of[i].y;
+    cv::calcCovarMatrix(points, covariance, mean, cv::COVAR_NORMAL | cv::COVAR_ROWS | cv::COVAR_SCALE);
+    cv::eigen(covariance, values, vectors);
+    const double turn = std::atan2(vectors.at<double>(0, 1), vectors.at<double>(0, 0)) * 180 / std::numbers::pi;
+    out.push_back({std::sqrt(values.at<double>(0) / std::max(1e-9, values.at<double>(1))),
+                   std::fmod(turn + 180, 180),
+                   {mean.at<double>(0), mean.at<double>(1)}});
+  }
+  return out;
+}
+
+// Along edges that are level as along those that are upright, and on both sides of where they are as near.
+TEST(Mosaic, LongCellsLieAlongTheNearestEdge) {
+  const cv::Mat picture(300, 300, CV_8UC3, cv::Scalar::all(128));  // its border is its only edge
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 150, 2);
+  const auto mosaic = decorative_mosaic(picture, size, {150, 3, 4, 2});
+  ASSERT_TRUE(mosaic.ok());
+  std::vector<double> aspects;
+  int level = 0, upright = 0, astray = 0;
+  for (const CellShape& it : shapes_of(mosaic->labels)) {
+    aspects.push_back(it.aspect);
+    const double across = std::abs(it.middle.x - 150), down = std::abs(it.middle.y - 150);
+    if (std::abs(across - down) < 40) continue;  // where the two edges are about as near
+    const bool is_level = it.degrees < 20 || it.degrees > 160, is_upright = std::abs(it.degrees - 90) < 20;
+    (down > across ? level : upright) += 1;
+    if (down > across ? !is_level : !is_upright) ++astray;
+  }
+  EXPECT_GT(level, 25);
+  EXPECT_GT(upright, 25);
+  EXPECT_LE(astray, 5) << "of " << level + upright;
+  std::nth_element(aspects.begin(), aspects.begin() + 75, aspects.end());
+  EXPECT_NEAR(aspects[75], 3, 0.5);
+  EXPECT_LE(mosaic->figures.cell_deviation_deg, 5);
+}
+
+TEST(TileSizes, FollowWhatIsPaintedEvenlyByFactors) {
+  cv::Mat painted(200, 300, CV_8UC1, cv::Scalar(0));
+  painted.colRange(0, 100).setTo(255);
+  painted.colRange(100, 200).setTo(128);
+  const cv::Mat size = painted_tile_sizes(painted, 300, 4);
+  const auto at = [&](int c) { return static_cast<double>(size.at<float>(100, c)); };
+  EXPECT_NEAR(at(150) / at(20), 2, 0.1);
+  EXPECT_NEAR(at(280) / at(150), 2, 0.1);
+  double tiles = 0;
+  for (int r = 0; r < size.rows; ++r)
+    for (int c = 0; c < size.cols; ++c) tiles += 1 / std::pow(static_cast<double>(size.at<float>(r, c)), 2);
+  EXPECT_NEAR(tiles, 300, 0.5);
+  // From one to the other within a few tiles, never at once.
+  for (int c = 1; c < 300; ++c) EXPECT_LT(at(c) / at(c - 1), 1.06) << c;
+}
+
+// A line through a plain picture, aslant: cells on it lie along it, and none lies across it.
+TEST(Mosaic, CellsLieAlongLinesThatSomebodyDrew) {
+  const cv::Mat plain(300, 300, CV_8UC3, cv::Scalar::all(128));
+  const cv::Mat size = tile_sizes(cv::Mat(plain.size(), CV_32FC1, cv::Scalar(0)), 150, 2);
+  MosaicOptions options{150, 1, 4, 2};
+  const auto askew = [&] {  // of cells beside the line, on the mean, from its direction
+    const auto mosaic = decorative_mosaic(plain, size, options);
+    EXPECT_TRUE(mosaic.ok());
+    double sum = 0;
+    int count = 0;
+    for (const DisjointTile& tile : mosaic->tiles) {
+      const double off = std::abs((tile.middle.y - 150) * std::cos(0.4) - (tile.middle.x - 150) * std::sin(0.4));
+      if (off > 20 || std::abs(tile.middle.x - 150) > 80) continue;
+      sum += std::abs(std::remainder(tile.angle - 0.4, std::numbers::pi / 2)) * 180 / std::numbers::pi;
+      ++count;
+    }
+    EXPECT_GT(count, 8);
+    return sum / std::max(1, count);
+  };
+  EXPECT_GT(askew(), 15);
+  options.lines = cv::Mat(plain.size(), CV_8UC1, cv::Scalar(0));
+  cv::line(options.lines, {10, 150 - cvRound(140 * std::tan(0.4))}, {290, 150 + cvRound(140 * std::tan(0.4))},
+           cv::Scalar(255));
+  EXPECT_LT(askew(), 3);
+}
+
+TEST(Mosaic, LinesCountBesideThePicturesEdgesOrInsteadOfThem) {
+  cv::Mat picture(300, 300, CV_8UC3, cv::Scalar::all(200));
+  cv::circle(picture, {150, 150}, 90, cv::Scalar::all(60), cv::FILLED);
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 150, 2);
+  MosaicOptions options{150, 1, 4, 2};
+  options.lines = cv::Mat(picture.size(), CV_8UC1, cv::Scalar(0));
+  cv::line(options.lines, {20, 20}, {280, 20}, cv::Scalar(255));
+  // Cells with as much of the disc as of what is around it.
+  const auto torn = [&] {
+    const auto mosaic = decorative_mosaic(picture, size, options);
+    EXPECT_TRUE(mosaic.ok());
+    std::map<int, std::array<int, 2>> pixels;
+    for (int r = 0; r < 300; ++r)
+      for (int c = 0; c < 300; ++c)
+        ++pixels[mosaic->labels.at<int>(r, c)][picture.at<cv::Vec3b>(r, c)[0] < 130 ? 0 : 1];
+    return std::ranges::count_if(pixels, [](const auto& it) {
+      const auto& [dark, pale] = it.second;
+      return std::min(dark, pale) > 0.2 * (dark + pale);
+    });
+  };
+  EXPECT_LE(torn(), 2);
+  options.lines_only = true;
+  EXPECT_GT(torn(), 10);
+}
+
+TEST(Mosaic, SaysWithinWhichCellsTheFieldTurnsTooFast) {
+  const cv::Size size(240, 240);
+  const cv::Mat cells = turned_squares(size, 0);
+  cv::Mat angle(size, CV_32FC1);
+  const auto turning = [&](double degrees_a_pixel) {
+    for (int r = 0; r < size.height; ++r)
+      for (int c = 0; c < size.width; ++c)  // on the right only
+        angle.at<float>(r, c) = static_cast<float>(std::max(0, c - 160) * degrees_a_pixel * std::numbers::pi / 180);
+    return turning_cells(cells, angle);
+  };
+  EXPECT_TRUE(turning(0).empty());
+  EXPECT_TRUE(turning(40.0 / 20).empty()) << "by 40 degrees within each cell";
+  const std::vector<PlanePoint> fast = turning(50.0 / 20);
+  EXPECT_EQ(fast.size(), 4U * 12U);
+  for (const PlanePoint& it : fast) EXPECT_GT(it.x, 160.0 / 240);
+}
+
+// Hausner's tiles, by the figures that they are to reach.
+TEST(Mosaic, TilesWithJointsKeepApartAndOffTheEdges) {
+  const cv::Mat picture = portrait({450, 450});
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 500, 2);
+  for (const std::uint64_t seed : {4U, 5U, 6U}) {
+    const auto mosaic = decorative_mosaic(picture, size, {500, 1, seed, 2});
+    ASSERT_TRUE(mosaic.ok());
+    ASSERT_EQ(mosaic->tiles.size(), 500U);
+    const TileFigures& figures = mosaic->tile_figures;
+    EXPECT_LE(figures.overlap, 0.01) << seed;
+    EXPECT_LE(figures.deviation_deg, 5) << seed;
+    EXPECT_LE(figures.straddling, 0.02) << seed;
+    EXPECT_GE(figures.coverage, 0.58) << seed;
+    EXPECT_LE(figures.coverage, 0.64) << seed;
+  }
+}
+
+TEST(Mosaic, TheFiguresOfTilesAreThoseOfTheTiles) {
+  const cv::Mat angle(100, 100, CV_32FC1, cv::Scalar(0));
+  cv::Mat edges(100, 100, CV_8UC1, cv::Scalar(0));
+  const DisjointTile level{{30, 30}, 0, 20, 10}, beside{{45, 30}, 0, 20, 10}, turned{{70, 70}, 0.35, 20, 10};
+  TileFigures figures = tile_figures({level, beside, turned}, angle, edges);
+  EXPECT_NEAR(figures.overlap, 50.0 / 600, 0.01);
+  EXPECT_NEAR(figures.coverage, 550.0 / 10000, 0.001);
+  EXPECT_EQ(figures.deviation_deg, 0) << "the median";
+  EXPECT_NEAR(tile_figures({turned}, angle, edges).deviation_deg, 20.05, 0.1);
+  EXPECT_EQ(figures.straddling, 0);
+  edges.row(30).setTo(255);
+  EXPECT_NEAR(tile_figures({level, beside, turned}, angle, edges).straddling, 2.0 / 3, 1e-9);
+  edges.setTo(0);
+  edges.row(34).setTo(255);  // on the rim
+  EXPECT_EQ(tile_figures({level, beside, turned}, angle, edges).straddling, 0);
 }
 
 // 80 cells, smaller ones in the left half as far as `detail` says.

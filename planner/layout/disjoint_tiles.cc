@@ -1,0 +1,99 @@
+#include "planner/layout/disjoint_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "planner/layout/quarter_turns.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kFiner = 3;  // places a pixel's side at which overlap is looked at
+
+// A tile with its axes.
+class TileArea {
+ public:
+  explicit TileArea(const DisjointTile& tile) : tile_(tile), cos_(std::cos(tile.angle)), sin_(std::sin(tile.angle)) {}
+
+  // How far inside the tile a place lies; below 0: outside.
+  double depth(double x, double y) const {
+    const double dx = x - tile_.middle.x, dy = y - tile_.middle.y;
+    return std::min(tile_.length / 2 - std::abs(cos_ * dx + sin_ * dy),
+                    tile_.width / 2 - std::abs(cos_ * dy - sin_ * dx));
+  }
+
+  // Calls `visit` with all cells, column and row, of a grid with `finer` cells a pixel whose middles lie in the tile.
+  template <class Visit>
+  void for_each(cv::Size size, int finer, const Visit& visit) const {
+    const double reach = std::hypot(tile_.length, tile_.width) / 2;
+    const auto first = [&](double at) { return std::max(0, static_cast<int>(std::floor((at - reach) * finer))); };
+    const auto last = [&](double at, int most) {
+      return std::min(most * finer, static_cast<int>(std::ceil((at + reach) * finer)));
+    };
+    for (int r = first(tile_.middle.y); r < last(tile_.middle.y, size.height); ++r)
+      for (int c = first(tile_.middle.x); c < last(tile_.middle.x, size.width); ++c)
+        if (depth((c + 0.5) / finer, (r + 0.5) / finer) >= 0) visit(c, r);
+  }
+
+ private:
+  const DisjointTile& tile_;
+  double cos_, sin_;
+};
+
+}  // namespace
+
+std::vector<DisjointTile> disjoint_tiles(const cv::Mat& labels, const VoronoiField& field, double aspect) {
+  struct Cell {
+    double x = 0, y = 0, area = 0;
+  };
+  double most = 0;
+  cv::minMaxLoc(labels, nullptr, &most);
+  std::vector<Cell> cells(static_cast<std::size_t>(most) + 1);
+  for (int r = 0; r < labels.rows; ++r)
+    for (int c = 0; c < labels.cols; ++c) {
+      Cell& cell = cells[static_cast<std::size_t>(labels.at<int>(r, c))];
+      cell.x += c + 0.5, cell.y += r + 0.5, ++cell.area;
+    }
+  std::vector<DisjointTile> out;
+  for (const Cell& cell : cells) {
+    if (cell.area == 0) continue;
+    const PlanePoint middle{cell.x / cell.area, cell.y / cell.area};
+    const int r = static_cast<int>(middle.y), c = static_cast<int>(middle.x);
+    const double side = kTileShare * std::min(static_cast<double>(field.size.at<float>(r, c)), std::sqrt(cell.area));
+    // The field's axis lies across the edge, along which a tile is long.
+    const double along = static_cast<double>(field.angle.at<float>(r, c)) + std::numbers::pi / 2;
+    out.push_back({middle, along, side * std::sqrt(aspect), side / std::sqrt(aspect)});
+  }
+  return out;
+}
+
+TileFigures tile_figures(const std::vector<DisjointTile>& tiles, const cv::Mat& angle, const cv::Mat& edges) {
+  TileFigures out;
+  const cv::Size size = angle.size();
+  cv::Mat covered(size.height * kFiner, size.width * kFiner, CV_8UC1, cv::Scalar(0));
+  double sum = 0;
+  int straddling = 0;
+  std::vector<double> turns;
+  for (const DisjointTile& tile : tiles) {
+    const TileArea area(tile);
+    area.for_each(size, kFiner, [&](int c, int r) { ++sum, covered.at<std::uint8_t>(r, c) = 1; });
+    double cos = 0, sin = 0, deep = 0;
+    area.for_each(size, 1, [&](int c, int r) {
+      const auto four = 4 * static_cast<double>(angle.at<float>(r, c));
+      cos += std::cos(four), sin += std::sin(four);
+      if (edges.at<std::uint8_t>(r, c) != 0 && area.depth(c + 0.5, r + 0.5) > kStraddlingDepth * tile.width) ++deep;
+    });
+    turns.push_back(degrees_apart(tile.angle, std::atan2(sin, cos) / 4));
+    straddling += deep > kStraddlingLength * std::sqrt(tile.length * tile.width) ? 1 : 0;
+  }
+  const double all = cv::countNonZero(covered);
+  out.coverage = all / static_cast<double>(covered.total());
+  out.overlap = sum > 0 ? (sum - all) / sum : 0;
+  out.deviation_deg = median(std::move(turns));
+  out.straddling = tiles.empty() ? 0 : static_cast<double>(straddling) / static_cast<double>(tiles.size());
+  return out;
+}
+
+}  // namespace veneer::planner
