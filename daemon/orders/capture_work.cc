@@ -37,9 +37,10 @@ Result<json> find_scanners(const json& request, const std::filesystem::path&, co
 }
 
 // By the decoder that refuses what is broken in any way; a frame's bytes may go on behind the picture.
-std::optional<RawPicture> decode_frame(std::span<const std::uint8_t> bytes) {
+std::optional<RawPicture> decode_frame(std::span<const std::uint8_t> bytes, int width, int height) {
   cv::Mat pixels =
-      planner::decode_jpeg({reinterpret_cast<const char*>(bytes.data()), bytes.size()}).value_or(cv::Mat());
+      planner::decode_jpeg({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, cv::Size(width, height))
+          .value_or(cv::Mat());
   if (pixels.type() != CV_8UC3 && pixels.type() != CV_8UC1) return std::nullopt;
   if (pixels.empty()) return std::nullopt;
   cv::cvtColor(pixels, pixels, pixels.channels() == 3 ? cv::COLOR_BGR2RGB : cv::COLOR_GRAY2RGB);

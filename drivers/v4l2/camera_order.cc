@@ -22,7 +22,7 @@ std::string size_words(const OfferedFormat& one) {
              : fmt::format("{} to {} x {}", least, one.most_width, one.most_height);
 }
 
-Result<std::string> choose_format(OpenCamera& camera, const CameraSettings& settings) {
+Status has_format(OpenCamera& camera, const CameraSettings& settings) {
   const auto offered = camera.formats();
   if (!offered) return offered.error();
   std::set<std::string> codes, sizes;
@@ -41,15 +41,10 @@ Result<std::string> choose_format(OpenCamera& camera, const CameraSettings& sett
                  fmt::format("the camera {} has no pictures of {} x {} pixels: set width and height under [camera] to "
                              "one of {}",
                              camera.camera(), settings.width, settings.height, fmt::join(sizes, ", "))};
-  if (settings.format.empty())
-    for (const std::string_view code : readable_formats())
-      if (codes.contains(std::string(code))) return std::string(code);
-  if (codes.contains(settings.format)) return settings.format;
-  return Error{
-      ErrorCode::kInvalidArgument,
-      fmt::format("the camera {} has no format {} at {} x {} pixels: set format under [camera] to one of {}, or "
-                  "take it out",
-                  camera.camera(), settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
+  if (codes.contains(settings.format)) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the camera {} has no format {} at {} x {} pixels: set format under [camera] to one of {}",
+                           camera.camera(), settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
 }
 
 }  // namespace
@@ -57,25 +52,34 @@ Result<std::string> choose_format(OpenCamera& camera, const CameraSettings& sett
 Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& settings, const std::filesystem::path& file,
                                   const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,
                                   const std::stop_token& stop) {
-  const auto code = choose_format(camera, settings);
-  if (!code) return code.error();
-  const auto format = camera.set_format(*code, settings.width, settings.height);
+  if (Status has = has_format(camera, settings); !has) return has.error();
+  const std::string& code = settings.format;
+  const auto format = camera.set_format(code, settings.width, settings.height);
   if (!format) return format.error();
-  if (format->code != *code || format->width != settings.width || format->height != settings.height)
+  if (format->code != code || format->width != settings.width || format->height != settings.height)
     return Error{
         ErrorCode::kRefused,
         fmt::format("the camera {} makes {} x {} pixels, {}, of {} x {}, {}: set width, height and format under "
                     "[camera] to what it keeps",
                     camera.camera(), format->width, format->height, format->code, settings.width, settings.height,
-                    *code)};
+                    code)};
+  if (!has_whole_lines(*format))
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the driver of the camera {} says that its pictures of {} x {} pixels, {}, have lines of {} "
+                    "bytes, which is too few: set another format under [camera], update the kernel or use "
+                    "another camera",
+                    camera.camera(), format->width, format->height, format->code, format->bytes_per_line)};
   const auto locked = lock_controls(camera, settings.options);
   if (!locked) return locked.error();
-  const auto look = take_look(camera, *format, options, clock, decode_jpeg, stop);
+  LookOptions settled = options;
+  if (locked->motor_moves) settled.settling = std::max(options.settling, options.motor_settling);
+  const auto look = take_look(camera, *format, settled, clock, decode_jpeg, stop);
   if (!look) return look.error();
   // A camera may lose its settings when it begins.
   if (Status kept = still_locked(camera, *locked); !kept) return kept.error();
   if (Status written = write_pnm(look->picture, file); !written) return written.error();
-  return TakenPicture{camera.card(),   camera.bus(),   *code,        settings.width,
+  return TakenPicture{camera.card(),   camera.bus(),   code,         settings.width,
                       settings.height, look->averaged, look->refused};
 }
 

@@ -19,7 +19,7 @@ namespace veneer::v4l2 {
 
 struct CameraSettings {
   int width = 0, height = 0;
-  std::string format;  // "" = the best of those that the device offers at this size (readable_formats())
+  std::string format;  // one of readable_formats() that the device offers at this size
   StatedControls options;
 };
 

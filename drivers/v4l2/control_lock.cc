@@ -47,6 +47,11 @@ constexpr std::array<std::uint32_t, 23> kLasting = {V4L2_CID_BRIGHTNESS,
                                                     V4L2_CID_ROTATE,
                                                     V4L2_CID_WIDE_DYNAMIC_RANGE};
 
+// What a motor follows; an automatic that was on may have left it anywhere.
+constexpr std::array<std::uint32_t, 6> kMotors = {V4L2_CID_FOCUS_ABSOLUTE, V4L2_CID_FOCUS_AUTO,
+                                                  V4L2_CID_ZOOM_ABSOLUTE,  V4L2_CID_PAN_ABSOLUTE,
+                                                  V4L2_CID_TILT_ABSOLUTE,  V4L2_CID_IRIS_ABSOLUTE};
+
 bool holds(const auto& list, std::uint32_t id) { return std::ranges::find(list, id) != list.end(); }
 
 // Nothing when the device has no choice by which it keeps still.
@@ -57,6 +62,12 @@ std::optional<std::int64_t> off_value(const CameraControl& automatic) {
     if (std::ranges::any_of(automatic.choices, [&](const auto& choice) { return choice.first == manual; }))
       return manual;
   return std::nullopt;
+}
+
+// Of one that no program can set.
+bool is_off(const CameraControl& automatic) {
+  if (automatic.id != V4L2_CID_EXPOSURE_AUTO) return automatic.value == 0;
+  return automatic.value == V4L2_EXPOSURE_MANUAL || automatic.value == V4L2_EXPOSURE_SHUTTER_PRIORITY;
 }
 
 class Lock {
@@ -74,14 +85,35 @@ class Lock {
   Status set_all() {
     if (Status read = look(); !read) return read;
     if (Status known = check_stated(); !known) return known;
-    for (const CameraControl& automatic : std::vector(controls_))
-      if (holds(kAutomatics, automatic.id) && automatic.settable && find(automatic.name)->active)
-        if (Status off = switch_off(automatic); !off) return off;
+    all_ = controls_;
+    if (Status off = switch_all_off(); !off) return off;
     for (const auto& [name, text] : stated_)
       if (Status set = set_stated(name, text); !set) return set;
-    for (const CameraControl& control : std::vector(controls_))
-      if (holds(kLasting, control.id) && !is_stated(control.name) && control.settable && control.active)
-        if (Status set = set_to(control, control.usual); !set) return set;
+    // One may begin to count when another one is set, so until nothing is left; each is set once at most.
+    std::size_t before = 0;
+    do {
+      before = wanted_.values.size();
+      if (Status off = switch_all_off(); !off) return off;
+      if (Status usual = set_defaults(); !usual) return usual;
+    } while (before != wanted_.values.size());
+    return Ok();
+  }
+
+  Status switch_all_off() {
+    for (const CameraControl& one : all_)
+      if (holds(kAutomatics, one.id) && !is_set(one.name))
+        if (Status off = switch_off(one.name); !off) return off;
+    return Ok();
+  }
+
+  Status set_defaults() {
+    for (const CameraControl& one : all_) {
+      if (!holds(kLasting, one.id) || is_stated(one.name) || is_set(one.name)) continue;
+      const auto control = as_it_is(one.name);
+      if (!control) return control.error();
+      if (!control->settable || !control->active) continue;
+      if (Status set = set_to(*control, control->usual); !set) return set;
+    }
     return Ok();
   }
 
@@ -94,6 +126,17 @@ class Lock {
   const CameraControl* find(const std::string& name) const {
     const auto at = std::ranges::find(controls_, name, &CameraControl::name);
     return at == controls_.end() ? nullptr : &*at;
+  }
+  // Settings may vanish when others are set.
+  Result<CameraControl> as_it_is(const std::string& name) const {
+    if (const CameraControl* control = find(name)) return *control;
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the camera {} has no {} any more since another setting was changed, so it cannot be "
+                             "locked: take options out of [camera] one by one, or use another camera",
+                             camera_.camera(), name)};
+  }
+  bool is_set(const std::string& name) const {
+    return std::ranges::any_of(wanted_.values, [&](const auto& one) { return one.first == name; });
   }
   bool is_stated(const std::string& name) const {
     return std::ranges::any_of(stated_, [&](const auto& one) { return one.first == name; });
@@ -119,7 +162,12 @@ class Lock {
     return Ok();
   }
 
-  Status switch_off(const CameraControl& automatic) {
+  Status switch_off(const std::string& automatic_name) {
+    const auto now = as_it_is(automatic_name);
+    if (!now) return now.error();
+    const CameraControl& automatic = *now;
+    if (!automatic.active) return Ok();
+    if (!automatic.settable) return is_off(automatic) ? Ok() : stays_on(automatic);
     const auto off = off_value(automatic);
     if (!off)
       return Error{ErrorCode::kRefused,
@@ -139,28 +187,38 @@ class Lock {
     return set_to(automatic, *off);
   }
 
+  Status stays_on(const CameraControl& automatic) const {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} of the camera {} is on and cannot be switched off by a program, and such pictures "
+                             "cannot be compared: use another camera",
+                             automatic.name, camera_.camera())};
+  }
+
   Status set_stated(const std::string& name, const std::string& text) {
-    const CameraControl control = *find(name);
-    const auto value = fitting_value(control, text, camera_.camera());
+    const auto control = as_it_is(name);
+    if (!control) return control.error();
+    const auto value = fitting_value(*control, text, camera_.camera());
     if (!value) return value.error();
-    if (!control.active)
+    if (!control->active)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("{} of the camera {} does not count as its other settings are: take it out of [camera]",
                                name, camera_.camera())};
-    return set_to(control, *value);
+    return set_to(*control, *value);
   }
 
   // A device that refuses what it has already is not asked.
   Status set_to(const CameraControl& control, std::int64_t value) {
-    wanted_.emplace_back(control.name, value);
+    wanted_.values.emplace_back(control.name, value);
     if (control.value == value) return Ok();
+    wanted_.motor_moves = wanted_.motor_moves || holds(kMotors, control.id);
     if (Status set = camera_.set(control, value); !set) return set;
     return look();
   }
 
   OpenCamera& camera_;
   const StatedControls& stated_;
-  std::vector<CameraControl> controls_;
+  std::vector<CameraControl> all_;       // that it had at first
+  std::vector<CameraControl> controls_;  // as they are now
   LockedControls wanted_;
 };
 
@@ -173,7 +231,7 @@ Result<LockedControls> lock_controls(OpenCamera& camera, const StatedControls& s
 Status still_locked(OpenCamera& camera, const LockedControls& locked) {
   const auto controls = camera.controls();
   if (!controls) return controls.error();
-  for (const auto& [name, value] : locked) {
+  for (const auto& [name, value] : locked.values) {
     const auto now = std::ranges::find(*controls, name, &CameraControl::name);
     if (now != controls->end() && now->value == value) continue;
     return Error{

@@ -1,6 +1,7 @@
 #include "drivers/v4l2/fixed_look.h"
 
 #include <fmt/format.h>
+#include <time.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -18,6 +19,9 @@ namespace {
 
 // So that a stop request is seen soon.
 constexpr Duration kOneWait = std::chrono::milliseconds(200);
+
+// More than the two clocks can seem to drift apart while a process is kept waiting between reading them.
+constexpr Duration kMostSuspended = std::chrono::milliseconds(100);
 
 // Why a frame is refused, as part of a sentence: "the camera X gives pictures ...".
 constexpr std::string_view kDamaged = "that its own driver calls damaged";
@@ -45,7 +49,8 @@ class Looker {
         clock_(clock),
         decode_jpeg_(decode_jpeg),
         stop_(stop),
-        asked_(clock.now()) {}
+        asked_(clock.now()),
+        suspended_before_(options.time_suspended()) {}
 
   Result<Look> look() {
     if (Status started = source_.start(); !started) return started.error();
@@ -65,9 +70,11 @@ class Looker {
         if (++refused_ > options_.most_refused) return too_many();
         continue;
       }
-      if (++good_ <= options_.settling_frames || clock_.now() < settled_at_) continue;
+      // Its own time counts: what comes now may have waited in the driver since before.
+      if (++good_ <= options_.settling_frames || *(*frame)->taken < settled_at_) continue;
       if (Status kept = average(*picture); !kept) return kept.error();
     }
+    if (options_.time_suspended() - suspended_before_ > kMostSuspended) return slept();
     return Look{average_.mean(), average_.count(), refused_};
   }
 
@@ -130,6 +137,13 @@ class Looker {
       return "plug it into a socket of the computer itself, by a short cable, or set another format under [camera]";
     return "unplug it and plug it in again";
   }
+  Error slept() const {
+    return {
+        ErrorCode::kUnavailable,
+        fmt::format("this computer was suspended while the camera {} looked, and pictures from before that cannot be "
+                    "told from newer ones: look again, and switch its sleep off",
+                    source_.camera())};
+  }
   Error moves() const {
     return {
         ErrorCode::kRefused,
@@ -146,6 +160,7 @@ class Looker {
   const DecodeJpeg& decode_jpeg_;
   const std::stop_token& stop_;
   const TimePoint asked_;
+  const Duration suspended_before_;
   TimePoint settled_at_{};
   std::unordered_set<std::size_t> seen_;  // pixels of frames, as hash_of() has them
   std::optional<TimePoint> newest_;
@@ -156,6 +171,22 @@ class Looker {
 };
 
 }  // namespace
+
+Duration time_suspended() {
+  const auto now = [](clockid_t clock) {
+    timespec at{};
+    ::clock_gettime(clock, &at);
+    return Duration(std::chrono::seconds(at.tv_sec) + std::chrono::nanoseconds(at.tv_nsec));
+  };
+  // A process may be kept waiting between two calls: of some tries the one that took the least.
+  constexpr Duration kSoon = std::chrono::milliseconds(1);
+  Duration least = Duration::max(), suspended{};
+  for (int i = 0; i < 10 && least > kSoon; ++i) {
+    const Duration before = now(CLOCK_MONOTONIC), boot = now(CLOCK_BOOTTIME), took = now(CLOCK_MONOTONIC) - before;
+    if (took < least) least = took, suspended = boot - before;
+  }
+  return suspended;
+}
 
 Result<Look> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options, const Clock& clock,
                        const DecodeJpeg& decode_jpeg, const std::stop_token& stop) {

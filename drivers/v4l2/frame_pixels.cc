@@ -98,17 +98,30 @@ const std::vector<std::string_view>& readable_formats() {
 
 bool is_compressed(std::string_view code) { return code == "MJPG" || code == "JPEG"; }
 
+bool has_whole_lines(const FrameFormat& format) {
+  if (format.width <= 0 || format.height <= 0) return false;
+  if (is_compressed(format.code)) return true;
+  const std::int64_t width = format.width;
+  const std::int64_t pairs = (width + 1) / 2;  // that share chroma: the last one may be of one pixel, and is whole too
+  std::int64_t least = width * kChannels;
+  if (format.code == "YUYV" || format.code == "UYVY") least = pairs * 4;
+  if (format.code == "NV12") least = pairs * 2;
+  if (format.code == "GREY") least = width;
+  return format.bytes_per_line >= least;
+}
+
 std::size_t bytes_of_frame(const FrameFormat& format) {
   if (is_compressed(format.code)) return 0;
-  const std::size_t rows = format.code == "NV12" ? static_cast<std::size_t>(format.height + (format.height + 1) / 2)
-                                                 : static_cast<std::size_t>(format.height);
+  const auto height = static_cast<std::size_t>(format.height);
+  const std::size_t rows = format.code == "NV12" ? height + (height + 1) / 2 : height;
   return rows * static_cast<std::size_t>(format.bytes_per_line);
 }
 
 std::optional<RawPicture> pixels_of(const FrameFormat& format, std::span<const std::uint8_t> bytes,
                                     const DecodeJpeg& decode_jpeg) {
+  if (!has_whole_lines(format)) return std::nullopt;
   if (is_compressed(format.code)) {
-    auto picture = decode_jpeg(bytes);
+    auto picture = decode_jpeg(bytes, format.width, format.height);
     if (!picture || picture->width != format.width || picture->height != format.height) return std::nullopt;
     return picture;
   }

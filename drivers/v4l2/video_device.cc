@@ -10,9 +10,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <limits>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -22,6 +24,10 @@ namespace {
 
 constexpr unsigned kBuffers = 4;
 constexpr auto kCapture = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+constexpr __u32 kBigEndian = 1U << 31;  // of a format, as v4l2_fourcc_be() has it
+
+// Drivers whose pictures a program makes. They show no bed.
+constexpr std::array<std::string_view, 3> kMadeUp = {"vivid", "vimc", "v4l2 loopback"};
 
 // A driver may be told to stop in the midst of a call.
 int call(int fd, unsigned long request, void* argument) {
@@ -42,8 +48,12 @@ std::string text_of(const __u8 (&text)[kSize]) {
 
 std::string code_of(__u32 format) {
   std::string out;
-  for (int shift = 0; shift < 32; shift += 8) out += static_cast<char>(format >> shift & 0x7f);
+  for (int shift = 0; shift < 32; shift += 8) {
+    const char c = static_cast<char>(format >> shift & 0x7f);
+    out += c >= ' ' && c <= '~' ? c : '?';  // it goes into sentences and to terminals
+  }
   while (!out.empty() && out.back() == ' ') out.pop_back();
+  if ((format & kBigEndian) != 0) out += "-BE";
   return out;
 }
 
@@ -102,6 +112,11 @@ class VideoDevice final : public OpenCamera {
     if (call(fd_, VIDIOC_QUERYCAP, &can) != 0) return no_camera();
     const __u32 caps = (can.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? can.device_caps : can.capabilities;
     if ((caps & V4L2_CAP_VIDEO_CAPTURE) == 0 || (caps & V4L2_CAP_STREAMING) == 0) return no_camera();
+    if (const std::string driver = text_of(can.driver); std::ranges::find(kMadeUp, driver) != kMadeUp.end())
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{} shows what a program makes up ({}) and no bed: use a camera that is plugged in, or "
+                               "kind = \"sim\" under [camera]",
+                               name_, driver)};
     card_ = text_of(can.card), bus_ = text_of(can.bus_info);
     return Ok();
   }
@@ -134,6 +149,13 @@ class VideoDevice final : public OpenCamera {
       return Error{ErrorCode::kRefused, fmt::format("the camera {} gives only every other line at a time: use another "
                                                     "camera",
                                                     name_)};
+    // As they are told, and no number that only looks so.
+    constexpr __u32 kMost = std::numeric_limits<int>::max();
+    if (pix.width > kMost || pix.height > kMost || pix.bytesperline > kMost)
+      return Error{ErrorCode::kRefused,
+                   fmt::format("the driver of the camera {} tells a size of {} x {} pixels in lines "
+                               "of {} bytes: update the kernel or use another camera",
+                               name_, pix.width, pix.height, pix.bytesperline)};
     FrameFormat out{code_of(pix.pixelformat),
                     static_cast<int>(pix.width),
                     static_cast<int>(pix.height),
@@ -323,18 +345,25 @@ class VideoDevice final : public OpenCamera {
   bool shares_ = false, streams_ = false;
 };
 
+Error not_opened(const std::string& device, int why) {
+  if (why == EACCES || why == EPERM)
+    return {ErrorCode::kUnavailable,
+            fmt::format("the camera {} may not be used by the daemon: add its user to the group video", device)};
+  if (why == ENOENT || why == ENODEV || why == ENXIO)
+    return {ErrorCode::kUnavailable,
+            fmt::format("the camera {} is not there: plug it in, and see veneerctl camera list for its name", device)};
+  if (why == EBUSY)
+    return {ErrorCode::kUnavailable,
+            fmt::format("the camera {} is used by another program: close that, then try again", device)};
+  return {ErrorCode::kUnavailable, fmt::format("the camera {} cannot be opened ({}): unplug it and plug it in again",
+                                               device, std::generic_category().message(why))};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<OpenCamera>> open_camera(const std::filesystem::path& device) {
   const int fd = ::open(device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) {
-    const int why = errno;
-    const bool kept = why == EACCES || why == EPERM;
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the camera {} {}", device.string(),
-                             kept ? "may not be used by the daemon: add its user to the group video"
-                                  : "is not there: plug it in, and see veneerctl camera list for its name")};
-  }
+  if (fd < 0) return not_opened(device.string(), errno);
   auto camera = std::make_unique<VideoDevice>(fd, device.string());
   if (Status is_one = camera->introduce(); !is_one) return is_one.error();
   return std::unique_ptr<OpenCamera>(std::move(camera));

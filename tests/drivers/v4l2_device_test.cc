@@ -2,6 +2,7 @@
 #include "drivers/v4l2/video_device.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
@@ -17,10 +18,11 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::Pair;
 using tests::CameraFile;
 
-std::optional<RawPicture> no_jpeg(std::span<const std::uint8_t>) { return std::nullopt; }
+std::optional<RawPicture> no_jpeg(std::span<const std::uint8_t>, int, int) { return std::nullopt; }
 
 // Grey that scatters a little, as YUYV.
 CameraFile::FramePlan grey_frame(int number, std::uint8_t level = 126) {
@@ -190,6 +192,50 @@ TEST_F(V4l2DeviceTest, WhatIsNoCameraIsRefused) {
   ASSERT_FALSE(missing.ok());
   EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(missing.error().message, HasSubstr("is not there"));
+}
+
+TEST_F(V4l2DeviceTest, PicturesThatAProgramMakesUpAreNoCameras) {
+  for (const std::string driver : {"vivid", "v4l2 loopback", "vimc"}) {
+    device.change([&](CameraFile::Play& play) { play.driver = driver; });
+    const auto made_up = open_camera(CameraFile::kDevice);
+    ASSERT_FALSE(made_up.ok()) << driver;
+    EXPECT_EQ(made_up.error().code, ErrorCode::kRefused);
+    EXPECT_THAT(made_up.error().message,
+                AllOf(HasSubstr("what a program makes up (" + driver + ")"), HasSubstr(": use")));
+  }
+}
+
+TEST_F(V4l2DeviceTest, WhatItCannotBeOpenedForIsToldApart) {
+  const std::string folder = ::testing::TempDir(), loop = folder + "/loop_of_names";
+  static_cast<void>(::unlink(loop.c_str()));
+  ASSERT_EQ(::symlink(loop.c_str(), loop.c_str()), 0);
+  const auto itself = open_camera(loop);
+  static_cast<void>(::unlink(loop.c_str()));
+  ASSERT_FALSE(itself.ok());
+  EXPECT_THAT(itself.error().message, AllOf(HasSubstr("cannot be opened (Too many"), Not(HasSubstr("not there"))));
+}
+
+TEST_F(V4l2DeviceTest, ASizeThatNoPictureHasIsRefused) {
+  const auto camera = opened();
+  const auto told = [&] {
+    const auto format = camera->set_format("YUYV", 64, 32);
+    EXPECT_FALSE(format.ok());
+    return format.ok() ? Error{} : format.error();
+  };
+  for (const __u32 much : {1U << 31, ~0U}) {
+    device.change([&](CameraFile::Play& play) { play.line = much, play.width = 64; });
+    EXPECT_EQ(told().code, ErrorCode::kRefused);
+    EXPECT_THAT(told().message, HasSubstr(std::to_string(much) + " bytes"));
+    device.change([&](CameraFile::Play& play) { play.line = 128, play.width = much; });
+    EXPECT_THAT(told().message, HasSubstr(std::to_string(much) + " x 32"));
+  }
+}
+
+TEST_F(V4l2DeviceTest, NamesOfFormatsCanBeShown) {
+  device.change([](CameraFile::Play& play) { play.code = v4l2_fourcc('\x1b', '[', '\n', '7'); });
+  EXPECT_EQ(opened()->formats()->front().code, "?[?7");
+  device.change([](CameraFile::Play& play) { play.code = V4L2_PIX_FMT_Y16_BE; });
+  EXPECT_EQ(opened()->formats()->front().code, "Y16-BE");
 }
 
 }  // namespace

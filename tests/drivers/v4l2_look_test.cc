@@ -26,7 +26,7 @@ using testing::PlayedCamera;
 using Fault = PlayedCamera::Fault;
 
 // A frame of this test's own compressed format: a byte that must be there, and RGB.
-std::optional<RawPicture> unpacked(std::span<const std::uint8_t> bytes) {
+std::optional<RawPicture> unpacked(std::span<const std::uint8_t> bytes, int, int) {
   constexpr std::size_t kPixels = PlayedCamera::kSide * PlayedCamera::kSide * 3;
   if (bytes.size() != kPixels) return std::nullopt;
   return RawPicture{PlayedCamera::kSide, PlayedCamera::kSide, 3, 8, {bytes.begin(), bytes.end()}};
@@ -96,6 +96,18 @@ TEST_F(V4l2LookTest, ASlowCamerasFirstFramesAreThrownAway) {
   ASSERT_TRUE(taken.ok()) << taken.error().message;
   ASSERT_EQ(camera.good.size(), 3U);
   EXPECT_EQ(taken->picture.samples, camera.good.back());
+}
+
+// What comes when the camera has settled may have waited in its driver since before.
+TEST_F(V4l2LookTest, FramesThatWereTakenBeforeTheCameraSettledAreThrownAway) {
+  const TimePoint settled = clock.now() + options.settling;
+  const auto after = camera.scene;
+  camera.scene = [&](int x, int y) { return after(x, y) - (clock.now() < settled ? 7 : 0); };  // less than motion
+  camera.queue = 3;
+  const auto taken = look();
+  ASSERT_TRUE(taken.ok()) << taken.error().message;
+  EXPECT_EQ(taken->averaged, 4);
+  expect_shows(taken->picture, after, camera.noise);
 }
 
 TEST_F(V4l2LookTest, OneFrameIsItself) {
@@ -215,6 +227,34 @@ TEST_F(V4l2LookTest, ALookIsCancelledBetweenFrames) {
   };
   EXPECT_EQ(refusal().code, ErrorCode::kCancelled);
   EXPECT_LE(camera.good.size(), 15U);
+}
+
+// The clock of frames stands still while the computer is suspended, so that one from before seems to be of now.
+TEST_F(V4l2LookTest, AComputerThatWasSuspendedHasNoPicture) {
+  Duration suspended = std::chrono::hours(3);
+  options.time_suspended = [&] { return suspended; };
+  EXPECT_TRUE(look().ok()) << "it was long ago";
+  camera.ends = 0;
+  for (const int when : {0, 14, 15}) {
+    ManualClock own_clock;
+    own_clock.advance(std::chrono::seconds(100));
+    PlayedCamera own(own_clock);
+    own.on_next = [&](int number) {
+      if (number == when) suspended += std::chrono::seconds(1);
+    };
+    const auto taken = take_look(own, own.format, options, own_clock, unpacked, {});
+    ASSERT_FALSE(taken.ok()) << when;
+    EXPECT_EQ(taken.error().code, ErrorCode::kUnavailable);
+    EXPECT_THAT(taken.error().message, AllOf(HasSubstr("was suspended"), HasSubstr("look again")));
+  }
+  camera.on_next = [&](int) { suspended += std::chrono::milliseconds(1); };
+  EXPECT_TRUE(look().ok()) << "two clocks are never read at once";
+}
+
+TEST(V4l2Look, TheKernelTellsHowLongItWasSuspended) {
+  const Duration first = time_suspended(), second = time_suspended();
+  EXPECT_GE(first, -std::chrono::milliseconds(1));
+  EXPECT_LT(second - first, std::chrono::seconds(60));
 }
 
 // ---- what moves -----------------------------------------------------------------------------------------------------

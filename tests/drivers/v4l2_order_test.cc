@@ -23,7 +23,7 @@ using ::testing::Not;
 using testing::PlayedCamera;
 using Kind = CameraControl::Kind;
 
-std::optional<RawPicture> no_jpeg(std::span<const std::uint8_t>) { return std::nullopt; }
+std::optional<RawPicture> no_jpeg(std::span<const std::uint8_t>, int, int) { return std::nullopt; }
 
 class V4l2OrderTest : public ::testing::Test {
  protected:
@@ -62,14 +62,21 @@ class V4l2OrderTest : public ::testing::Test {
     };
     // What an automatic sets cannot be set by hand until it is off.
     camera.on_set = [this](const std::string&) {
-      control("white_balance_temperature").active = control("white_balance_automatic").value == 0;
-      control("exposure_time_absolute").active = control("auto_exposure").value == 1;
-      control("focus_absolute").active = control("focus_automatic_continuous").value == 0;
+      const auto follows = [this](const std::string& name, const std::string& automatic, std::int64_t off) {
+        if (has(name) && has(automatic)) control(name).active = control(automatic).value == off;
+      };
+      follows("white_balance_temperature", "white_balance_automatic", 0);
+      follows("exposure_time_absolute", "auto_exposure", 1);
+      follows("focus_absolute", "focus_automatic_continuous", 0);
     };
-    settings.width = settings.height = PlayedCamera::kSide;
+    settings.width = settings.height = PlayedCamera::kSide, settings.format = "RGB3";
     settings.options = {{"focus_absolute", "40"}};
+    whole = camera.has;
   }
   CameraControl& control(const std::string& name) { return *std::ranges::find(camera.has, name, &CameraControl::name); }
+  bool has(const std::string& name) {
+    return std::ranges::find(camera.has, name, &CameraControl::name) != camera.has.end();
+  }
   std::int64_t now(const std::string& name) { return control(name).value; }
   Result<TakenPicture> take() {
     return take_picture(camera, settings, folder / "picture.ppm", options, clock, no_jpeg, {});
@@ -88,6 +95,7 @@ class V4l2OrderTest : public ::testing::Test {
   PlayedCamera camera{clock};
   CameraSettings settings;
   LookOptions options;
+  std::vector<CameraControl> whole;  // all that the camera has at first
 };
 
 TEST_F(V4l2OrderTest, ALookIsWrittenAsOnePicture) {
@@ -103,9 +111,10 @@ TEST_F(V4l2OrderTest, ALookIsWrittenAsOnePicture) {
 
 // By that a camera is known which was stuck between two looks (daemon/services/bed_pictures.h).
 TEST_F(V4l2OrderTest, TheSamePixelsMakeTheSameFile) {
-  ASSERT_TRUE(take().ok());
-  PlayedCamera again(clock);
-  again.has = camera.has;
+  ASSERT_TRUE(take().ok());  // after which no motor moves
+  PlayedCamera first(clock), again(clock);
+  first.has = again.has = camera.has;
+  ASSERT_TRUE(take_picture(first, settings, folder / "picture.ppm", options, clock, no_jpeg, {}).ok());
   ASSERT_TRUE(take_picture(again, settings, folder / "again.ppm", options, clock, no_jpeg, {}).ok());
   EXPECT_EQ(read_whole(folder / "picture.ppm"), read_whole(folder / "again.ppm"));
 }
@@ -164,6 +173,97 @@ TEST_F(V4l2OrderTest, ACameraWithoutAnExposureOfItsOwnIsRefused) {
   EXPECT_THAT(refusal(ErrorCode::kRefused), HasSubstr("always sets its exposure itself"));
 }
 
+// One that a program cannot switch off, but that works.
+TEST_F(V4l2OrderTest, AnAutomaticThatCannotBeSwitchedOffIsRefused) {
+  camera.has.push_back({V4L2_CID_AUTOGAIN, "gain_automatic", Kind::kYesNo, 0, 1, 1, 1, 1, true, false, {}});
+  EXPECT_THAT(refusal(ErrorCode::kRefused),
+              AllOf(HasSubstr("gain_automatic"), HasSubstr("cannot be switched off"), HasSubstr("another camera")));
+  EXPECT_EQ(camera.starts, 0);
+  control("gain_automatic").value = 0;
+  EXPECT_TRUE(take().ok()) << "it is off for ever";
+  std::filesystem::remove(folder / "picture.ppm");
+  control("auto_exposure").settable = false, control("auto_exposure").value = 3;
+  EXPECT_THAT(refusal(ErrorCode::kRefused), HasSubstr("auto_exposure"));
+}
+
+// One setting takes another one away, or brings it.
+TEST_F(V4l2OrderTest, ASettingThatAnotherOneTakesAwayIsRefusedInWords) {
+  const auto follow = camera.on_set;
+  const auto lost = [&](const std::string& cause, const std::string& name) {
+    camera.has = whole, camera.starts = 0;
+    camera.on_set = [&, follow, cause, name](const std::string& set) {
+      if (set == cause) std::erase_if(camera.has, [&](const CameraControl& one) { return one.name == name; });
+      follow(set);
+    };
+    return refusal(ErrorCode::kRefused);
+  };
+  EXPECT_THAT(lost("white_balance_automatic", "zoom_absolute"), HasSubstr("has no zoom_absolute any more"));
+  EXPECT_THAT(lost("white_balance_automatic", "focus_absolute"), HasSubstr("has no focus_absolute any more"));
+  EXPECT_THAT(lost("auto_exposure", "focus_automatic_continuous"),
+              HasSubstr("has no focus_automatic_continuous any more"));
+}
+
+TEST_F(V4l2OrderTest, ADefaultThatCountsOnlyAfterAnotherOneIsSetToo) {
+  camera.has.insert(camera.has.begin(), {V4L2_CID_GAIN, "gain", Kind::kWhole, 0, 100, 1, 10, 55, false, true, {}});
+  const auto follow = camera.on_set;
+  camera.on_set = [&, follow](const std::string& set) {
+    follow(set);
+    if (set == "zoom_absolute") control("gain").active = true;
+  };
+  ASSERT_TRUE(take().ok());
+  EXPECT_EQ(now("gain"), 10);
+}
+
+TEST_F(V4l2OrderTest, ACameraWithoutAutomaticsIsSetToItsDefaultsToo) {
+  camera.has = {control("brightness")};
+  camera.on_set = nullptr;
+  settings.options.clear();
+  ASSERT_TRUE(take().ok());
+  EXPECT_EQ(now("brightness"), 128);
+}
+
+TEST_F(V4l2OrderTest, ADefaultThatNoLongerCountsIsLeftAlone) {
+  camera.has.push_back({V4L2_CID_ROTATE, "rotate", Kind::kWhole, 0, 270, 90, 0, 90, true, true, {}});
+  const auto follow = camera.on_set;
+  camera.on_set = [&, follow](const std::string& set) {
+    follow(set);
+    if (set == "zoom_absolute") control("rotate").active = false;
+  };
+  const auto taken = take();
+  EXPECT_TRUE(taken.ok()) << taken.error().message;
+}
+
+// A motor needs longer than electronics.
+TEST_F(V4l2OrderTest, ALensThatIsStillMovingIsWaitedFor) {
+  options.settling_frames = 0;
+  const auto waited = [&] {
+    const TimePoint begun = clock.now();
+    camera.good_at.clear();
+    EXPECT_TRUE(take().ok());
+    return clock.now() - begun;
+  };
+  const Duration moved = waited();
+  EXPECT_GE(moved, std::chrono::seconds(2));
+  EXPECT_LT(moved, std::chrono::seconds(3));
+  EXPECT_LT(waited(), std::chrono::seconds(1)) << "it stands where it should already";
+  control("brightness").value = 3;
+  EXPECT_LT(waited(), std::chrono::seconds(1)) << "nothing moves";
+  for (const std::string motor : {"focus_absolute", "zoom_absolute", "focus_automatic_continuous"}) {
+    control(motor).value = motor == "zoom_absolute" ? 101 : motor == "focus_absolute" ? 45 : 1;
+    EXPECT_GE(waited(), std::chrono::seconds(2)) << motor;
+  }
+}
+
+TEST_F(V4l2OrderTest, LinesThatAreShorterThanTheirPixelsAreRefused) {
+  camera.keeps_format = true;
+  for (const int line : {0, PlayedCamera::kSide * 3 - 1, -2}) {
+    camera.format.bytes_per_line = line;
+    EXPECT_THAT(refusal(ErrorCode::kRefused),
+                AllOf(HasSubstr("lines of " + std::to_string(line) + " bytes"), HasSubstr("another format")));
+  }
+  EXPECT_EQ(camera.starts, 0);
+}
+
 TEST_F(V4l2OrderTest, WhatCannotBeSetIsRefusedWithWhatCan) {
   const auto said = [&](const std::string& name, const std::string& value) {
     settings.options = {{"focus_absolute", "40"}, {name, value}};
@@ -215,14 +315,16 @@ TEST_F(V4l2OrderTest, ASizeOrFormatThatTheDeviceDoesNotHaveIsRefusedWithThoseTha
   EXPECT_THAT(refusal(ErrorCode::kRefused), HasSubstr("no pictures that can be read here"));
 }
 
-TEST_F(V4l2OrderTest, WhatIsNotCompressedIsTakenFirst) {
+TEST_F(V4l2OrderTest, TheFormatIsTheOneThatIsStated) {
   camera.offered = {{"MJPG", 48, 48, 48, 48}, {"RGB3", 16, 16, 64, 64, 16, 16}};
   const auto taken = take();
   ASSERT_TRUE(taken.ok()) << taken.error().message;
   EXPECT_EQ(taken->format, "RGB3");
   std::filesystem::remove(folder / "picture.ppm");
-  camera.offered.pop_back();
+  settings.format = "MJPG";
   EXPECT_THAT(refusal(ErrorCode::kDeviceFault), HasSubstr("broken off")) << "by a decoder that has none";
+  settings.format = "";
+  EXPECT_THAT(refusal(ErrorCode::kInvalidArgument), HasSubstr("one of MJPG, RGB3")) << "none is chosen for anybody";
 }
 
 TEST_F(V4l2OrderTest, ASizeOrFormatThatTheDeviceChangesIsRefused) {

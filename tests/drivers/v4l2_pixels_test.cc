@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace veneer::v4l2 {
@@ -15,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using Bytes = std::vector<std::uint8_t>;
 
-std::optional<RawPicture> no_decoder(std::span<const std::uint8_t>) { return std::nullopt; }
+std::optional<RawPicture> no_decoder(std::span<const std::uint8_t>, int, int) { return std::nullopt; }
 
 // BT.601 and BT.709 as they are written, apart from the code under test.
 Bytes as_written(double luma, double cb, double cr, bool full_range, bool high_definition) {
@@ -82,10 +84,38 @@ TEST(V4l2Pixels, WhatLacksAByteIsNothing) {
   }
 }
 
+// What a driver says of its lines is not believed: it would be read behind the frame's end.
+TEST(V4l2Pixels, LinesThatAreShorterThanTheirPixelsAreNothing) {
+  const auto least = [](const std::string& code, int width) {
+    const int even = (width + 1) / 2 * 2;
+    return code == "YUYV" || code == "UYVY" ? even * 2 : code == "NV12" ? even : code == "GREY" ? width : width * 3;
+  };
+  for (const std::string code : {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY"})
+    for (const int width : {1, 4, 5}) {
+      const int line = least(code, width);
+      const Bytes bytes(1000);
+      EXPECT_TRUE(pixels_of({code, width, 3, line}, bytes, no_decoder).has_value()) << code << width;
+      for (const int shorter : {line - 1, 0, -1})
+        EXPECT_FALSE(pixels_of({code, width, 3, shorter}, bytes, no_decoder).has_value())
+            << code << " " << width << ": " << shorter;
+    }
+  EXPECT_FALSE(pixels_of({"GREY", -1, 3, 4}, Bytes(1000), no_decoder).has_value());
+  EXPECT_FALSE(pixels_of({"GREY", 1, -3, 4}, Bytes(1000), no_decoder).has_value());
+  constexpr int kMost = std::numeric_limits<int>::max();
+  EXPECT_FALSE(pixels_of({"YUYV", kMost, 1, 4}, Bytes(1000), no_decoder).has_value()) << "four bytes too many for int";
+  EXPECT_FALSE(pixels_of({"RGB3", kMost / 2, 1, 4}, Bytes(1000), no_decoder).has_value());
+  EXPECT_FALSE(pixels_of({"NV12", 4, kMost, 4}, Bytes(1000), no_decoder).has_value()) << "half as many rows more";
+}
+
 TEST(V4l2Pixels, AJpegIsTakenOnlyWholeAndOfItsSize) {
   std::optional<RawPicture> decoded = RawPicture{2, 1, 3, 8, {1, 2, 3, 4, 5, 6}};
-  const auto decode = [&](std::span<const std::uint8_t>) { return decoded; };
+  std::pair<int, int> asked;
+  const auto decode = [&](std::span<const std::uint8_t>, int width, int height) {
+    asked = {width, height};
+    return decoded;
+  };
   EXPECT_EQ(pixels_of({"MJPG", 2, 1, 0}, Bytes{1}, decode)->samples, decoded->samples);
+  EXPECT_EQ(asked, std::pair(2, 1)) << "the decoder does not know what to refuse before it begins";
   EXPECT_FALSE(pixels_of({"MJPG", 1, 2, 0}, Bytes{1}, decode).has_value());
   decoded.reset();
   EXPECT_FALSE(pixels_of({"MJPG", 2, 1, 0}, Bytes{1}, decode).has_value());

@@ -121,7 +121,7 @@ bool CameraFile::answer(UMockdevIoctlClient* client) {
   switch (request) {
     case VIDIOC_QUERYCAP:
       return with<v4l2_capability>(client, [&](v4l2_capability& can) {
-        write_text(can.driver, "played"), write_text(can.card, "Played Camera"), write_text(can.bus_info, "usb-1");
+        write_text(can.driver, play_.driver), write_text(can.card, "Played Camera"), write_text(can.bus_info, "usb-1");
         can.capabilities = play_.capabilities | V4L2_CAP_DEVICE_CAPS, can.device_caps = play_.capabilities;
         return 0;
       });
@@ -142,7 +142,7 @@ bool CameraFile::answer(UMockdevIoctlClient* client) {
       return with<v4l2_format>(client, [&](v4l2_format& format) {
         v4l2_pix_format& pix = format.fmt.pix;
         pix.width = play_.width, pix.height = play_.height, pix.pixelformat = play_.code;
-        pix.bytesperline = play_.code == V4L2_PIX_FMT_YUYV ? play_.width * 2 : 0;
+        pix.bytesperline = play_.line.value_or(play_.code == V4L2_PIX_FMT_YUYV ? play_.width * 2 : 0);
         pix.field = V4L2_FIELD_NONE, pix.colorspace = V4L2_COLORSPACE_SRGB;
         return 0;
       });

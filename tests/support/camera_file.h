@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,9 @@ class CameraFile {
   // What it is, for a test to change.
   struct Play {
     __u32 capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    std::string driver = "played";
     __u32 code = V4L2_PIX_FMT_YUYV;
+    std::optional<__u32> line;  // bytes, where they are not those of YUYV
     __u32 width = 64, height = 32;
     std::map<__u32, Control> controls;
     std::function<FramePlan(int number)> frame;  // none: no frame comes

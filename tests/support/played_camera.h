@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <random>
@@ -55,17 +57,12 @@ class PlayedCamera final : public v4l2::OpenCamera {
     if (wait < interval) return std::optional<v4l2::Frame>();
     ++number_;
     if (now == Fault::kNoFrame) return std::optional<v4l2::Frame>();
-    v4l2::Frame frame;
-    frame.bytes = now == Fault::kRepeated && !last_.empty() ? last_ : seen(now == Fault::kStale ? before : scene);
-    frame.taken = clock_.now() - std::chrono::milliseconds(1);
-    if (now == Fault::kDamaged) frame.damaged = true;
-    if (now == Fault::kShort) frame.bytes.resize(frame.bytes.size() / 2);
-    if (now == Fault::kStale) frame.taken = TimePoint(std::chrono::milliseconds(1));
-    if (now == Fault::kOldTime) frame.taken = last_time_;
-    if (now == Fault::kFutureTime) frame.taken = clock_.now() + std::chrono::hours(1);
-    if (now == Fault::kNoTime) frame.taken.reset();
-    if (now == Fault::kNone) good.push_back(frame.bytes), good_at.push_back(clock_.now());
-    last_ = frame.bytes, last_time_ = frame.taken;
+    v4l2::Frame frame = taken_now(now);
+    if (queue == 0) return std::optional(std::move(frame));
+    waiting_.push_back(std::move(frame));
+    if (waiting_.size() <= queue) return std::optional<v4l2::Frame>();
+    frame = std::move(waiting_.front());
+    waiting_.pop_front();
     return std::optional(std::move(frame));
   }
   void end() noexcept override { ++ends; }
@@ -80,10 +77,26 @@ class PlayedCamera final : public v4l2::OpenCamera {
   Status set(const v4l2::CameraControl& control, std::int64_t value) override {
     sets.emplace_back(control.name, value);
     const auto of_it = std::ranges::find(has, control.name, &v4l2::CameraControl::name);
+    if (of_it == has.end()) return Error{ErrorCode::kRefused, "the camera played has no " + control.name};
     if (!of_it->active) return Error{ErrorCode::kRefused, "the camera played does not take " + control.name};
     of_it->value = takes ? takes(control.name, value) : value;
     if (on_set) on_set(control.name);
     return Ok();
+  }
+
+  v4l2::Frame taken_now(Fault now) {
+    v4l2::Frame frame;
+    frame.bytes = now == Fault::kRepeated && !last_.empty() ? last_ : seen(now == Fault::kStale ? before : scene);
+    frame.taken = clock_.now() - std::chrono::milliseconds(1);
+    if (now == Fault::kDamaged) frame.damaged = true;
+    if (now == Fault::kShort) frame.bytes.resize(frame.bytes.size() / 2);
+    if (now == Fault::kStale) frame.taken = TimePoint(std::chrono::milliseconds(1));
+    if (now == Fault::kOldTime) frame.taken = last_time_;
+    if (now == Fault::kFutureTime) frame.taken = clock_.now() + std::chrono::hours(1);
+    if (now == Fault::kNoTime) frame.taken.reset();
+    if (now == Fault::kNone) good.push_back(frame.bytes), good_at.push_back(*frame.taken);
+    last_ = frame.bytes, last_time_ = frame.taken;
+    return frame;
   }
 
   // What it shows of `levels`, with noise of its own in every frame.
@@ -102,6 +115,7 @@ class PlayedCamera final : public v4l2::OpenCamera {
   bool keeps_format = false;
   std::vector<v4l2::OfferedFormat> offered{{"RGB3", kSide, kSide, kSide, kSide}};
   Duration interval = std::chrono::milliseconds(40);
+  std::size_t queue = 0;  // frames that its driver holds back, as one that has several buffers
   int noise = 3;
   std::function<int(int, int)> scene = [](int x, int y) { return 100 + x - y; };
   std::function<int(int, int)> before = [](int x, int y) { return 30 + x + y; };
@@ -111,7 +125,7 @@ class PlayedCamera final : public v4l2::OpenCamera {
   Status start_refusal;
   int starts = 0, ends = 0;
   std::vector<std::vector<std::uint8_t>> good;  // frames without a fault
-  std::vector<TimePoint> good_at;
+  std::vector<TimePoint> good_at;               // when each was taken
 
   std::vector<v4l2::CameraControl> has;
   std::function<std::int64_t(const std::string& name, std::int64_t value)> takes;
@@ -122,6 +136,7 @@ class PlayedCamera final : public v4l2::OpenCamera {
   ManualClock& clock_;
   std::mt19937 random_{7};
   int number_ = 0;
+  std::deque<v4l2::Frame> waiting_;
   std::vector<std::uint8_t> last_;
   std::optional<TimePoint> last_time_;
 };
