@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -57,6 +58,19 @@ std::string format_lines(const json& formats) {
   return text;
 }
 
+// What it cannot be locked in, by the names that Linux gives settings; a lens that does not move has none either.
+std::string missing_lines(const json& controls) {
+  const auto has = [&](std::string_view part) {
+    return std::ranges::any_of(
+        controls, [&](const json& control) { return text_or(control, "name", "").find(part) != std::string::npos; });
+  };
+  std::string text;
+  if (!has("exposure"))
+    text += "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n";
+  if (!has("focus")) text += "  (it has no setting of its focus: use it only if its lens does not move by itself)\n";
+  return text;
+}
+
 std::string name_line(const json& camera) {
   const std::string device = text_or(camera, "device", "");
   if (device.empty())
@@ -79,8 +93,10 @@ std::string render_cameras(const json& found) {
     text += fmt::format("{}{}\n", text.empty() ? "" : "\n", text_or(camera, "name", "?")) + name_line(camera);
     if (const std::string problem = text_or(camera, "problem", ""); !problem.empty()) text += "  " + problem + "\n";
     if (const json& formats = member(camera, "formats"); formats.is_array()) text += format_lines(formats);
-    if (const json& controls = member(camera, "controls"); controls.is_array())
-      for (const json& control : controls) text += control_line(control);
+    const json& controls = member(camera, "controls");
+    if (!controls.is_array()) continue;
+    for (const json& control : controls) text += control_line(control);
+    if (text_or(camera, "problem", "").empty()) text += missing_lines(controls);
   }
   return text;
 }

@@ -83,7 +83,7 @@ struct CameraConfig {
   // Of v4l2 only.
   int width = 0, height = 0;                                 // pixels of its pictures
   int frames = 4;                                            // averaged to one picture
-  std::string format;                                        // "" = the best that the device has at that size
+  std::string format;                                        // as the device calls it: "YUYV"
   std::vector<std::pair<std::string, std::string>> options;  // the device's settings; others are at its own defaults
   int look_every = 25;  // pieces of a run, until it looks whether the panel lies as it did; 0 = never
 };

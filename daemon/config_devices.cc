@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <initializer_list>
 #include <string_view>
 #include <system_error>
@@ -32,15 +33,23 @@ void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std:
   camera.integer("frames", out.frames, 1, 64);
   camera.word("format", out.format, {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"});
   camera.settings("options", out.options);
-  for (const char* needed : {"device", "width", "height"})
+  // The same size in another format is seldom the same part of the sensor, so it is not left to chance.
+  for (const char* needed : {"device", "width", "height", "format"})
     if (!camera.has(needed))
       errors.push_back(fmt::format(
           "{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
   // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
   // first.
+  constexpr std::int64_t kMostPixels = 50'000'000;
+  if (std::int64_t{out.width} * out.height > kMostPixels)
+    errors.push_back(
+        fmt::format("{}: camera.width = {} and camera.height = {} make more than {} million pixels: use a "
+                    "smaller size that veneerctl camera list has",
+                    file, out.width, out.height, kMostPixels / 1'000'000));
   const fs::path device = out.device;
+  const bool is_name = device.has_filename() && device.filename() != "." && device.filename() != "..";
   const bool lasts = device.parent_path() == "/dev/v4l/by-id" || device.parent_path() == "/dev/v4l/by-path";
-  if (camera.has("device") && (!lasts || !device.has_filename()))
+  if (camera.has("device") && (!lasts || !is_name))
     errors.push_back(
         fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
                     "or /dev/v4l/by-path that veneerctl camera list has",

@@ -209,6 +209,23 @@ std::vector<FoundCamera> find_cameras(const DeviceRoots& roots) {
   return out;
 }
 
+Status means_one_camera(const DeviceRoots& roots, const CameraConfig& camera) {
+  const fs::path name = camera.device;
+  if (camera.kind != "v4l2" || name.parent_path().filename() != "by-id") return Ok();
+  std::error_code none;
+  const fs::path leads_to = fs::weakly_canonical(name, none);
+  for (const FoundCamera& found : find_cameras(roots)) {
+    if (fs::weakly_canonical(found.node, none) != leads_to || found.named_by == NamedBy::kSerialNumber) continue;
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} is any camera of that make, since this one has no serial number that no other has: "
+                             "{}, and calibrate it again",
+                             camera.device,
+                             found.device.empty() ? "leave only this one in, and use its name below /dev/v4l/by-path"
+                                                  : fmt::format("write device = \"{}\" under [camera]", found.device))};
+  }
+  return Ok();
+}
+
 fs::path camera_folder(const fs::path& data_dir) {
   std::error_code none;
   const fs::path whole = fs::absolute(data_dir, none);

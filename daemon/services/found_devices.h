@@ -49,6 +49,11 @@ struct FoundCamera {
 // Devices of Video4Linux, by their nodes' names.
 std::vector<FoundCamera> find_cameras(const DeviceRoots& roots);
 
+// Whether the name in the configuration means one camera: kRefused for one below /dev/v4l/by-id when the camera that it
+// leads to has no serial number, or shares it with another one that is plugged in. Then any camera of that make would
+// be it. One that is not plugged in means none.
+Status means_one_camera(const DeviceRoots& roots, const CameraConfig& camera);
+
 struct FoundPicture {
   std::string file;
   std::chrono::seconds age;  // since it was written

@@ -28,12 +28,35 @@ WorkOrder camera_order(const char* kind, const char* what, const WorkFolder& fol
   return order;
 }
 
-// Does this setting move or turn what is seen? Then calibrations are good for one value of it.
-bool moves_the_view(const std::string& option) {
-  constexpr std::array<std::string_view, 7> kBegin = {"focus",           "zoom",          "pan_",  "tilt_",
-                                                      "horizontal_flip", "vertical_flip", "rotate"};
-  return std::ranges::any_of(kBegin, [&](std::string_view begin) { return option.starts_with(begin); });
+// Settings of a camera, as Linux names them, that make a picture brighter or of other colours and move nothing in it.
+// Calibrations count whatever they are; of every other setting they are good for one value.
+bool leaves_the_view(std::string_view option) {
+  constexpr std::array<std::string_view, 21> kAll = {"auto_exposure",
+                                                     "exposure",
+                                                     "exposure_dynamic_framerate",
+                                                     "exposure_time_absolute",
+                                                     "auto_exposure_bias",
+                                                     "gain",
+                                                     "gain_automatic",
+                                                     "analogue_gain",
+                                                     "digital_gain",
+                                                     "iso_sensitivity",
+                                                     "white_balance_automatic",
+                                                     "white_balance_temperature",
+                                                     "red_balance",
+                                                     "blue_balance",
+                                                     "brightness",
+                                                     "contrast",
+                                                     "saturation",
+                                                     "hue",
+                                                     "gamma",
+                                                     "backlight_compensation",
+                                                     "power_line_frequency"};
+  return std::ranges::find(kAll, option) != kAll.end();
 }
+
+// So long a look at the bed may have to wait for it.
+constexpr std::chrono::seconds kMostFinding{10};
 
 Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline) {
   return {
@@ -46,15 +69,27 @@ Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline
 }  // namespace
 
 V4l2Camera::V4l2Camera(std::unique_ptr<WorkRunner> workers, CameraConfig config, fs::path data_dir,
-                       std::chrono::milliseconds deadline)
-    : workers_(std::move(workers)), config_(std::move(config)), data_dir_(std::move(data_dir)), deadline_(deadline) {}
+                       std::chrono::milliseconds deadline, DeviceRoots roots)
+    : workers_(std::move(workers)),
+      config_(std::move(config)),
+      data_dir_(std::move(data_dir)),
+      deadline_(deadline),
+      roots_(std::move(roots)) {}
 
-Result<fs::path> V4l2Camera::capture() { return take(config_.frames, captured_, {}); }
+Result<fs::path> V4l2Camera::capture() { return take(config_.frames, captured_, given_up_.get_token()); }
 
-Result<fs::path> V4l2Camera::glance(const std::stop_token& stop) { return take(1, glanced_, stop); }
+Result<fs::path> V4l2Camera::glance(const std::stop_token& stop) {
+  std::stop_source either;
+  const auto end = [&either] { either.request_stop(); };
+  const std::stop_callback asked(stop, end), given_up(given_up_.get_token(), end);
+  return take(1, glanced_, either.get_token());
+}
 
 Result<fs::path> V4l2Camera::take(int frames, std::optional<WorkFolder>& into, const std::stop_token& stop) {
   into.reset();
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "the picture of the bed was cancelled"};
+  // Before each, since another one may have been plugged in.
+  if (const Status one = means_one_camera(roots_, config_); !one) return one.error();
   auto folder = WorkFolder::make(data_dir_);
   if (!folder) return folder.error();
   const TakePicture asked{config_.device, {config_.width, config_.height, config_.format, config_.options}, frames};
@@ -75,11 +110,10 @@ Result<fs::path> V4l2Camera::take(int frames, std::optional<WorkFolder>& into, c
 }
 
 std::string V4l2Camera::device() const {
-  std::string text =
-      fmt::format("v4l2 {}, {} x {}", fs::path(config_.device).filename().string(), config_.width, config_.height);
-  if (!config_.format.empty()) text += " " + config_.format;
+  std::string text = fmt::format("v4l2 {}, {} x {} {}", fs::path(config_.device).filename().string(), config_.width,
+                                 config_.height, config_.format);
   for (const auto& [name, value] : config_.options)
-    if (moves_the_view(name)) text += fmt::format(", {} {}", name, value);
+    if (!leaves_the_view(name)) text += fmt::format(", {} {}", name, value);
   return text;
 }
 
@@ -95,11 +129,10 @@ Result<std::vector<CameraToChoose>> find_cameras(WorkRunner& workers, const Conf
   }
   const auto folder = WorkFolder::make(config.store.data_dir);
   if (!folder) return folder.error();
-  auto described =
-      have_done<CamerasDescribed>(workers,
-                                  camera_order(DescribeCameras::kKind, "looking for cameras", *folder,
-                                               std::move(devices), std::chrono::seconds(config.workers.look_limit_s)),
-                                  asked, progress, stop);
+  const auto limit = std::min(kMostFinding, std::chrono::seconds(config.workers.look_limit_s));
+  auto described = have_done<CamerasDescribed>(
+      workers, camera_order(DescribeCameras::kKind, "looking for cameras", *folder, std::move(devices), limit), asked,
+      progress, stop);
   if (!described) return described.error();
   if (described->cameras.size() != out.size())
     return Error{ErrorCode::kInternal, "looking for cameras came back with others than were asked for: try again"};

@@ -28,13 +28,15 @@ class V4l2Camera final : public CameraDriver {
 
   // Nothing is opened yet. `deadline` is for one picture, from the start of its process on.
   V4l2Camera(std::unique_ptr<WorkRunner> workers, CameraConfig config, std::filesystem::path data_dir,
-             std::chrono::milliseconds deadline = kDeadline);
+             std::chrono::milliseconds deadline = kDeadline, DeviceRoots roots = {});
 
   Result<std::filesystem::path> capture() override;
   // Of one frame.
   Result<std::filesystem::path> glance(const std::stop_token& stop) override;
-  // Its name as configured, the size of its pictures, and what of the settings moves what is seen.
+  // Its name as configured, size and format of its pictures, and all settings but those that are known to change
+  // brightness and colours only.
   std::string device() const override;
+  void give_up() noexcept override { given_up_.request_stop(); }
 
  private:
   Result<std::filesystem::path> take(int frames, std::optional<WorkFolder>& into, const std::stop_token& stop);
@@ -43,6 +45,8 @@ class V4l2Camera final : public CameraDriver {
   CameraConfig config_;
   std::filesystem::path data_dir_;
   std::chrono::milliseconds deadline_;
+  DeviceRoots roots_;
+  std::stop_source given_up_;
   std::optional<WorkFolder> captured_, glanced_;  // the last of each
 };
 
@@ -51,7 +55,8 @@ struct CameraToChoose {
   FoundCamera found;
   v4l2::DescribedCamera described;
 };
-// Every camera of this machine, whatever the cell is configured for. Blocks for seconds: on the camera's worker.
+// Every camera of this machine, whatever the cell is configured for. Blocks for seconds, ten at most, since looks at
+// the bed wait meanwhile: on the camera's worker.
 Result<std::vector<CameraToChoose>> find_cameras(WorkRunner& workers, const Config& config, const DeviceRoots& roots,
                                                  const TaskProgress& progress, const std::stop_token& stop);
 

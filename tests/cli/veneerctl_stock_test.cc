@@ -272,7 +272,9 @@ TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
             "\n"
             "Sensor\n"
             "  /dev/video4 goes to whichever camera is found first, and it has no other name: install udev\n"
-            "  RGB3  32 x 32 to 320 x 320\n");
+            "  RGB3  32 x 32 to 320 x 320\n"
+            "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n"
+            "  (it has no setting of its focus: use it only if its lens does not move by itself)\n");
   answer = {{"cameras", json::array()}};
   EXPECT_THAT(ask(server, {"camera", "list"}).out, HasSubstr("No camera is found."));
 }

@@ -332,18 +332,23 @@ TEST_F(ConfigTest, NamesWhatIsWrongWithACamera) {
   EXPECT_THAT(why("width = 640"), HasSubstr("camera.width is for kind = \"v4l2\" only"));
   EXPECT_THAT(why("kind = \"file\"\noptions = {focus_absolute = 3}"), HasSubstr("camera.options is for kind"));
   const std::string named = "kind = \"v4l2\"\ndevice = \"/dev/v4l/by-path/pci-1-usb-1-video-index0\"\n";
-  const std::string whole = named + "width = 640\nheight = 480\n";
+  const std::string whole = named + "width = 640\nheight = 480\nformat = \"YUYV\"\n";
   EXPECT_THAT(why(named + "width = 640"),
               AllOf(HasSubstr("camera.height is missing"), HasSubstr("veneerctl camera list")));
+  EXPECT_THAT(why(named + "width = 640\nheight = 480"),
+              AllOf(HasSubstr("camera.format is missing"), HasSubstr("veneerctl camera list")));
+  EXPECT_THAT(why(named + "width = 20000\nheight = 2501\nformat = \"GREY\""), HasSubstr("more than 50 million pixels"));
+  EXPECT_TRUE(parse("[camera]\n" + named + "width = 20000\nheight = 2500\nformat = \"GREY\"\n").ok());
   EXPECT_THAT(why("kind = \"v4l2\"\nwidth = 640\nheight = 480"), HasSubstr("camera.device is missing"));
   EXPECT_THAT(why(whole + "frames = 0"), HasSubstr("camera.frames = 0 is out of range: use 1 to 64"));
-  EXPECT_THAT(why(whole + "format = \"H264\""), HasSubstr("is not known here: use RGB3"));
+  EXPECT_THAT(why(named + "width = 640\nheight = 480\nformat = \"H264\""), HasSubstr("is not known here: use RGB3"));
   EXPECT_THAT(why(whole + "options = 3"), HasSubstr("write [camera.options]"));
   EXPECT_THAT(why(whole + "exposure = 3"), HasSubstr("camera.exposure is not a setting"));
-  for (const char* device :
-       {"/dev/video0", "/dev/veneer/laser0", "/dev/v4l/by-id/", "/dev/v4l/by-id/../../ttyUSB0", ""})
-    EXPECT_THAT(why(std::string("kind = \"v4l2\"\nwidth = 640\nheight = 480\ndevice = \"") + device + "\""),
-                HasSubstr("is no lasting name of a camera"))
+  for (const char* device : {"/dev/video0", "/dev/veneer/laser0", "/dev/v4l/by-id/", "/dev/v4l/by-id/../../ttyUSB0",
+                             "/dev/v4l/by-id/..", "/dev/v4l/by-path/.", ""})
+    EXPECT_THAT(
+        why(std::string("kind = \"v4l2\"\nwidth = 640\nheight = 480\nformat = \"GREY\"\ndevice = \"") + device + "\""),
+        HasSubstr("is no lasting name of a camera"))
         << device;
 }
 

@@ -257,7 +257,7 @@ TEST_F(IdleWorkers, MayDieInEveryWay) {
 class CameraWorkers : public IdleWorkers {
  protected:
   std::string camera() const override {
-    return "kind = \"v4l2\"\ndevice = \"/dev/v4l/by-id/none\"\nwidth = 640\nheight = 480\n";
+    return "kind = \"v4l2\"\ndevice = \"/dev/v4l/by-id/none\"\nwidth = 640\nheight = 480\nformat = \"YUYV\"\n";
   }
 };
 

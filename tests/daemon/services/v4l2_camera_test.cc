@@ -8,10 +8,12 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
+#include "daemon/cell.h"
 #include "daemon/orders/capture_work.h"
 #include "daemon/wiring.h"
 #include "daemon/workers/worker_processes.h"
@@ -62,7 +64,7 @@ class V4l2CameraTest : public ::testing::Test {
     });
     config.kind = "v4l2";
     config.device = CameraFile::kDevice;
-    config.width = 64, config.height = 32;
+    config.width = 64, config.height = 32, config.format = "MJPG";
     config.options = {{"focus_absolute", "30"}};
   }
   V4l2Camera camera() {
@@ -141,10 +143,18 @@ TEST_F(V4l2CameraTest, AJpegThatBreaksOffIsNoPicture) {
   EXPECT_THAT(file.error().message, AllOf(HasSubstr("broken off"), HasSubstr("short cable")));
 }
 
-TEST_F(V4l2CameraTest, CertificatesHangOnWhatMovesTheView) {
-  config.options = {{"focus_absolute", "30"}, {"exposure_time_absolute", "100"}, {"zoom_absolute", "120"}};
+TEST_F(V4l2CameraTest, CertificatesHangOnFormatSizeAndWhateverMayMoveTheView) {
+  config.options = {{"brightness", "3"},
+                    {"exposure_time_absolute", "100"},
+                    {"focus_absolute", "30"},
+                    {"gain_of_the_maker", "2"},
+                    {"horizontal_flip", "1"},
+                    {"lens_correction", "false"},
+                    {"white_balance_automatic", "0"},
+                    {"zoom_absolute", "120"}};
   EXPECT_EQ(camera().device(),
-            "v4l2 usb-Played_Camera_4711-video-index0, 64 x 32, focus_absolute 30, zoom_absolute 120");
+            "v4l2 usb-Played_Camera_4711-video-index0, 64 x 32 MJPG, focus_absolute 30, gain_of_the_maker 2, "
+            "horizontal_flip 1, lens_correction false, zoom_absolute 120");
   config.format = "YUYV";
   config.options.clear();
   config.frames = 8;
@@ -190,6 +200,69 @@ TEST_F(V4l2CameraTest, AGlanceIsCancelledWithItsProcess) {
   ASSERT_FALSE(file.ok());
   EXPECT_EQ(file.error().code, ErrorCode::kCancelled);
   EXPECT_EQ(::kill(process, 0), -1);
+}
+
+// Until the program ends nothing else does: systemd would kill the laser's owner after ten seconds.
+TEST_F(V4l2CameraTest, ACaptureThatHangsEndsWithTheProgram) {
+  const fs::path worker = data / "veneer-faulty-worker";
+  fs::copy_file(VENEER_FAULTY_WORKER, worker);
+  std::ofstream(data / "fault") << "hang take_picture 0";
+  CameraDriver* driver = nullptr;
+  auto one = V4l2Camera(std::make_unique<WorkerProcesses>(WorkerProcessOptions{worker, 0,
+                                                                               [&](pid_t pid) {
+                                                                                 process = pid;
+                                                                                 driver->give_up();
+                                                                               }},
+                                                          make_null_logger()),
+                        config, data.path());
+  driver = &one;
+  const auto file = one.capture();
+  ASSERT_FALSE(file.ok());
+  EXPECT_EQ(file.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(::kill(process, 0), -1) << "its process goes on";
+  process = 0;
+  EXPECT_EQ(one.capture().error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(one.glance({}).error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(process, 0) << "another one is begun";
+}
+
+// Hangs until it is given up.
+class HangingCamera final : public CameraDriver {
+ public:
+  explicit HangingCamera(bool& given_up) : given_up_(given_up) {}
+  Result<fs::path> capture() override {
+    begun.set_value();
+    given_up_ = end_.get_future().wait_for(std::chrono::seconds(60)) == std::future_status::ready;
+    return Error{ErrorCode::kCancelled, "given up"};
+  }
+  std::string device() const override { return "hangs"; }
+  void give_up() noexcept override { end_.set_value(); }
+  std::promise<void> begun;
+
+ private:
+  bool& given_up_;
+  std::promise<void> end_;
+};
+
+TEST_F(V4l2CameraTest, ItIsGivenUpBeforeItsThreadIsWaitedFor) {
+  Config whole;
+  whole.laser.kind = "lihuiyu", whole.laser.port = "file:" + (data / "wire.bin").string();
+  whole.scanner.kind = whole.camera.kind = "file";
+  whole.store.data_dir = data / "cell";
+  const SteadyClock clock;
+  boost::asio::io_context reactor;
+  auto devices = make_devices(whole, clock, reactor, make_null_logger());
+  ASSERT_TRUE(devices.ok()) << devices.error().message;
+  bool given_up = false;
+  auto hanging = std::make_unique<HangingCamera>(given_up);
+  auto begun = hanging->begun.get_future();
+  devices->camera = std::move(hanging);
+  auto cell = Cell::open(reactor, whole, std::move(*devices), clock, make_null_logger());
+  ASSERT_TRUE(cell.ok()) << cell.error().message;
+  (*cell)->camera_worker->post([&] { static_cast<void>((*cell)->devices.camera->capture()); });
+  begun.wait();
+  cell->reset();
+  EXPECT_TRUE(given_up);
 }
 
 // Of the kind in the configuration wiring makes the driver.
@@ -253,6 +326,39 @@ TEST_F(FoundCameras, OfOneNumberGoByTheirSockets) {
   for (const FoundCamera& one : find_cameras(roots())) EXPECT_EQ(one.named_by, NamedBy::kSocket) << one.node;
 }
 
+// A name without a number is given to whichever camera of that make was plugged in last.
+TEST_F(FoundCameras, ANameThatMeansAnyOfAMakeIsRefused) {
+  plug_in("video0", "1-1", "A1B2C3D4", "0", {"by-id/usb-Maker_Cam_A1B2C3D4-video-index0", "by-path/pci-1-1-index0"});
+  plug_in("video2", "1-2", "", "0", {"by-id/usb-Cheap_Cam-video-index0", "by-path/pci-1-2-index0"});
+  plug_in("video4", "1-3", "0001", "0", {"by-id/usb-Cam_0001-video-index0"});
+  const auto refusal = [&](const std::string& name) {
+    config.device = (root / "dev/v4l" / name).string();
+    const Status one = means_one_camera(roots(), config);
+    return one.ok() ? "" : one.error().message;
+  };
+  EXPECT_EQ(refusal("by-id/usb-Maker_Cam_A1B2C3D4-video-index0"), "");
+  EXPECT_THAT(refusal("by-id/usb-Cheap_Cam-video-index0"),
+              AllOf(HasSubstr("is any camera of that make"),
+                    HasSubstr("device = \"" + (root / "dev/v4l/by-path/pci-1-2-index0").string() + "\"")));
+  EXPECT_THAT(refusal("by-id/usb-Cam_0001-video-index0"), HasSubstr("use its name below /dev/v4l/by-path"));
+  EXPECT_EQ(refusal("by-path/pci-1-2-index0"), "");
+  EXPECT_EQ(refusal("by-id/usb-Gone-video-index0"), "");
+  config.device = (root / "dev/v4l/by-id/usb-Cheap_Cam-video-index0").string();
+  V4l2Camera one(std::make_unique<CaptureHere>(), config, data.path(), V4l2Camera::kDeadline, roots());
+  EXPECT_EQ(one.capture().error().code, ErrorCode::kRefused) << "it was plugged in since the start";
+  config.kind = "file";
+  EXPECT_EQ(refusal("by-id/usb-Cheap_Cam-video-index0"), "") << "a file that is only called so";
+}
+
+TEST_F(FoundCameras, AnotherOneOfItsNumberMakesANameMeanTwo) {
+  const std::string name = "by-id/usb-Cam_SN000001-video-index0";
+  plug_in("video0", "1-1", "SN000001", "0", {name, "by-path/pci-1-1-index0"});
+  config.device = (root / "dev/v4l" / name).string();
+  EXPECT_TRUE(means_one_camera(roots(), config).ok());
+  plug_in("video2", "1-2", "SN000001", "0", {"by-path/pci-1-2-index0"});
+  EXPECT_FALSE(means_one_camera(roots(), config).ok());
+}
+
 TEST_F(FoundCameras, AreToldWithWhatTheyTakeAndNodesWithoutPicturesAreLeftOut) {
   plug_in("video0", "1-1", "A1B2C3D4", "0", {"by-id/usb-Maker_Cam_A1B2C3D4-video-index0"});
   plug_in("video1", "1-1.1", "A1B2C3D4", "1", {});
@@ -266,6 +372,10 @@ TEST_F(FoundCameras, AreToldWithWhatTheyTakeAndNodesWithoutPicturesAreLeftOut) {
   EXPECT_THAT(found->front().described.problem, HasSubstr("is no camera")) << "a plain file here";
   EXPECT_THAT(*here.orders.front().devices, ElementsAre(root / "dev/video0", root / "dev/video1"));
   EXPECT_FALSE(here.orders.front().network);
+  EXPECT_EQ(here.orders.front().deadline, std::chrono::seconds(10)) << "the bed waits meanwhile";
+  whole.workers.look_limit_s = 5;
+  ASSERT_TRUE(find_cameras(here, whole, roots(), [](double, const std::string&) {}, {}).ok());
+  EXPECT_EQ(here.orders.back().deadline, std::chrono::seconds(5));
 }
 
 }  // namespace

@@ -2,19 +2,23 @@
 #include "daemon/workers/worker_processes.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
+#include "base/files.h"
 #include "base/sanitized.h"
 #include "daemon/workers/confinement.h"
 #include "daemon/workers/work_folder.h"
@@ -87,6 +91,21 @@ TEST_F(WorkerProcessesTest, DoWhatIsAskedAndTellHowFarTheyAre) {
   EXPECT_EQ(*result, request);
   EXPECT_THAT(told, ElementsAre("half of it"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "made"));
+}
+
+// An update may replace this program while the daemon of before still runs.
+TEST_F(WorkerProcessesTest, AnOrderThatSaysNothingOfTheNetworkIsDone) {
+  const std::filesystem::path answers = folder_ / "answers";
+  json asked{{"what", "planning"}, {"kind", "echo"}, {"request", {{"text", "a"}}}, {"folder", folder_.path().string()},
+             {"memory_bytes", 0},  {"nice", 0},      {"readable", json::array()},  {"writable", json::array()}};
+  std::ofstream(folder_ / "order") << asked.dump() << "\n";
+  ASSERT_EQ(::mkfifo((folder_ / "requests").c_str(), 0600), 0);
+  // Open both ways, so that it has a writer for as long as the worker reads.
+  const std::string command = fmt::format("cd '{}' && exec 4<>requests && cat order >&4 && exec '{}' <&4 3>answers",
+                                          folder_.path().string(), VENEER_TEST_WORKER);
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  const std::string said = read_whole(answers).value_or("");
+  EXPECT_THAT(said, HasSubstr("{\"done\":{\"text\":\"a\"}}"));
 }
 
 TEST_F(WorkerProcessesTest, PassOnTheirErrors) {
