@@ -95,6 +95,7 @@ void add_piece_commands(CLI::App& app, CommandContext& context);       // piece 
 void add_laser_commands(CLI::App& app, CommandContext& context);       // laser test-pattern|run|jog|here|override
 void add_bed_commands(CLI::App& app, CommandContext& context);         // bed look|glance|picture
 void add_scanner_commands(CLI::App& app, CommandContext& context);     // scanner list
+void add_camera_commands(CLI::App& app, CommandContext& context);      // camera list
 void add_device_commands(CLI::App& app, CommandContext& context);      // device list|find|choose, restart
 void add_fact_commands(CLI::App& app, CommandContext& context);        // material ..., panel set
 void add_recipe_commands(CLI::App& app, CommandContext& context);      // recipe ..., panel material, job export

@@ -27,6 +27,7 @@ void add_cell_tree(CLI::App& app, CommandContext& context) {
   add_laser_commands(app, context);
   add_bed_commands(app, context);
   add_scanner_commands(app, context);
+  add_camera_commands(app, context);
   add_device_commands(app, context);
   add_recipe_commands(app, context);
   add_fact_commands(app, context);

@@ -76,7 +76,9 @@ std::string render_plugged_in(const json& told) {
     out += fmt::format("veneerctl device choose camera file \"{}\"   # written {} ago\n",
                        text_or(picture, "device", ""), duration_words(number_or(picture, "age_s", 0)));
   if (out.empty()) out = "No laser is plugged in, and no picture lies in the camera's folder.\n";
-  return out + "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n";
+  return out +
+         "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n"
+         "Cameras on this computer: veneerctl camera list, then write one into veneerd.toml\n";
 }
 
 struct Wanted {

@@ -17,6 +17,8 @@ std::string render_found(const nlohmann::json& reply);     // of a search: {"pan
 std::string render_masks(const nlohmann::json& masks);     // of GET /panels/{id}/masks
 // A ScannersFound; without `all` only the settings that every scan needs.
 std::string render_scanners(const nlohmann::json& found, bool all);
+// What to write under [camera] for each camera that was found, and what can be set on it.
+std::string render_cameras(const nlohmann::json& found);
 std::string render_facts(const nlohmann::json& panel);        // {"facts": {...}, "treatments": [...]}
 std::string render_panel_facts(const nlohmann::json& reply);  // of GET /panels/{id}/facts
 std::string render_materials(const nlohmann::json& reply);    // {"materials": [...]}

@@ -262,6 +262,8 @@ Cell::~Cell() {
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   notifier_.reset();
   if (bed) bed->stop();
+  // Longer than systemd waits, a camera that hangs would keep this process, and with it the laser's port.
+  if (devices.camera) devices.camera->give_up();
   scanner_worker.reset();
   planner_worker.reset();
   queries.reset();

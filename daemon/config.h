@@ -77,8 +77,14 @@ struct ScannerConfig {
 
 struct CameraConfig {
   SetBy set_by = SetBy::kFile;
-  std::string kind = "sim";  // file | sim
+  std::string kind = "sim";  // file | v4l2 | sim
+  // file: a picture or a folder of pictures; v4l2: "/dev/v4l/by-id/usb-046d_HD_Pro_Webcam_C920_1234ABCD-video-index0"
   std::string device;
+  // Of v4l2 only.
+  int width = 0, height = 0;                                 // pixels of its pictures
+  int frames = 4;                                            // averaged to one picture
+  std::string format;                                        // as the device calls it: "YUYV"
+  std::vector<std::pair<std::string, std::string>> options;  // the device's settings; others are at its own defaults
   int look_every = 25;  // pieces of a run, until it looks whether the panel lies as it did; 0 = never
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <initializer_list>
 #include <string_view>
 #include <system_error>
@@ -23,6 +24,36 @@ void read_sane(Section& scanner, ScannerConfig& out) {
   scanner.integer("depth", out.depth, {8, 16});
   scanner.numbers("area_mm", out.area_mm, 4, 0, 2000);
   scanner.settings("options", out.options);
+}
+
+// What of it the device takes is known when it is asked for a picture, and by veneerctl camera list.
+void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std::vector<std::string>& errors) {
+  camera.integer("width", out.width, 64, 20000);
+  camera.integer("height", out.height, 64, 20000);
+  camera.integer("frames", out.frames, 1, 64);
+  camera.word("format", out.format, {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"});
+  camera.settings("options", out.options);
+  // The same size in another format is seldom the same part of the sensor, so it is not left to chance.
+  for (const char* needed : {"device", "width", "height", "format"})
+    if (!camera.has(needed))
+      errors.push_back(fmt::format(
+          "{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
+  // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
+  // first.
+  constexpr std::int64_t kMostPixels = 50'000'000;
+  if (std::int64_t{out.width} * out.height > kMostPixels)
+    errors.push_back(
+        fmt::format("{}: camera.width = {} and camera.height = {} make more than {} million pixels: use a "
+                    "smaller size that veneerctl camera list has",
+                    file, out.width, out.height, kMostPixels / 1'000'000));
+  const fs::path device = out.device;
+  const bool is_name = device.has_filename() && device.filename() != "." && device.filename() != "..";
+  const bool lasts = device.parent_path() == "/dev/v4l/by-id" || device.parent_path() == "/dev/v4l/by-path";
+  if (camera.has("device") && (!lasts || !is_name))
+    errors.push_back(
+        fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
+                    "or /dev/v4l/by-path that veneerctl camera list has",
+                    file, out.device));
 }
 
 void read_travel(Section& laser, Millimetres& x, Millimetres& y) {
@@ -131,8 +162,12 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   scanner.folder("sane_config_dir", config.scanner.sane_config);
   scanner.refuse_unread();
   Section camera(root, file, "camera", errors);
-  camera.word("kind", config.camera.kind, {"file", "sim"});
+  camera.word("kind", config.camera.kind, {"file", "v4l2", "sim"});
   camera.text("device", config.camera.device);
+  if (config.camera.kind == "v4l2")
+    read_v4l2(camera, config.camera, file, errors);
+  else
+    camera.only_for("v4l2", {"width", "height", "frames", "format", "options"});
   camera.integer("look_every_pieces", config.camera.look_every, 0, 100000);
   camera.refuse_unread();
   Section sim(root, file, "sim", errors);

@@ -124,6 +124,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   const ScaledClock device_clock(config.sim.time_scale);
 
   if (const Status one = means_one_machine({}, config.laser); !one) return fail(one.error());
+  if (const Status one = means_one_camera({}, config.camera); !one) return fail(one.error());
   auto devices = make_devices(config, device_clock, reactor, log);
   if (!devices) return fail(devices.error());
   devices->laser =

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/services/sane_scanner.h"
+#include "daemon/services/v4l2_camera.h"
 #include "daemon/workers/worker_processes.h"
 #include "drivers/file/file_camera.h"
 #include "drivers/file/file_scanner.h"
@@ -117,6 +118,9 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
 
   if (config.camera.kind == "sim")
     devices.camera = std::make_unique<sim::SimCamera>(config.sim.socket.string());
+  else if (config.camera.kind == "v4l2")
+    devices.camera = std::make_unique<V4l2Camera>(
+        std::make_unique<WorkerProcesses>(worker_process_options(config), log), config.camera, config.store.data_dir);
   else
     devices.camera = std::make_unique<FileCamera>(config.camera.device);
 

@@ -3,7 +3,7 @@
 // A driver hands over files and never looks into them (drivers/scanner_driver.h).
 //
 // Threading: capture() and glance() block (up to a few seconds) and are called from the camera's own worker, never from
-// the reactor.
+// the reactor; give_up() while one of them runs.
 #pragma once
 
 #include <chrono>
@@ -32,6 +32,9 @@ class CameraDriver {
   // and who asks must look how old it is. Nothing when it was taken by capture().
   virtual std::optional<std::chrono::system_clock::time_point> taken_at() const { return std::nullopt; }
   virtual std::string device() const = 0;
+  // For the end of the program, which must not wait for a device that hangs: where the device can, it ends what is
+  // under way and refuses all that comes later (kCancelled). Any thread.
+  virtual void give_up() noexcept {}
 };
 
 }  // namespace veneer

@@ -293,7 +293,7 @@ export const words = {
   "setup.maintainer": "Wer kalibriert, muss einrichten dürfen: „veneerctl console --role maintainer“ am Rechner der Zelle gibt einen Link dafür aus.", "first.clear": "die Ursache ist behoben, und niemand hat die Hände in der Maschine",
   "setup.lay_and_measure": "Hinlegen und messen", "setup.two_places": "an zwei Stellen des Glases", "setup.four_views": "vier Ansichten: gerade und gedreht, auf dem Bett und auf Klötzen von 30 mm",
   "work.failed": "es kam zu keinem Ende",
-  "kind.sim": "simuliert", "kind.sane": "Scanner", "kind.file": "aus einer Datei", "kind.v4l": "Kamera", "kind.gstreamer": "Kamera", "kind.grbl": "GRBL", "kind.lihuiyu": "Lihuiyu-Platine",
+  "kind.sim": "simuliert", "kind.sane": "Scanner", "kind.file": "aus einer Datei", "kind.v4l2": "Kamera", "kind.gstreamer": "Kamera", "kind.grbl": "GRBL", "kind.lihuiyu": "Lihuiyu-Platine",
   "devices.simulated": "simuliert: nichts anzuschließen", "devices.about_simulated": "Diese Zelle ist simuliert: Scanner, Kamera und Laser sind ein Programm, und Knöpfe spielen Ihre Hände. Alles andere ist wie an einer echten Zelle.",
   "devices.about": "Diese Geräte soll die Zelle nehmen. Sehen Sie nach, ob jedes antwortet: das Bett ansehen, und den Laser verbinden.",
   "devices.not_asked": "noch nicht verbunden", "devices.connect": "Laser verbinden, auf Referenz fahren", "devices.connect.small": "der Kopf fährt in seine Ecke: Hände weg",

@@ -283,7 +283,7 @@ export const words = {
   "setup.maintainer": "Whoever calibrates has to be a maintainer: “veneerctl console --role maintainer” on the cell's machine prints a link.", "first.clear": "the cause is gone, and nobody's hands are in the machine",
   "setup.lay_and_measure": "Lay it down, and measure", "setup.two_places": "at two places of the glass", "setup.four_views": "four views: flat and turned, on the bed and on blocks of 30 mm",
   "work.failed": "it did not finish",
-  "kind.sim": "simulated", "kind.sane": "scanner", "kind.file": "from a file", "kind.v4l": "camera", "kind.gstreamer": "camera", "kind.grbl": "GRBL", "kind.lihuiyu": "Lihuiyu board",
+  "kind.sim": "simulated", "kind.sane": "scanner", "kind.file": "from a file", "kind.v4l2": "camera", "kind.gstreamer": "camera", "kind.grbl": "GRBL", "kind.lihuiyu": "Lihuiyu board",
   "devices.simulated": "simulated: nothing to connect", "devices.about_simulated": "This cell is simulated: scanner, camera and laser are a program, and buttons play your hands. Everything else is as on a real cell.",
   "devices.about": "These are the devices the cell is told to use. See that each one answers: look at the bed, and connect the laser.",
   "devices.not_asked": "not connected yet", "devices.connect": "Connect and home the laser", "devices.connect.small": "the head moves to its corner: keep your hands out",

@@ -3,7 +3,7 @@ export const names = {
   // Anfragen, nach ihren Namen in docs/openapi.json
   "api.openSession": "Anmelden", "api.closeSession": "Abmelden", "api.changePassword": "Eigenes Passwort ändern", "api.addUser": "Benutzer anlegen", "api.removeUser": "Benutzer entfernen", "api.setUserRole": "Rolle eines Benutzers setzen", "api.setUserPassword": "Passwort eines Benutzers setzen",
   "api.newToken": "Token anlegen", "api.revokeToken": "Token widerrufen", "api.newConsoleLink": "Konsolenlink anlegen", "api.endConsoleLinks": "Alle Konsolenlinks beenden",
-  "api.stop": "STOP", "api.command": "Befehl", "api.restart": "Programm der Zelle neu starten", "api.chooseDevice": "Gerät wählen", "api.findScanners": "Nach Scannern suchen", "api.lookAtBed": "Das Bett ansehen",
+  "api.stop": "STOP", "api.command": "Befehl", "api.restart": "Programm der Zelle neu starten", "api.chooseDevice": "Gerät wählen", "api.findScanners": "Nach Scannern suchen", "api.findCameras": "Nach Kameras suchen", "api.lookAtBed": "Das Bett ansehen",
   "api.scan": "Scannen", "api.acceptProposal": "Gescanntes annehmen", "api.refuseProposal": "Gescanntes ablehnen",
   "api.setPanelMaterial": "Holz einer Platte benennen", "api.setPanelFacts": "Etwas zu einer Platte notieren", "api.setMaterial": "Etwas zu einem Holz notieren", "api.editMask": "In die Maske einer Platte malen", "api.removeMaskEdit": "Gemaltes zurücknehmen", "api.revertPanel": "Eine frühere Fassung des Holzes gelten lassen",
   "api.mergePanels": "Zwei Platten zu einer machen", "api.splitPanel": "Notieren, dass eine Platte zersägt wurde", "api.retirePanel": "Platte aus dem Bestand nehmen", "api.restorePanel": "Platte zurück in den Bestand nehmen", "api.decideDifference": "Über einen Unterschied entscheiden",

@@ -29,6 +29,7 @@ constexpr std::array kOperations = {
     ApiOperation{"acceptProposal", "POST", "/api/v1/proposals/{number}/accept", Role::kOperator, Takes::kJson},
     ApiOperation{"refuseProposal", "POST", "/api/v1/proposals/{number}/refuse", Role::kOperator, Takes::kJson},
     ApiOperation{"findScanners", "POST", "/api/v1/scanners", Role::kOperator},
+    ApiOperation{"findCameras", "POST", "/api/v1/cameras", Role::kOperator},
     ApiOperation{"listPanels", "GET", "/api/v1/panels", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanel", "GET", "/api/v1/panels/{id}", Role::kViewer},
     ApiOperation{"getPanelMap", "GET", "/api/v1/panels/{id}/map.png", Role::kViewer, Takes::kQuery},

@@ -1,4 +1,4 @@
-// Scanners as JSON between the daemon and its worker processes, for the few sources that write or read it.
+// Scanners and cameras as JSON between the daemon and its worker processes, for the few sources that write or read it.
 #pragma once
 
 #include "daemon/orders/capture_order.h"
@@ -22,10 +22,28 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedScanner, found, options, problem)
 
 }  // namespace veneer::sane
 
+namespace veneer::v4l2 {
+
+NLOHMANN_JSON_SERIALIZE_ENUM(CameraControl::Kind, {{CameraControl::Kind::kOther, "other"},
+                                                   {CameraControl::Kind::kYesNo, "yes_no"},
+                                                   {CameraControl::Kind::kWhole, "whole"},
+                                                   {CameraControl::Kind::kChoice, "choice"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraSettings, width, height, format, options)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakenPicture, card, bus, format, width, height, averaged, refused)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OfferedFormat, code, width, height, most_width, most_height, step_width, step_height)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraControl, id, name, kind, least, most, step, usual, value, active, settable,
+                                   choices)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedCamera, device, card, bus, formats, controls, problem)
+
+}  // namespace veneer::v4l2
+
 namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanGlass, sane_config, settings)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FindScanners, sane_config)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannersFound, scanners)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakePicture, device, settings, frames)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribeCameras, devices)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CamerasDescribed, cameras)
 
 }  // namespace veneer::daemon

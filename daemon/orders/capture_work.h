@@ -1,5 +1,5 @@
-// What a worker process does with scanners (capture_order.h). Not confined as others are: it needs devices and the
-// network (WorkOrder::devices).
+// What a worker process does with scanners and cameras (capture_order.h). Not confined as others are: it needs devices,
+// and for scanners the network (WorkOrder).
 #pragma once
 
 #include <span>
@@ -8,6 +8,6 @@
 
 namespace veneer::daemon {
 
-std::span<const KindOfWork> scanner_work();
+std::span<const KindOfWork> capture_work();
 
 }  // namespace veneer::daemon

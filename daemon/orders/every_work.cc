@@ -11,7 +11,7 @@
 namespace veneer::daemon {
 namespace {
 
-std::array<std::span<const KindOfWork>, 3> lists() { return {computed_work(), scanner_work(), notice_work()}; }
+std::array<std::span<const KindOfWork>, 3> lists() { return {computed_work(), capture_work(), notice_work()}; }
 
 }  // namespace
 

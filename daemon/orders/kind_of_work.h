@@ -15,7 +15,7 @@ namespace veneer::daemon {
 
 struct KindOfWork {
   const char* word;
-  // Only scanning looks at `stop`; all else ends with its process. May throw what libraries throw.
+  // Only scanning and cameras look at `stop`; all else ends with its process. May throw what libraries throw.
   Result<nlohmann::json> (*work)(const nlohmann::json& request, const std::filesystem::path& folder,
                                  const TaskProgress& progress, const std::stop_token& stop);
 };

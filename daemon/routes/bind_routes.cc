@@ -34,6 +34,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_fiducial_routes(router, stock);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_scanner_routes(router, {*c.work_runner, c.config, *c.scanner_worker, c.tasks});
+  bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks});
   bind_calibration_routes(
       router, {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }, on_reactor});

@@ -90,6 +90,20 @@ struct ScannerServices {
 };
 void bind_scanner_routes(Router& router, const ScannerServices& services);
 
+// null: by nothing that lasts.
+nlohmann::json to_json(NamedBy named_by);
+
+// The same of cameras.
+struct CameraServices {
+  JobRunner& unit;
+  WorkRunner& workers;
+  const Config& config;
+  DeviceRoots roots;
+  Worker& camera;
+  TaskRegistry& tasks;
+};
+void bind_camera_routes(Router& router, const CameraServices& services);
+
 struct CalibrationServices {
   CalibrationService& calibrations;
   JobRunner& unit;

@@ -105,18 +105,6 @@ void tell_devices(const DeviceServices& s, const ApiRequest& request, const Repl
   });
 }
 
-json named_by_json(NamedBy named_by) {
-  switch (named_by) {
-    case NamedBy::kSerialNumber:
-      return "serial_number";
-    case NamedBy::kSocket:
-      return "socket";
-    case NamedBy::kNothing:
-      return nullptr;
-  }
-  return nullptr;
-}
-
 void find_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
   s.pictures.ask(request, reply, [s](Repositories&) {
     json lasers = json::array(), pictures = json::array();
@@ -124,7 +112,7 @@ void find_devices(const DeviceServices& s, const ApiRequest& request, const Repl
       lasers.push_back({{"kind", one.kind},
                         {"port", one.port},
                         {"name", one.name},
-                        {"named_by", named_by_json(one.named_by)},
+                        {"named_by", to_json(one.named_by)},
                         {"refusal", one.refusal}});
     for (const FoundPicture& one : find_camera_pictures(s.config.store.data_dir))
       pictures.push_back({{"device", one.file}, {"age_s", one.age.count()}});
@@ -376,6 +364,18 @@ void restart(const DeviceServices& s, const ApiRequest& request, const Reply& re
 }
 
 }  // namespace
+
+json to_json(NamedBy named_by) {
+  switch (named_by) {
+    case NamedBy::kSerialNumber:
+      return "serial_number";
+    case NamedBy::kSocket:
+      return "socket";
+    case NamedBy::kNothing:
+      return nullptr;
+  }
+  return nullptr;
+}
 
 void bind_device_routes(Router& router, const DeviceServices& s) {
   router.bind("getDevices", [s](const ApiRequest& request, const Reply& reply) { tell_devices(s, request, reply); });

@@ -174,6 +174,58 @@ Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser) {
           alike, there->serial, port.string())};
 }
 
+std::vector<FoundCamera> find_cameras(const DeviceRoots& roots) {
+  struct Node {
+    fs::path path;
+    std::string serial, index;
+  };
+  std::vector<Node> nodes;
+  for (const fs::path& entry : entries_of(roots.sys / "class" / "video4linux")) {
+    if (!entry.filename().string().starts_with("video")) continue;
+    const fs::path usb = usb_device_of(entry / "device");
+    nodes.push_back({entry, usb.empty() ? "" : told(usb / "serial"), told(entry / "index")});
+  }
+  std::vector<FoundCamera> out;
+  for (const Node& node : nodes) {
+    const fs::path port = roots.dev / node.path.filename();
+    FoundCamera& found = out.emplace_back();
+    found.node = port.string(), found.name = told(node.path / "name");
+    found.is_first = node.index.empty() || node.index == "0";
+    // Cameras with one number between them would each be the other after they were plugged in anew.
+    const bool alone = std::ranges::count_if(nodes, [&](const Node& other) {
+                         return other.serial == node.serial && other.index == node.index;
+                       }) == 1;
+    fs::path name;
+    if (is_serial_number(node.serial) && alone)
+      name = link_to(port, roots.dev / "v4l" / "by-id",
+                     [&](const std::string& is) { return is.find(in_names(node.serial)) != std::string::npos; });
+    if (!name.empty()) found.named_by = NamedBy::kSerialNumber;
+    if (name.empty()) {
+      name = link_to(port, roots.dev / "v4l" / "by-path", [](const std::string&) { return true; });
+      if (!name.empty()) found.named_by = NamedBy::kSocket;
+    }
+    found.device = name.string();
+  }
+  return out;
+}
+
+Status means_one_camera(const DeviceRoots& roots, const CameraConfig& camera) {
+  const fs::path name = camera.device;
+  if (camera.kind != "v4l2" || name.parent_path().filename() != "by-id") return Ok();
+  std::error_code none;
+  const fs::path leads_to = fs::weakly_canonical(name, none);
+  for (const FoundCamera& found : find_cameras(roots)) {
+    if (fs::weakly_canonical(found.node, none) != leads_to || found.named_by == NamedBy::kSerialNumber) continue;
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} is any camera of that make, since this one has no serial number that no other has: "
+                             "{}, and calibrate it again",
+                             camera.device,
+                             found.device.empty() ? "leave only this one in, and use its name below /dev/v4l/by-path"
+                                                  : fmt::format("write device = \"{}\" under [camera]", found.device))};
+  }
+  return Ok();
+}
+
 fs::path camera_folder(const fs::path& data_dir) {
   std::error_code none;
   const fs::path whole = fs::absolute(data_dir, none);

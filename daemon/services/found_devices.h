@@ -1,5 +1,5 @@
-// What is plugged in and could be this cell's laser, and pictures that could be its camera's. Looked up in /sys and
-// /dev; nothing is opened, so that no machine notices.
+// What is plugged in and could be this cell's laser or camera, and pictures that could be its camera's. Looked up in
+// /sys and /dev; nothing is opened, so that no machine notices.
 //
 // Any thread that may wait for a disk.
 #pragma once
@@ -38,6 +38,21 @@ std::vector<FoundLaser> find_lasers(const DeviceRoots& roots);
 // have its serial number, or are boards without one. One that is not plugged in means none, and one that was written
 // into the configuration by hand is not asked about.
 Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser);
+
+struct FoundCamera {
+  std::string node;    // "/dev/video0"
+  std::string device;  // as camera.device takes it; "" when it has no name that lasts
+  std::string name;    // what it calls itself; "" when it does not
+  NamedBy named_by = NamedBy::kNothing;
+  bool is_first = true;  // of the nodes that a device has
+};
+// Devices of Video4Linux, by their nodes' names.
+std::vector<FoundCamera> find_cameras(const DeviceRoots& roots);
+
+// Whether the name in the configuration means one camera: kRefused for one below /dev/v4l/by-id when the camera that it
+// leads to has no serial number, or shares it with another one that is plugged in. Then any camera of that make would
+// be it. One that is not plugged in means none.
+Status means_one_camera(const DeviceRoots& roots, const CameraConfig& camera);
 
 struct FoundPicture {
   std::string file;

@@ -53,6 +53,7 @@ class NotedCamera final : public CameraDriver, public NotedDevice {
   Result<std::filesystem::path> glance(const std::stop_token& stop) override { return noted(camera_->glance(stop)); }
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return camera_->taken_at(); }
   std::string device() const override { return camera_->device(); }
+  void give_up() noexcept override { camera_->give_up(); }
 
  private:
   Result<std::filesystem::path> noted(Result<std::filesystem::path> picture) {

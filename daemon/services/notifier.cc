@@ -106,7 +106,8 @@ struct Notifier::Shared {
     work.what = "telling it";
     work.folder = folder->path();
     if (!secret.empty()) work.readable = {secret};
-    work.devices.emplace();  // the network, and no device
+    work.devices.emplace();  // no device, but the network
+    work.network = true;
     work.deadline = options.deadline;
     const auto done = have_done<Delivered>(workers, std::move(work), order, {}, stop.get_token());
     if (done) return Ok();

@@ -48,6 +48,7 @@ WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder,
   for (const auto& [name, value] : config.options)
     if (value.starts_with('/')) order.readable.emplace_back(value);
   order.devices = usb_devices_but_lasers();
+  order.network = true;
   order.deadline = deadline;
   order.grace = kGrace;
   order.nice = 0;  // a scanner that waits for its reader moves its carriage back and forth

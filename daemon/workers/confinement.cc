@@ -111,6 +111,8 @@ Status keep_files_by_landlock(const Confinement& limits, long abi) {
     const std::uint64_t device =
         (LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_WRITE_FILE | kDeviceIoctl) & handled.handled_access_fs;
     for (const auto& path : *limits.devices) good = permit(ruleset, path, device) && good;
+  }
+  if (limits.devices && limits.network) {
     good = permit(ruleset, "/dev/bus/usb", kReadFolder & handled.handled_access_fs) && good;
     // How libraries find USB devices and machines of the network, and drivers of scanners' makers.
     for (const char* path :
@@ -171,16 +173,16 @@ constexpr std::initializer_list<int> kDenied = {
     SCMP_SYS(setuid), SCMP_SYS(setgid), SCMP_SYS(setresuid), SCMP_SYS(setresgid), SCMP_SYS(setgroups), SCMP_SYS(swapon),
     SCMP_SYS(swapoff)};
 
-// No devices, no network; and of both only what scanners need.
+// No devices, no network; and of both only what scanners and cameras need.
 template <class Deny>
-void deny_what_reaches_out(const Deny& deny, bool devices) {
-  if (!devices) {
+void deny_what_reaches_out(const Deny& deny, bool devices, bool network) {
+  if (!network)
     for (const int call : {SCMP_SYS(socket), SCMP_SYS(connect), SCMP_SYS(bind)}) deny(call, EPERM, {});
-    return deny(SCMP_SYS(ioctl), ENOTTY, {});  // a terminal is a device too
-  }
+  if (!devices) return deny(SCMP_SYS(ioctl), ENOTTY, {});  // a terminal is a device too
   // Standard error may be a terminal: nothing may be typed into it.
   for (const unsigned long request : {TIOCSTI, TIOCLINUX})
     deny(SCMP_SYS(ioctl), ENOTTY, {SCMP_CMP64(1, SCMP_CMP_MASKED_EQ, 0xffffffff, request)});
+  if (!network) return;
   // IPv4, IPv6, and the kernel's word of USB devices. A Unix socket may be the daemon's own.
   const auto is_open = [](int family) { return family == AF_INET || family == AF_INET6 || family == AF_NETLINK; };
   for (int family = 0; family <= AF_NETLINK; ++family)
@@ -189,7 +191,7 @@ void deny_what_reaches_out(const Deny& deny, bool devices) {
   deny(SCMP_SYS(socket), EPERM, {SCMP_CMP64(0, SCMP_CMP_GT, AF_NETLINK, 0)});
 }
 
-Status deny_calls(bool devices) {
+Status deny_calls(bool devices, bool network) {
   const std::unique_ptr<void, decltype(&seccomp_release)> filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);
   if (!filter) return cannot("there is no memory for its filter", ENOMEM);
   int failed = 0;
@@ -199,7 +201,7 @@ Status deny_calls(bool devices) {
                                       static_cast<unsigned>(when.size()), when.begin());
   };
   for (const int call : kDenied) deny(call, EPERM);
-  deny_what_reaches_out(deny, devices);
+  deny_what_reaches_out(deny, devices, network);
   // Threads, but no processes. clone3 keeps its flags where a filter cannot see them; libraries fall back to clone.
   deny(SCMP_SYS(clone3), ENOSYS);
   deny(SCMP_SYS(clone), EPERM, {SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, 0)});
@@ -223,7 +225,7 @@ Status confine(const Confinement& limits) {
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return cannot("it can gain rights", errno);
   if (Status done = limit_resources(limits); !done) return done;
   if (Status done = keep_files(limits); !done) return done;
-  return deny_calls(limits.devices.has_value());
+  return deny_calls(limits.devices.has_value(), limits.devices && limits.network);
 }
 
 }  // namespace veneer::daemon

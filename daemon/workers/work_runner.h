@@ -26,8 +26,8 @@ struct WorkOrder {
   std::filesystem::path folder;                 // its own; what it may write to
   std::vector<std::filesystem::path> readable;  // what else it needs: files or folders
   std::vector<std::filesystem::path> writable;
-  // What works with scanners: the network, and of all devices these (confinement.h). None: neither.
-  std::optional<std::vector<std::filesystem::path>> devices;
+  std::optional<std::vector<std::filesystem::path>> devices;  // of all devices these (confinement.h); none: no device
+  bool network = false;                                       // REQUIRES: `devices`, if an empty list
   std::chrono::milliseconds deadline{0};
   // At a stop request or the deadline it is told to end, and killed when it has not by then. 0: killed at once.
   std::chrono::milliseconds grace{0};

@@ -99,6 +99,8 @@ json answer(const DoWork& work) {
     limits.writable = paths_of(order.at("writable"));
     limits.writable.push_back(folder);
     if (const auto devices = order.find("devices"); devices != order.end()) limits.devices = paths_of(*devices);
+    // A daemon that still runs while an update replaces this program may not know the word.
+    limits.network = order.value("network", false);
     if (const Status confined = confine(limits); !confined) return {{"error", error_to_json(confined.error())}};
     end_when_nobody_listens(stop);
     Reporter reporter;

@@ -221,7 +221,7 @@ class Conversation {
   std::string request_line() const {
     json order{{"kind", order_.kind},       {"what", order_.what},       {"folder", order_.folder.string()},
                {"readable", json::array()}, {"writable", json::array()}, {"memory_bytes", options_.memory_bytes},
-               {"nice", order_.nice},       {"request", order_.request}};
+               {"nice", order_.nice},       {"network", order_.network}, {"request", order_.request}};
     if (order_.devices) {
       order["devices"] = json::array();
       for (const auto& path : *order_.devices) order["devices"].push_back(path.string());

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "drivers/sane/pnm_file.h"
+#include "drivers/pnm_file.h"
 
 namespace veneer::sane {
 namespace {

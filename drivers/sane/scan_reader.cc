@@ -47,14 +47,14 @@ class Reader {
   Reader(FrameSource& source, const ReadOptions& options, const ScanProgress& progress, const std::stop_token& stop)
       : source_(source), options_(options), progress_(progress), stop_(stop) {}
 
-  Result<RawScan> read() {
+  Result<RawPicture> read() {
     auto first = read_frame(0, 1);
     if (!first) return first.error();
     if (!colour_of(first->parameters.kind)) {
       if (!first->parameters.last)
         return fault("announces another frame behind a whole picture", "scan again with another mode under [scanner]");
-      return RawScan{first->parameters.pixels_per_line, first->lines, channels_of(first->parameters.kind),
-                     first->parameters.depth, std::move(first->samples)};
+      return RawPicture{first->parameters.pixels_per_line, first->lines, channels_of(first->parameters.kind),
+                        first->parameters.depth, std::move(first->samples)};
     }
     return read_three(std::move(*first));
   }
@@ -171,7 +171,7 @@ class Reader {
     return frame;
   }
 
-  Result<RawScan> read_three(Frame first) {
+  Result<RawPicture> read_three(Frame first) {
     const FrameParameters p = first.parameters;
     const int lines = first.lines;
     std::array<std::optional<std::vector<std::uint8_t>>, 3> colours;
@@ -189,7 +189,7 @@ class Reader {
       last = next->parameters.last;
     }
     if (!last) return fault("announces a fourth colour", "scan again with another mode under [scanner]");
-    RawScan out{p.pixels_per_line, lines, 3, p.depth, {}};
+    RawPicture out{p.pixels_per_line, lines, 3, p.depth, {}};
     const std::size_t bytes = p.depth / 8, samples = colours[0]->size() / bytes;
     out.samples.resize(3 * samples * bytes);
     for (std::size_t colour = 0; colour < 3; ++colour)
@@ -213,8 +213,8 @@ struct AlwaysEnded {
 
 }  // namespace
 
-Result<RawScan> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
-                          const std::stop_token& stop) {
+Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
+                             const std::stop_token& stop) {
   const AlwaysEnded ended{source};
   return Reader(source, options, progress, stop).read();
 }

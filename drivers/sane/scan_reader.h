@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "drivers/raw_picture.h"
 #include "drivers/sane/scan_status.h"
 #include "drivers/scanner_driver.h"
 
@@ -43,14 +44,6 @@ class FrameSource {
   virtual void cancel() = 0;  // ends the scan, whole or not
 };
 
-// Rows from the top; RGB interleaved, or grey.
-struct RawScan {
-  int width = 0, height = 0;
-  int channels = 0;  // 1 or 3
-  int bits = 8;      // or 16, in the byte order of this machine
-  std::vector<std::uint8_t> samples;
-};
-
 struct ReadOptions {
   // What area and resolution make of it, pixels. A picture that is further off than rounding explains (1 %, or 32
   // pixels of a small one) was scanned at another resolution than the device says.
@@ -60,7 +53,7 @@ struct ReadOptions {
 };
 
 // Ends the scan on every way out. kCancelled after a stop request, seen between two portions.
-Result<RawScan> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
-                          const std::stop_token& stop);
+Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
+                             const std::stop_token& stop);
 
 }  // namespace veneer::sane

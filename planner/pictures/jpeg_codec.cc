@@ -27,12 +27,16 @@ void leave_when_damaged(j_common_ptr decoder, int level) {
 }
 
 // Nothing with a destructor may live in here: longjmp would skip it. False: broken.
-bool decode(std::string_view bytes, jpeg_decompress_struct& decoder, JpegErrors& errors, cv::Mat& out, bool& inverted) {
+bool decode(std::string_view bytes, const cv::Size* only, jpeg_decompress_struct& decoder, JpegErrors& errors,
+            cv::Mat& out, bool& inverted) {
   if (setjmp(errors.back) != 0) return false;
   jpeg_create_decompress(&decoder);
   jpeg_mem_src(&decoder, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&decoder, TRUE);
   if (static_cast<std::int64_t>(decoder.image_width) * decoder.image_height > kMostPixels) return false;
+  if (only != nullptr && (static_cast<std::int64_t>(decoder.image_width) != only->width ||
+                          static_cast<std::int64_t>(decoder.image_height) != only->height))
+    return false;
   const int channels = decoder.num_components == 4 ? 4 : decoder.num_components == 1 ? 1 : 3;
   decoder.out_color_space = channels == 4 ? JCS_CMYK : channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
   jpeg_start_decompress(&decoder);
@@ -68,7 +72,7 @@ bool encode(const cv::Mat& picture, int quality, jpeg_compress_struct& encoder, 
 
 }  // namespace
 
-std::optional<cv::Mat> decode_jpeg(std::string_view bytes) {
+std::optional<cv::Mat> decode_jpeg(std::string_view bytes, std::optional<cv::Size> only) {
   jpeg_decompress_struct decoder{};
   JpegErrors errors{};
   decoder.err = jpeg_std_error(&errors.manager);
@@ -77,7 +81,7 @@ std::optional<cv::Mat> decode_jpeg(std::string_view bytes) {
   errors.manager.emit_message = leave_when_damaged;
   cv::Mat pixels;
   bool inverted = false;
-  const bool decoded = decode(bytes, decoder, errors, pixels, inverted);
+  const bool decoded = decode(bytes, only ? &*only : nullptr, decoder, errors, pixels, inverted);
   jpeg_destroy_decompress(&decoder);
   if (!decoded) return std::nullopt;
   if (inverted) cv::bitwise_not(pixels, pixels);

@@ -11,7 +11,8 @@ namespace veneer::planner {
 // The pixels as stored, neither turned nor converted by a profile: CV_8UC1 grey, CV_8UC3 BGR, or CV_8UC4 inks (cyan,
 // magenta, yellow, black; 255 = full). None for what is no JPEG, for one of absurd size, and for one that is broken in
 // any way: where bytes are missing libjpeg would fill up with grey and only warn.
-std::optional<cv::Mat> decode_jpeg(std::string_view bytes);
+// With `only` also for one of another size, before a pixel of it is decoded.
+std::optional<cv::Mat> decode_jpeg(std::string_view bytes, std::optional<cv::Size> only = std::nullopt);
 
 // A JPEG file of a CV_8UC3 picture (BGR); `quality` is libjpeg's, 1 to 100.
 std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality);

@@ -81,6 +81,7 @@ const std::vector<std::string> kToTheUnit = {
 const std::set<std::string> kAnswers = {"audit",
                                         "bed glance",
                                         "bed picture",
+                                        "camera list",
                                         "certificates",
                                         "console",
                                         "db backups",

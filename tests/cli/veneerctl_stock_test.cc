@@ -200,6 +200,85 @@ TEST(VeneerctlStock, ListsScannersWithWhatTheyTake) {
   EXPECT_THAT(ask(server, {"scanner", "list"}).out, HasSubstr("No scanner is found."));
 }
 
+TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
+  ApiServer* running = nullptr;
+  const auto size = [](const char* code, int width, int height, int most) {
+    return json{{"code", code},
+                {"width", width},
+                {"height", height},
+                {"most_width", width * most},
+                {"most_height", height * most},
+                {"step_width", 1},
+                {"step_height", 1}};
+  };
+  json answer = {
+      {"cameras",
+       {{{"device", "/dev/v4l/by-id/usb-Cam_4711-video-index0"},
+         {"node", "/dev/video0"},
+         {"name", "HD Webcam"},
+         {"named_by", "serial_number"},
+         {"problem", ""},
+         {"formats", {size("MJPG", 1920, 1080, 1), size("YUYV", 1920, 1080, 1), size("YUYV", 640, 480, 1)}},
+         {"controls",
+          {{{"name", "auto_exposure"},
+            {"kind", "choice"},
+            {"value", 3},
+            {"usual", 3},
+            {"choices",
+             {{{"value", 1}, {"title", "Manual Mode"}}, {{"value", 3}, {"title", "Aperture Priority Mode"}}}}},
+           {{"name", "focus_absolute"},
+            {"kind", "whole"},
+            {"least", 0},
+            {"most", 250},
+            {"step", 5},
+            {"value", 35},
+            {"usual", 0}},
+           {{"name", "privacy"}, {"kind", "yes_no"}, {"value", 0}, {"usual", 0}, {"settable", false}}}}},
+        {{"device", "/dev/v4l/by-path/pci-1-video-index0"},
+         {"node", "/dev/video2"},
+         {"name", "Cheap Cam"},
+         {"named_by", "socket"},
+         {"problem", "it is used by another program"},
+         {"formats", json::array()},
+         {"controls", json::array()}},
+        {{"device", ""},
+         {"node", "/dev/video4"},
+         {"name", "Sensor"},
+         {"named_by", nullptr},
+         {"problem", ""},
+         {"formats", {size("RGB3", 32, 32, 10)}},
+         {"controls", json::array()}}}}};
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("findCameras", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("find cameras", "");
+      work.done(answer);
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  EXPECT_EQ(ask(server, {"camera", "list"}).out,
+            "HD Webcam\n"
+            "  device = \"/dev/v4l/by-id/usb-Cam_4711-video-index0\"\n"
+            "  MJPG  1920 x 1080\n"
+            "  YUYV  640 x 480, 1920 x 1080\n"
+            "  auto_exposure                  1 (Manual Mode), 3 (Aperture Priority Mode), now 3, else 3\n"
+            "  focus_absolute                 0 to 250 in steps of 5, now 35, else 0\n"
+            "  privacy                        0 or 1, now 0, else 0, read only\n"
+            "\n"
+            "Cheap Cam\n"
+            "  device = \"/dev/v4l/by-path/pci-1-video-index0\"\n"
+            "  (it has no serial number of its own: whatever is plugged into this socket is it)\n"
+            "  it is used by another program\n"
+            "\n"
+            "Sensor\n"
+            "  /dev/video4 goes to whichever camera is found first, and it has no other name: install udev\n"
+            "  RGB3  32 x 32 to 320 x 320\n"
+            "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n"
+            "  (it has no setting of its focus: use it only if its lens does not move by itself)\n");
+  answer = {{"cameras", json::array()}};
+  EXPECT_THAT(ask(server, {"camera", "list"}).out, HasSubstr("No camera is found."));
+}
+
 TEST(VeneerctlStock, DevicesAreListedWithWhySoAndChosenForTheNextStart) {
   const json sim = {{"kind", "sim"}, {"set_by", "nobody"}, {"device", ""}, {"dpi", 300}};
   json told = {{"laser", {{"kind", "grbl"}, {"set_by", "file"}, {"port", "tcp:10.0.0.1:23"}}},

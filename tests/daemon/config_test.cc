@@ -11,6 +11,7 @@
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class ConfigTest : public ::testing::Test {
@@ -295,6 +296,60 @@ TEST_F(ConfigTest, NamesWhatIsWrongWithAScanner) {
   EXPECT_THAT(why(sane + "options = {lamp = [1]}"), HasSubstr("scanner.options.lamp must be"));
   EXPECT_THAT(why(sane + "sane_config_dir = \"/nowhere/at/all\""), HasSubstr("is no folder"));
   EXPECT_THAT(why(sane + "resolution = 300"), HasSubstr("scanner.resolution is not a setting"));
+}
+
+TEST_F(ConfigTest, ReadsHowACameraIsSet) {
+  const auto config = parse(R"(
+[camera]
+kind = "v4l2"
+device = "/dev/v4l/by-id/usb-046d_HD_Pro_Webcam_C920_1234ABCD-video-index0"
+width = 1920
+height = 1080
+frames = 8
+format = "YUYV"
+options = { focus_absolute = 30, exposure_dynamic_framerate = false }
+)");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_EQ(config->camera.kind, "v4l2");
+  EXPECT_EQ(config->camera.device, "/dev/v4l/by-id/usb-046d_HD_Pro_Webcam_C920_1234ABCD-video-index0");
+  EXPECT_EQ(config->camera.width, 1920);
+  EXPECT_EQ(config->camera.height, 1080);
+  EXPECT_EQ(config->camera.frames, 8);
+  EXPECT_EQ(config->camera.format, "YUYV");
+  EXPECT_THAT(config->camera.options,
+              ::testing::UnorderedElementsAre(::testing::Pair("focus_absolute", "30"),
+                                              ::testing::Pair("exposure_dynamic_framerate", "false")));
+  EXPECT_EQ(stock_refusal(*config), "");
+}
+
+TEST_F(ConfigTest, NamesWhatIsWrongWithACamera) {
+  const auto why = [this](const std::string& lines) {
+    const auto config = parse("[camera]\n" + lines + "\n");
+    EXPECT_FALSE(config.ok()) << lines;
+    return config ? "" : config.error().message;
+  };
+  EXPECT_THAT(why("kind = \"usb\""), HasSubstr("use file, v4l2, sim"));
+  EXPECT_THAT(why("width = 640"), HasSubstr("camera.width is for kind = \"v4l2\" only"));
+  EXPECT_THAT(why("kind = \"file\"\noptions = {focus_absolute = 3}"), HasSubstr("camera.options is for kind"));
+  const std::string named = "kind = \"v4l2\"\ndevice = \"/dev/v4l/by-path/pci-1-usb-1-video-index0\"\n";
+  const std::string whole = named + "width = 640\nheight = 480\nformat = \"YUYV\"\n";
+  EXPECT_THAT(why(named + "width = 640"),
+              AllOf(HasSubstr("camera.height is missing"), HasSubstr("veneerctl camera list")));
+  EXPECT_THAT(why(named + "width = 640\nheight = 480"),
+              AllOf(HasSubstr("camera.format is missing"), HasSubstr("veneerctl camera list")));
+  EXPECT_THAT(why(named + "width = 20000\nheight = 2501\nformat = \"GREY\""), HasSubstr("more than 50 million pixels"));
+  EXPECT_TRUE(parse("[camera]\n" + named + "width = 20000\nheight = 2500\nformat = \"GREY\"\n").ok());
+  EXPECT_THAT(why("kind = \"v4l2\"\nwidth = 640\nheight = 480"), HasSubstr("camera.device is missing"));
+  EXPECT_THAT(why(whole + "frames = 0"), HasSubstr("camera.frames = 0 is out of range: use 1 to 64"));
+  EXPECT_THAT(why(named + "width = 640\nheight = 480\nformat = \"H264\""), HasSubstr("is not known here: use RGB3"));
+  EXPECT_THAT(why(whole + "options = 3"), HasSubstr("write [camera.options]"));
+  EXPECT_THAT(why(whole + "exposure = 3"), HasSubstr("camera.exposure is not a setting"));
+  for (const char* device : {"/dev/video0", "/dev/veneer/laser0", "/dev/v4l/by-id/", "/dev/v4l/by-id/../../ttyUSB0",
+                             "/dev/v4l/by-id/..", "/dev/v4l/by-path/.", ""})
+    EXPECT_THAT(
+        why(std::string("kind = \"v4l2\"\nwidth = 640\nheight = 480\nformat = \"GREY\"\ndevice = \"") + device + "\""),
+        HasSubstr("is no lasting name of a camera"))
+        << device;
 }
 
 TEST_F(ConfigTest, ReadsWhoIsToldWhatHappens) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sane/pnm_file.h"
+#include "drivers/pnm_file.h"
 #include "drivers/sane/scan_status.h"
 #include "tests/support/temp_directory.h"
 
@@ -81,7 +81,7 @@ class SaneReaderTest : public ::testing::Test {
  protected:
   // 4 x 3 pixels in colour, no padding.
   void colour() { source.frames = {{{Kind::kColour, true, 12, 4, 3, 8}, counted(36)}}; }
-  Result<RawScan> read() {
+  Result<RawPicture> read() {
     options.pause = [this](std::chrono::milliseconds time) { paused += time; };
     return read_scan(
         source, options,
@@ -288,7 +288,7 @@ std::string bytes_of(const std::filesystem::path& file) { return read_whole(file
 TEST(SanePnmFile, HasTheHighByteFirstAndSaysSoWhenTheDiskIsNotThere) {
   const testing::TempDirectory directory;
   const std::uint16_t sample = 0x0102;
-  RawScan scan{1, 1, 1, 16, std::vector<std::uint8_t>(2)};
+  RawPicture scan{1, 1, 1, 16, std::vector<std::uint8_t>(2)};
   std::memcpy(scan.samples.data(), &sample, 2);
   ASSERT_TRUE(write_pnm(scan, directory / "deep.pgm").ok());
   EXPECT_EQ(bytes_of(directory / "deep.pgm"), "P5\n1 1\n65535\n\x01\x02");

@@ -39,7 +39,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       # Rooms that a room may include, apart from itself; and of the room in `only_of`, only these files.
       allowed["base"] = ""
       allowed["calib"] = allowed["planner"] = allowed["db"] = allowed["drivers"] = "base"
-      allowed["drivers/transport"] = allowed["drivers/file"] = allowed["drivers/sane"] = "base drivers"
+      allowed["drivers/transport"] = allowed["drivers/file"] = allowed["drivers/sane"] = allowed["drivers/v4l2"] = "base drivers"
       allowed["drivers/sim/client"] = "base drivers"
       allowed["drivers/grbl"] = allowed["drivers/lihuiyu"] = "base drivers"
       allowed["drivers/sim"] = "base"
@@ -51,7 +51,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       allowed["daemon/api"] = "base console daemon/threads"
       allowed["daemon/store"] = "base calib db daemon/threads"
       allowed["daemon/unit"] = "base calib db drivers daemon/store daemon/threads"
-      allowed["daemon/orders"] = "base calib db drivers drivers/sane planner daemon daemon/store daemon/workers"
+      allowed["daemon/orders"] = "base calib db drivers drivers/sane drivers/v4l2 planner daemon daemon/store daemon/workers"
       allowed["daemon/services"] = "base calib db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/store" \
                                    " daemon/threads daemon/unit daemon/workers"
       allowed["daemon/routes"] = allowed["daemon/services"] " daemon/services"
@@ -63,7 +63,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
                           " daemon/services daemon/store daemon/threads daemon/unit daemon/workers"
       allowed["cli"] = "base planner"
       allowed["tests"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sane drivers/sim drivers/sim/client" \
-                         " drivers/transport calib planner db guardian daemon daemon/api daemon/orders daemon/routes" \
+                         " drivers/transport drivers/v4l2 calib planner db guardian daemon daemon/api daemon/orders daemon/routes" \
                          " daemon/services daemon/store daemon/threads daemon/unit daemon/workers cli console"
 
       # The language, C, POSIX and Linux are open to all; a library has its doors.
@@ -80,6 +80,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^dl_[a-z]+\\.h", "^tests/")
       door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
       door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
+      door("^linux/videodev2", "^(drivers/v4l2/(control_lock|video_device)\\.cc$|tests/(drivers/v4l2_order_test\\.cc$|support/camera_file\\.h$))")
       door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
       door("^libusb", "^drivers/transport/usb_port\\.cc$")
       door("^mosquitto\\.h$", "^(daemon/orders/mqtt\\.cc|tests/daemon/services/notifier_test\\.cc)$")
@@ -99,7 +100,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^tesseract/", "^drivers/sim/proof/")
       door("^tiffio", "^(planner/pictures/(tiff_inks|tile_pyramid)\\.cc|tests/planner/)")
       door("^toml", "^(daemon|drivers/sim)/")
-      door("^umockdev", "^tests/support/board_file")
+      door("^umockdev", "^tests/support/(board|camera)_file")
       door("^zbar\\.h$", "^tests/daemon/services/panel_label_test\\.cc$")
       door("^zlib", "^(planner/pictures/(picture_metadata|png_codec|tiff_inks)\\.cc|tests/planner/)")
     }

@@ -47,6 +47,8 @@ std::vector<Workers::Way> Workers::ways() {
       {"read_pattern_view", BegunWhen::kAtRest, "calibrating", &Workers::burn_rings},
       // "scanning: ..." as well as "the scanner does not answer".
       {"scan_glass", BegunWhen::kBesideADrawing, "scann", &Workers::scan},
+      {"take_picture", BegunWhen::kThroughACamera, "taking a picture of the bed", &Workers::look_at_bed},
+      {"describe_cameras", BegunWhen::kThroughACamera, "looking for cameras", &Workers::find_cameras},
   };
   std::vector<Way> out;
   for (const std::string& kind : kinds_of_work()) {
@@ -85,6 +87,7 @@ SimulatedCellOptions Workers::options() const {
   testing::write_sane_config(sane_config());
   out.look_every = 4;
   out.scanner = scanner();
+  out.camera = camera();
   out.daemon_tables = fmt::format(
       "[workers]\nmemory_mb = 1500\n{}[notify]\nwebhook = \"http://127.0.0.1:{}/\"\nmqtt = \"mqtt://127.0.0.1:{}\"\n",
       limits(), webhook_.port(), broker_.port());
@@ -150,6 +153,16 @@ std::string Workers::scan() {
 
 std::string Workers::find_scanners() {
   auto done = cell_->api().post_and_wait("/scanners", json::object());
+  return done ? "" : done.error().message;
+}
+
+std::string Workers::find_cameras() {
+  auto done = cell_->api().post_and_wait("/cameras", json::object());
+  return done ? "" : done.error().message;
+}
+
+std::string Workers::look_at_bed() {
+  auto done = cell_->api().post_and_wait("/bed/look", json::object());
   return done ? "" : done.error().message;
 }
 

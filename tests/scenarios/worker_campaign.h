@@ -23,7 +23,7 @@ inline constexpr std::array<const char*, 13> kWorkerFaults{
     "late-kill", "late-crash", "late-leave", "late-throw", "late-garbage", "late-memory"};
 
 // When a kind of work is begun.
-enum class BegunWhen { kBesideACut, kByTheCut, kAtRest, kBesideADrawing };
+enum class BegunWhen { kBesideACut, kByTheCut, kAtRest, kBesideADrawing, kThroughACamera };
 
 class Workers : public OperatedCell {
  public:
@@ -55,6 +55,8 @@ class Workers : public OperatedCell {
   virtual std::string limits() const { return "planning_limit_s = 40\nscan_limit_s = 120\nlook_limit_s = 60\n"; }
   // [scanner]
   virtual std::string scanner() const;
+  // [camera], but for look_every_pieces
+  virtual std::string camera() const { return "kind = \"sim\"\n"; }
 
   std::filesystem::path programs() const { return dir_.parent_path() / "programs"; }
   std::filesystem::path sane_config() const { return dir_.parent_path() / "sane"; }
@@ -69,6 +71,8 @@ class Workers : public OperatedCell {
   std::string draw_grid() { return feed("/plans/grid", target()); }
   std::string scan();
   std::string find_scanners();
+  std::string find_cameras();
+  std::string look_at_bed();
   std::string tell();
   std::string read_grid_scan() { return calibrate("scanner", {{"more", true}}); }
   std::string fit_scanner() { return calibrate("scanner", {{"more", false}}); }

@@ -7,8 +7,8 @@
 // it was calibrated with, the cell cuts no job).
 //
 // A sample here, without hangs and scanners; ./dev soak workers asks for more: VENEER_WORKER_FAULTS, VENEER_HANGS,
-// VENEER_LOOK_FAULTS, VENEER_IDLE_FAULTS, VENEER_SCANNER_FAULTS, VENEER_BOARD_FAULTS, VENEER_HOSTILE_PICTURES,
-// VENEER_HOSTILE_DRAWINGS, VENEER_LARGEST_BOMBS, VENEER_SEED.
+// VENEER_LOOK_FAULTS, VENEER_IDLE_FAULTS, VENEER_CAMERA_FAULTS, VENEER_SCANNER_FAULTS, VENEER_BOARD_FAULTS,
+// VENEER_HOSTILE_PICTURES, VENEER_HOSTILE_DRAWINGS, VENEER_LARGEST_BOMBS, VENEER_SEED.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -251,6 +251,36 @@ TEST_F(IdleWorkers, MayDieInEveryWay) {
   }
   EXPECT_EQ(burn_rings(), "") << "and then it works again";
   print(told, fmt::format("{} deaths of workers while the laser rests", wanted));
+}
+
+// A camera of this computer, which nobody has plugged in.
+class CameraWorkers : public IdleWorkers {
+ protected:
+  std::string camera() const override {
+    return "kind = \"v4l2\"\ndevice = \"/dev/v4l/by-id/none\"\nwidth = 640\nheight = 480\nformat = \"YUYV\"\n";
+  }
+};
+
+TEST_F(CameraWorkers, MayDieInEveryWay) {
+  const auto kinds = ways(BegunWhen::kThroughACamera);
+  ASSERT_EQ(kinds.size(), 2U);
+  auto random = random_of_campaign();
+  const std::uint64_t wanted = number_from("VENEER_CAMERA_FAULTS", 2);
+  std::map<std::string, int> told;
+  ASSERT_EQ(post("/commands/reset"), "");
+  wait_state("Idle");
+  for (std::uint64_t done = 0; done < wanted && !HasFailure(); ++done) {
+    const Way& kind = kinds[done % kinds.size()];
+    const std::string fault = any_fault(random);
+    ask_for(fault, kind.kind);
+    EXPECT_THAT((this->*kind.begin)(), HasSubstr(kind.told)) << fault << " of " << kind.kind;
+    ask_for_none();
+    expect_dark_unless_cutting();
+    ++told[fmt::format("{} of {}", fault, kind.kind)];
+  }
+  EXPECT_THAT(look_at_bed(), HasSubstr("/dev/v4l/by-id/none is not there")) << "and then it works again";
+  EXPECT_EQ(find_cameras(), "");
+  print(told, fmt::format("{} deaths of workers of the camera", wanted));
 }
 
 // With a device that the certificates are not of: what burns is a drawing.

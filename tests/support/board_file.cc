@@ -27,20 +27,6 @@ usbdevfs_urb& urb_of(UMockdevIoctlData* data) { return *reinterpret_cast<usbdevf
 
 }  // namespace
 
-void be_under_umockdev(int argc, char** argv) {
-  const char* preloaded = std::getenv("LD_PRELOAD");  // NOLINT(concurrency-mt-unsafe): no other thread yet
-  if (preloaded != nullptr && std::strstr(preloaded, "libumockdev-preload") != nullptr) return;
-  // A sanitizer's runtime would refuse to come second.
-  const char* given = std::getenv("ASAN_OPTIONS");  // NOLINT(concurrency-mt-unsafe)
-  const std::string options = (given == nullptr ? "" : std::string(given) + ":") + "verify_asan_link_order=0";
-  setenv("ASAN_OPTIONS", options.c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
-  std::vector<char*> arguments{const_cast<char*>("umockdev-wrapper")};
-  arguments.insert(arguments.end(), argv, argv + argc);
-  arguments.push_back(nullptr);
-  execvp("umockdev-wrapper", arguments.data());
-  std::exit(1);  // NOLINT(concurrency-mt-unsafe)
-}
-
 BoardFile::BoardFile(const sim::BoardOptions& options) : board_(options, 5, this), host_(board_) {
   board_.put_head({-250, -30});
   board_.power_on(now());

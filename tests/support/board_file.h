@@ -12,11 +12,9 @@
 #include <vector>
 
 #include "drivers/sim/lihuiyu_board/usb_host.h"
+#include "tests/support/under_umockdev.h"
 
 namespace veneer::tests {
-
-// To be called first in main(): starts the program anew with umockdev's library loaded before all others, unless it is.
-void be_under_umockdev(int argc, char** argv);
 
 // Threading: calls come on umockdev's thread, questions from the test's; both take the lock. One at a time in a
 // process.

@@ -54,15 +54,15 @@ Status SimulatedCell::write_configs() const {
                       options_.twin_tables, options_.lihuiyu ? "[twin.laser]\ncontroller = \"lihuiyu-m3\"\n" : "");
   std::ofstream daemon(config_file());
   daemon << fmt::format(
-      "[laser]\n{}[scanner]\n{}[camera]\nkind = \"sim\"\nlook_every_pieces = {}\n"
+      "[laser]\n{}[scanner]\n{}[camera]\n{}look_every_pieces = {}\n"
       "[sim]\nsocket = \"{}\"\nlaser = \"{}\"\ntime_scale = {}\n"
       "[api]\nunix = \"{}\"\nlisten = \"127.0.0.1:0\"\noperator_group = \"{}\"\n[store]\ndata_dir = \"{}\"\n{}",
       options_.lihuiyu ? fmt::format("kind = \"lihuiyu\"\nport = \"twin:{}\"\nboard = \"m3\"\ntravel_x_mm = "
                                      "520\ntravel_y_mm = 380\n[before_motion]\nconfirm = []\nfocus = false\n",
                                      port)
                        : "kind = \"sim\"\n",
-      options_.scanner, options_.look_every, twin_socket().string(), port, options_.time_scale, api_socket().string(),
-      operator_group_, fs::absolute(data_dir()).string(), options_.daemon_tables);
+      options_.scanner, options_.camera, options_.look_every, twin_socket().string(), port, options_.time_scale,
+      api_socket().string(), operator_group_, fs::absolute(data_dir()).string(), options_.daemon_tables);
   if (twin.flush() && daemon.flush()) return Ok();
   return Error{ErrorCode::kStorage, fmt::format("cannot write into {}", options_.dir.string())};
 }

@@ -28,6 +28,7 @@ struct SimulatedCellOptions {
   int look_every = 25;                       // pieces
   std::string daemon_tables = {};            // more of veneerd.toml
   std::string scanner = "kind = \"sim\"\n";  // its table
+  std::string camera = "kind = \"sim\"\n";   // the same, but for look_every_pieces
   std::filesystem::path guardian = {};       // socket of the guardian; "" = the daemon starts one of its own
 };
 

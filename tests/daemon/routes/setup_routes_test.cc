@@ -59,6 +59,16 @@ TEST_F(SetupRoutes, AlarmsComeInPagesAndWhatIsNewerThanAllInSightStays) {
   EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all"))["acknowledged"], 1);
 }
 
+// What comes of it is its worker's (services/v4l2_camera_test.cc).
+TEST_F(SetupRoutes, CamerasAreLookedForAsATask) {
+  cell->device_roots = {directory / "dev", directory / "sys"};
+  router = Router();
+  bind_routes(router, *cell);
+  const ApiReply reply = ask("POST", "/api/v1/cameras");
+  ASSERT_EQ(reply.status, 202) << reply.body;
+  EXPECT_EQ(cell->tasks.list().back()->kind, "find cameras");
+}
+
 TEST_F(SetupRoutes, WatchingTheBedIsNoTaskAndIsNotedNowhere) {
   const ApiReply reply = ask("GET", "/api/v1/bed/glance.jpg");
   EXPECT_EQ(reply.status, 503) << reply.body;

@@ -198,6 +198,7 @@ class OneAnswer final : public CameraDriver {
   Result<std::filesystem::path> capture() override { return answer_; }
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken_at_; }
   std::string device() const override { return "test"; }
+  void give_up() noexcept override { answer_ = Error{ErrorCode::kCancelled, "the program ends"}; }
 
  private:
   Result<std::filesystem::path> answer_;
@@ -217,6 +218,8 @@ TEST(NotedDevices, NoteHowTheLastPictureCameOut) {
   NotedCamera given_up(std::make_unique<OneAnswer>(Error{ErrorCode::kCancelled, "a look goes first"}));
   EXPECT_FALSE(given_up.glance({}).ok());
   EXPECT_FALSE(given_up.last().at.has_value()) << "somebody broke it off: that says nothing of the camera";
+  slow.give_up();
+  EXPECT_FALSE(slow.capture().ok()) << "the device itself is not told";
 }
 
 }  // namespace

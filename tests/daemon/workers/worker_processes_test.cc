@@ -2,19 +2,23 @@
 #include "daemon/workers/worker_processes.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
+#include "base/files.h"
 #include "base/sanitized.h"
 #include "daemon/workers/confinement.h"
 #include "daemon/workers/work_folder.h"
@@ -87,6 +91,21 @@ TEST_F(WorkerProcessesTest, DoWhatIsAskedAndTellHowFarTheyAre) {
   EXPECT_EQ(*result, request);
   EXPECT_THAT(told, ElementsAre("half of it"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "made"));
+}
+
+// An update may replace this program while the daemon of before still runs.
+TEST_F(WorkerProcessesTest, AnOrderThatSaysNothingOfTheNetworkIsDone) {
+  const std::filesystem::path answers = folder_ / "answers";
+  json asked{{"what", "planning"}, {"kind", "echo"}, {"request", {{"text", "a"}}}, {"folder", folder_.path().string()},
+             {"memory_bytes", 0},  {"nice", 0},      {"readable", json::array()},  {"writable", json::array()}};
+  std::ofstream(folder_ / "order") << asked.dump() << "\n";
+  ASSERT_EQ(::mkfifo((folder_ / "requests").c_str(), 0600), 0);
+  // Open both ways, so that it has a writer for as long as the worker reads.
+  const std::string command = fmt::format("cd '{}' && exec 4<>requests && cat order >&4 && exec '{}' <&4 3>answers",
+                                          folder_.path().string(), VENEER_TEST_WORKER);
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  const std::string said = read_whole(answers).value_or("");
+  EXPECT_THAT(said, HasSubstr("{\"done\":{\"text\":\"a\"}}"));
 }
 
 TEST_F(WorkerProcessesTest, PassOnTheirErrors) {
@@ -298,6 +317,7 @@ TEST_F(WorkerProcessesTest, ThatScanReachTheirDevicesAndTheNetworkButNoUnixSocke
   const Terminal scanner, laser;
   WorkOrder reach = order("reach out", {{"given", scanner.path()}, {"kept", laser.path()}});
   reach.devices = {scanner.path()};
+  reach.network = true;
   const auto result = run(reach);
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->at("given"), 0);
@@ -307,6 +327,29 @@ TEST_F(WorkerProcessesTest, ThatScanReachTheirDevicesAndTheNetworkButNoUnixSocke
   EXPECT_EQ(result->at("ioctl"), 0);
   EXPECT_EQ(result->at("type"), ENOTTY) << "into the daemon's terminal";
   for (const char* denied : {"unix", "packet", "bluetooth", "fork"}) EXPECT_EQ(result->at(denied), EPERM) << denied;
+}
+
+TEST_F(WorkerProcessesTest, ThatLookThroughACameraReachThatDeviceAndNothingElse) {
+  const Terminal camera, laser;
+  WorkOrder reach = order("reach out", {{"given", camera.path()}, {"kept", laser.path()}});
+  reach.devices = {camera.path()};
+  const auto result = run(reach);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->at("given"), 0);
+  EXPECT_EQ(result->at("kept"), EACCES);
+  EXPECT_EQ(result->at("type"), ENOTTY) << "into the daemon's terminal";
+  for (const char* denied : {"internet", "internet 6", "netlink", "unix", "packet", "bluetooth", "fork"})
+    EXPECT_EQ(result->at(denied), EPERM) << denied;
+}
+
+// A network without a list of devices would be one without what keeps it from the daemon's socket.
+TEST_F(WorkerProcessesTest, HaveNoNetworkThatIsNotOrderedWithTheirDevices) {
+  WorkOrder reach = order("reach out", {{"given", "/dev/null"}, {"kept", "/dev/null"}});
+  reach.network = true;
+  const auto result = run(reach);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  for (const char* denied : {"internet", "internet 6", "netlink", "unix"})
+    EXPECT_EQ(result->at(denied), EPERM) << denied;
 }
 
 // On a kernel without Landlock.

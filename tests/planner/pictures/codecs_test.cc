@@ -100,6 +100,14 @@ TEST(Codecs, JpegAsOpenCvReadsIt) {
   }
 }
 
+TEST(Codecs, AJpegOfAnotherSizeThanWantedIsNone) {
+  const cv::Mat picture = noise(CV_8UC3);
+  const std::string file = as_file(picture, ".jpg");
+  EXPECT_TRUE(decode_jpeg(file, picture.size()));
+  EXPECT_FALSE(decode_jpeg(file, picture.size() + cv::Size(1, 0)));
+  EXPECT_FALSE(decode_jpeg(file, picture.size() + cv::Size(0, 1)));
+}
+
 TEST(Codecs, PalettesBecomeColoursWithTheirTransparency) {
   // Two bits a pixel: 0 1 2 3, 3 2 1 0.
   const auto decoded = decode_png(png_of(4, 2, 2, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE, {0x1B, 0xE4}));

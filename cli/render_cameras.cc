@@ -1,0 +1,104 @@
+// Cameras and what can be set on them, in words.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cli/json_read.h"
+#include "cli/render.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string control_takes(const json& control) {
+  if (text_or(control, "kind", "") == "yes_no") return "0 or 1";
+  std::string text;
+  if (const json& choices = member(control, "choices"); choices.is_array())
+    for (const json& choice : choices)
+      text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", whole_or(choice, "value", 0),
+                          text_or(choice, "title", "?"));
+  if (!text.empty()) return text;
+  text = fmt::format("{} to {}", whole_or(control, "least", 0), whole_or(control, "most", 0));
+  if (const auto step = whole_or(control, "step", 1); step > 1) text += fmt::format(" in steps of {}", step);
+  return text;
+}
+
+std::string control_line(const json& control) {
+  std::string text = fmt::format("  {:<30} {}, now {}, else {}", text_or(control, "name", "?"), control_takes(control),
+                                 whole_or(control, "value", 0), whole_or(control, "usual", 0));
+  if (!flag_or(control, "settable", true)) text += ", read only";
+  return text + "\n";
+}
+
+// "  YUYV  640 x 480, 1920 x 1080"
+std::string format_lines(const json& formats) {
+  std::map<std::string, std::vector<std::pair<std::int64_t, std::string>>> sizes;
+  for (const json& one : formats) {
+    const auto width = whole_or(one, "width", 0), height = whole_or(one, "height", 0);
+    const auto most_width = whole_or(one, "most_width", width), most_height = whole_or(one, "most_height", height);
+    std::string words = fmt::format("{} x {}", width, height);
+    if (most_width != width || most_height != height) words += fmt::format(" to {} x {}", most_width, most_height);
+    sizes[text_or(one, "code", "?")].emplace_back(most_width * most_height, std::move(words));
+  }
+  std::string text;
+  for (auto& [code, of_it] : sizes) {
+    std::ranges::sort(of_it);
+    std::string list;
+    for (const auto& [pixels, words] : of_it) list += (list.empty() ? "" : ", ") + words;
+    text += fmt::format("  {:<5} {}\n", code, list);
+  }
+  return text;
+}
+
+// What it cannot be locked in, by the names that Linux gives settings; a lens that does not move has none either.
+std::string missing_lines(const json& controls) {
+  const auto has = [&](std::string_view part) {
+    return std::ranges::any_of(
+        controls, [&](const json& control) { return text_or(control, "name", "").find(part) != std::string::npos; });
+  };
+  std::string text;
+  if (!has("exposure"))
+    text += "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n";
+  if (!has("focus")) text += "  (it has no setting of its focus: use it only if its lens does not move by itself)\n";
+  return text;
+}
+
+std::string name_line(const json& camera) {
+  const std::string device = text_or(camera, "device", "");
+  if (device.empty())
+    return fmt::format("  {} goes to whichever camera is found first, and it has no other name: install udev\n",
+                       text_or(camera, "node", "?"));
+  return fmt::format("  device = \"{}\"\n{}", device,
+                     text_or(camera, "named_by", "") == "socket"
+                         ? "  (it has no serial number of its own: whatever is plugged into this socket is it)\n"
+                         : "");
+}
+
+}  // namespace
+
+std::string render_cameras(const json& found) {
+  const json& cameras = member(found, "cameras");
+  if (!cameras.is_array() || cameras.empty())
+    return "No camera is found. Plug it into this computer; docs/CALIBRATION.md says which can be used.\n";
+  std::string text;
+  for (const json& camera : cameras) {
+    text += fmt::format("{}{}\n", text.empty() ? "" : "\n", text_or(camera, "name", "?")) + name_line(camera);
+    if (const std::string problem = text_or(camera, "problem", ""); !problem.empty()) text += "  " + problem + "\n";
+    if (const json& formats = member(camera, "formats"); formats.is_array()) text += format_lines(formats);
+    const json& controls = member(camera, "controls");
+    if (!controls.is_array()) continue;
+    for (const json& control : controls) text += control_line(control);
+    if (text_or(camera, "problem", "").empty()) text += missing_lines(controls);
+  }
+  return text;
+}
+
+}  // namespace veneer::cli
