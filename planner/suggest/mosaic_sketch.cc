@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
 #include "planner/plan_options.h"
 #include "planner/problem/free_layout.h"
 #include "planner/problem/problem.h"
@@ -9,7 +13,28 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kRoughPatchPixels = 10;  // of a patch's side: a third of the time, and directions still show
+// How finely tiles come to rest: pixels of a patch's side, and of all patches together, but for the least of a side.
+struct TileRaster {
+  double patch_pixels, pixels;
+};
+constexpr TileRaster kRoughTiles{10, 7e4}, kFineTiles{kPatchPixels, 4e5};  // some 0.3 and 1 to 4 s of processor time
+constexpr double kLeastPatchPixels = 6;
+
+double patch_pixels(GridEffort effort, double patches) {
+  const TileRaster& most = effort == GridEffort::kCoarse ? kRoughTiles : kFineTiles;
+  return std::clamp(std::sqrt(most.pixels / patches), kLeastPatchPixels, most.patch_pixels);
+}
+
+// Without the points that nobody sees: a plan's borders have several a millimetre.
+Polyline<ArtworkFrame> seen(const Polyline<ArtworkFrame>& line, Millimetres longer_side) {
+  constexpr double kSeen = 1.0 / 3000;
+  std::vector<cv::Point2f> points, kept;
+  for (const auto& at : line) points.emplace_back(static_cast<float>(at.x.count()), static_cast<float>(at.y.count()));
+  cv::approxPolyDP(points, kept, longer_side.count() * kSeen, false);
+  Polyline<ArtworkFrame> out;
+  for (const cv::Point2f& at : kept) out.push_back(point<ArtworkFrame>(at.x, at.y));
+  return out;
+}
 
 }  // namespace
 
@@ -26,13 +51,12 @@ Result<MosaicPreview> sketch_mosaic(const Artwork& artwork, const PlanOptions& o
                     "patches, or plan it as it is",
                     cells, kMostSketchedCells));
   SaliencyMaps maps;
-  const auto made =
-      free_layout(artwork, options, maps, stop, effort == GridEffort::kCoarse ? kRoughPatchPixels : kPatchPixels);
+  const auto made = free_layout(artwork, options, maps, stop, patch_pixels(effort, cells));
   if (!made.ok()) return made.error();
   MosaicPreview out{made->partition.faces.size(), {}};
   for (const PartitionEdge& edge : made->partition.edges)
     if (edge.left != PartitionEdge::kOutside && edge.right != PartitionEdge::kOutside)
-      out.lines.push_back(flattened(edge));
+      out.lines.push_back(seen(flattened(edge), std::max(artwork.width, artwork.height)));
   return out;
 }
 

@@ -18,9 +18,10 @@ struct MosaicPreview {
 };
 
 // `options` are those of the plan to come, with the layout kMosaic; `artwork.guides` what somebody says of its cells.
-// kFine has the plan's own cells if the artwork has the plan's picture: of a smaller one its edges lie a little
-// elsewhere. kCoarse has about as many, as large and turned alike, but others. kInvalidArgument: as make_plan, another
-// layout, or there would be more cells than kMostSketchedCells. kCancelled: a stop was requested. Deterministic.
+// kFine has about the plan's own cells where there are at most some 700: the same if the artwork has the plan's
+// picture, of a smaller one edges lie a little elsewhere. kCoarse, and kFine of more, have about as many, as large and
+// turned alike, but others. kInvalidArgument: as make_plan, another layout, or there would be more cells than
+// kMostSketchedCells. kCancelled: a stop was requested. Deterministic.
 Result<MosaicPreview> sketch_mosaic(const Artwork& artwork, const PlanOptions& options, GridEffort effort,
                                     const std::stop_token& stop = {});
 

@@ -34,26 +34,16 @@ MosaicPreview sketched(const Artwork& artwork, GridEffort effort, const PlanOpti
   return std::move(*out);
 }
 
-// How long borders are within a part of the artwork, in millimetres; and of that the share which runs within 15 degrees
-// of `angle`, or across it.
-struct BorderRun {
-  double length = 0, along = 0;
-};
+// How long the borders are of which `counts` says so, by a step along them, in millimetres.
 template <class F>
-BorderRun borders(const MosaicPreview& cells, F within, double angle = 0) {
-  BorderRun out;
+double border_length(const MosaicPreview& cells, F counts) {
+  double out = 0;
   for (const auto& line : cells.lines)
-    for (std::size_t i = 1; i < line.size(); ++i) {
-      if (!within(line[i])) continue;
-      const double x = (line[i].x - line[i - 1].x).count(), y = (line[i].y - line[i - 1].y).count();
-      const double length = std::hypot(x, y), turned = std::atan2(y, x) - angle;
-      out.length += length;
-      if (std::cos(4 * turned) >= 0.5) out.along += length;  // cos(4 * 15 degrees)
-    }
-  out.along /= std::max(1e-9, out.length);
+    for (std::size_t i = 1; i < line.size(); ++i)
+      if (counts(line[i - 1], line[i]))
+        out += std::hypot((line[i].x - line[i - 1].x).count(), (line[i].y - line[i - 1].y).count());
   return out;
 }
-constexpr auto kEverywhere = [](const Point<ArtworkFrame>&) { return true; };
 
 class MosaicSketch : public ::testing::TestWithParam<GridEffort> {};
 
@@ -73,18 +63,26 @@ TEST_P(MosaicSketch, CellsAreSmallWhereThatIsPainted) {
   artwork.guides.cell_sizes = cv::Mat(2, 2, CV_8UC1, cv::Scalar(0));
   artwork.guides.cell_sizes.row(0).setTo(255);  // of the upper half
   const MosaicPreview cells = sketched(artwork, GetParam());
-  const double above = borders(cells, [](const auto&at) { return at.y > 60_mm; }).length,
-               below = borders(cells, [](const auto&at) { return at.y < 40_mm; }).length;
+  const double above = border_length(cells, [](const auto&from, const auto&) { return from.y > 60_mm; }),
+               below = border_length(cells, [](const auto&from, const auto&) { return from.y < 40_mm; });
   EXPECT_GT(above, 1.3 * below);
 }
 
 TEST_P(MosaicSketch, CellsLieAlongWhatIsDrawn) {
   Artwork artwork = plain_artwork();
-  artwork.guides.flow_lines = {{{0, 10000}, {10000, 0}}};  // from the lower left corner to the upper right one
   PlanOptions options = mosaic_options();
-  options.flow_lines_only = true;
-  constexpr double kUpwards = 0.785398;
-  EXPECT_GT(borders(sketched(artwork, GetParam(), options), kEverywhere, kUpwards).along, 0.6);
+  options.flow_lines_only = true, options.cell_aspect = 3;
+  const auto slope = [](const auto& from, const auto& to) {  // 1 where it rises by 45 degrees, -1 where it falls
+    return std::sin(2 * std::atan2((to.y - from.y).count(), (to.x - from.x).count()));
+  };
+  const auto rising = [&](const auto& from, const auto& to) { return slope(from, to) > 0.7; };
+  const auto falling = [&](const auto& from, const auto& to) { return slope(from, to) < -0.7; };
+  artwork.guides.flow_lines = {{{0, 10000}, {10000, 0}}};  // from the lower left corner to the upper right one
+  const MosaicPreview up = sketched(artwork, GetParam(), options);
+  EXPECT_GT(border_length(up, rising), 1.5 * border_length(up, falling));
+  artwork.guides.flow_lines = {{{0, 0}, {10000, 10000}}};
+  const MosaicPreview down = sketched(artwork, GetParam(), options);
+  EXPECT_GT(border_length(down, falling), 1.5 * border_length(down, rising));
 }
 
 TEST_P(MosaicSketch, RefusesWhatAPlanWouldAndCellsThatNobodyCouldSee) {
