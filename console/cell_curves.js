@@ -70,7 +70,7 @@ function tell(query, sent, instead) {
   if (instead) query.set("flow_lines_only", "1");
 }
 export function curvesInto(query) {
-  if (wanted) tell(query, wanted.sent, wanted.instead);
+  if (wanted) tell(query, sentCurves(wanted.part), mine.instead);  // what was drawn just now, too
 }
 
 // What of a way lies within 0 to 1 of both sides, from `from` to `to` of it (Liang and Barsky's); null: nothing.
