@@ -119,7 +119,8 @@ TEST_F(HangingWorkers, CostTheirTaskWhileACutGoesOn) {
 }
 
 TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
-  constexpr std::array<const char*, 5> kDoors{"/jobs", "/plans", "/plans/advice", "/plans/sketch", "/plans/grid"};
+  constexpr std::array<const char*, 6> kDoors{"/jobs",         "/plans",      "/plans/advice",
+                                              "/plans/sketch", "/plans/grid", "/plans/mosaic"};
   auto random = random_of_campaign();
   const std::uint64_t wanted = number_from("VENEER_HOSTILE_PICTURES", 20);
   const std::uint64_t drawings = number_from("VENEER_HOSTILE_DRAWINGS", 4);
