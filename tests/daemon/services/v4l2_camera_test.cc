@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using tests::CameraFile;
 
 // In this process, since umockdev answers over a socket, and a confined one may not have any.
@@ -328,7 +329,13 @@ TEST_F(TriedCamera, WhatKeepsItFromAPictureIsTold) {
     EXPECT_THAT(refused({name, 0, 0, "", {}}), HasSubstr("no lasting name of a camera")) << name;
   device.change([](CameraFile::Play& play) { play.fails = {{VIDIOC_REQBUFS, EBUSY}}; });
   EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("is used by another program: close that"));
-  device.change([](CameraFile::Play& play) { play.fails.clear(), play.driver = "v4l2 loopback"; });
+  device.change([](CameraFile::Play& play) { play.fails = {{VIDIOC_STREAMON, ENOSPC}}; });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("or set a smaller width and height"));
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), Not(HasSubstr("[camera]"))) << "nothing is written yet";
+  device.change([](CameraFile::Play& play) { play.fails.clear(); });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {{"auto_exposure", "1"}}}),
+              HasSubstr("good for one focus: set focus_absolute = 17, where 17 is what it has now"));
+  device.change([](CameraFile::Play& play) { play.driver = "v4l2 loopback"; });
   EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("what a program makes up (v4l2 loopback)"));
   device.change([](CameraFile::Play& play) {
     play.driver = "played";
