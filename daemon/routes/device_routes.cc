@@ -233,10 +233,11 @@ Result<ChosenDevices::Camera> tried_camera(const DeviceServices& s, const AskedD
   if (const Status one = may_be_tried(s.roots, wanted.device); !one) return one.error();
   const auto last = s.trials.last();
   if (!last || last->camera.device != wanted.device)
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("no picture was taken with that camera last: take one on Set up, or by veneerctl camera "
-                             "try \"{}\", and choose it when you have seen it",
-                             wanted.device)};
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("no picture was taken with that camera last: take one with veneerctl camera try \"{}\", and "
+                    "choose it when you have seen it",
+                    wanted.device)};
   if (asked.trial && *asked.trial != last->task)
     return Error{ErrorCode::kConflict,
                  "somebody has taken another picture with that camera since, perhaps with other settings: take one "

@@ -47,7 +47,7 @@ Status may_be_tried(const DeviceRoots& roots, const std::string& device) {
   if ((folder != cameras / "by-id" && folder != cameras / "by-path") || !name.has_filename() ||
       name.filename() == "." || name.filename() == "..")
     return Error{ErrorCode::kNotFound,
-                 "that is no lasting name of a camera: take one that Set up or veneerctl camera list tells"};
+                 "that is no lasting name of a camera: see veneerctl camera list, and take one from it"};
   CameraConfig camera;
   camera.kind = "v4l2", camera.device = device;
   return means_one_camera(roots, camera);
