@@ -2,14 +2,11 @@
 // where they meet. A coarse grid comes within a moment, the one that a plan would have once nothing else is asked for.
 import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
-import {ask} from "./link.js";
 import {changed} from "./model.js";
 import {button, inEnglish} from "./parts.js";
-import {drawPart, isSketching, smallPicture} from "./sketch.js";
+import {drawPart, smallPicture} from "./sketch.js";
+import {liveLines} from "./live_lines.js";
 
-const kSettleMs = 120;       // a hand says many things a second
-const kPatienceMs = 60000;   // a sketch and another one's fine grid may go first
-const kFullMs = 1500;        // until a cell that has no room for it is asked again
 const kShownPx = 720;
 const kNear = .5;            // of a cell: how far beside a vertex a finger may come down
 const kFarthest = .399, kMostLean = .499;  // of a cell, as the planner admits it (planner/morph/spring_grid.h), and a little less
@@ -17,10 +14,7 @@ const kStep = .05;           // of a cell, by an arrow
 const kMostPins = 200, kMostGrids = 20;
 
 let wanted = null;           // {file, crop, query, key, size: {width, height in mm, rows, columns}, name}
-let shown = null;            // {file, name, key, fine, grid}; another key: of a moment ago
-let refused = null;          // {file, key, sentence}
-let asking = null;           // {key, fine, giveUp}
-let timer = 0;
+const live = liveLines("/plans/grid", {request: requestOf, waits: () => Boolean(hand), came: () => { ++version; }});
 const pinned = new Map();    // by grid, see nameOf(): Map of "row,column" to [across, down], of the part, from 0 to 1
 let hand = null;             // the vertex that a finger drags: {row, column, moved}
 let cursor = [1, 1];         // row, column; of the keyboard
@@ -43,53 +37,23 @@ const keyOf = (row, column) => `${row},${column}`;
 // picture, or with another layout (`query` null), no grid is wanted.
 export function wantGrid(file, whole, crop, query) {
   const shorter = query && Number(query.get("size_mm")), patch = query && Number(query.get("patch_mm"));
-  if (!file || !whole || !(shorter > 0) || !(patch > 0)) { wanted = hand = null; giveUp(); return; }
+  if (!file || !whole || !(shorter > 0) || !(patch > 0)) { wanted = hand = null; live.want(null); return; }
   const size = sizeOf(crop || whole, shorter, patch), name = nameOf(file, crop, size);
   const next = {file, whole, crop, query, size, name, shorter, patch};
   next.key = `${query} ${name} ${[...(pinned.get(name) || [])].join(" ")}`;
-  if (asking && asking.fine && (isSketching() || asking.key !== next.key)) giveUp();  // what is wanted at once goes before
   if (wanted && wanted.name !== name) { cursor = [Math.min(1, size.rows), Math.min(1, size.columns)]; said = ""; hand = null; }
-  const same = wanted && wanted.key === next.key;
   wanted = next;
-  if (!same) ++version;
-  askSoon(kSettleMs);
+  if (live.want(next)) ++version;
 }
 
-// Not later because something changes again: lines follow a finger that moves steadily.
-function askSoon(ms) {
-  if (!timer) timer = setTimeout(() => { timer = 0; askNext(); }, ms);
-}
-
-function giveUp() {
-  if (asking) asking.giveUp.abort();
-  asking = null;
-}
-
-const isOf = (one) => Boolean(one && wanted && one.file === wanted.file && one.key === wanted.key);
-
-async function askNext() {
-  if (asking || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || hand))) return;
-  const mine = asking = {key: wanted.key, fine: isOf(shown), giveUp: new AbortController()}, {file, crop, query, size, shorter, patch, name} = wanted;
-  const holds = new Map(pins());
-  changed();
-  try {
-    // A picture made smaller has another shape by a hair: it must have as many rows and columns.
-    const body = await smallPicture({file, crop}, (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; });
-    if (asking !== mine) return;
-    if (!body.pixels) throw new Error(t("lines.unreadable"));
-    const of = sizeOf(body.pixels, shorter, patch), asked = new URLSearchParams(query);
-    if (holds.size) asked.set("pinned_vertices", pinText(holds, of));
-    if (mine.fine) asked.set("fine", "1");
-    const grid = await ask("POST", `/api/v1/plans/grid?${asked}`, {body: body.blob, timeoutMs: kPatienceMs, until: mine.giveUp.signal});
-    if (asking === mine) { shown = {file, name, key: mine.key, fine: mine.fine, grid}; refused = null; ++version; }
-  } catch (fault) {
-    if (asking === mine && fault.status === 503) { asking = null; return askSoon(kFullMs); }
-    if (asking === mine) refused = {file, key: mine.key, sentence: fault.message};
-  }
-  if (asking !== mine) return;
-  asking = null;
-  changed();
-  askNext();
+async function requestOf({file, crop, query, size, shorter, patch, name}) {
+  const holds = new Map(pinned.get(name) || []);
+  // A picture made smaller has another shape by a hair: it must have as many rows and columns.
+  const body = await smallPicture({file, crop}, (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; });
+  if (!body.pixels) throw new Error(t("lines.unreadable"));
+  const asked = new URLSearchParams(query);
+  if (holds.size) asked.set("pinned_vertices", pinText(holds, sizeOf(body.pixels, shorter, patch)));
+  return {query: asked, body: body.blob};
 }
 
 // ---- what a plan is told --------------------------------------------------------------------------------------------
@@ -104,7 +68,7 @@ export function pinsInto(query) {
 const straight = (row, column) => [column / wanted.size.columns, row / wanted.size.rows];
 
 // That is known of this part of the picture, be it of a moment ago; null: none.
-const gridOf = () => (shown && shown.file === wanted.file && shown.name === wanted.name ? shown.grid : null);
+const gridOf = live.told;
 
 // Where it is shown: pinned, as the cell has told, or as the straight grid has it.
 function placeOf(row, column) {
@@ -293,7 +257,7 @@ function draw(canvas) {
       pen.stroke();
     }
   }
-  if (grid && isOf(shown)) Object.assign(canvas.dataset, {grid: `${grid.rows}x${grid.columns}`, fine: String(shown.fine)});
+  if (grid && live.isThere()) Object.assign(canvas.dataset, {grid: `${grid.rows}x${grid.columns}`, fine: String(live.isFine())});
   canvas.dataset.pinned = pins().size;
 }
 
@@ -307,7 +271,7 @@ const elsewhere = (file) => [...pinned.keys()].filter((name) => name.startsWith(
 export function lineControls(file) {
   if (!file) return null;
   if (!wanted) return elsewhere(file) > 0 && h("p.dim", {id: "lines-idle"}, t("lines.idle"));
-  const fault = isOf(refused) ? refused.sentence : "", coming = !fault && !isOf(shown), finer = !coming && !fault && !shown.fine;
+  const fault = live.fault(), coming = !fault && !live.isThere(), finer = !coming && !fault && !live.isFine();
   return h("div", {id: "lines", "data-key": "lines", "aria-busy": coming ? "true" : "false"},
     h("h3", {}, t("lines")), h("p.dim", {}, t("lines.about")), h("p.dim.keys", {id: "lines-keys"}, t("lines.keys")),
     h("canvas.lines", {"data-keep": "", "data-key": "lines-canvas", tabindex: 0, role: "application", "aria-label": t("lines.map"), "aria-describedby": "lines-keys",
@@ -316,7 +280,7 @@ export function lineControls(file) {
       onpointerdown: down, onpointermove: move, onpointerup: up, onpointercancel: up, ondblclick: double}),
     !fault && h("p.dim", {role: "status", id: "lines-state"}, t(coming ? "lines.coming" : finer ? "lines.finer" : "lines.done")),
     h("p.dim", {role: "status", id: "lines-said"}, said),
-    fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("lines.again"), () => { refused = null; ++version; askNext(); changed(); })),
+    fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("lines.again"), () => { ++version; live.again(); changed(); })),
     elsewhere(file) > 0 && !pins().size && h("p.warn", {}, `▲ ${t("lines.elsewhere")}`),
     pins().size > 0 && h("div.commands", {}, button(t("lines.free_all", {n: pins().size}), freeAll, {id: "lines-free"})));
 }

@@ -1,7 +1,8 @@
 // What somebody paints over a picture with a finger, or by keyboard: which of its edges a grid with morphed lines follows (all of them, or
-// not those that are veiled: of large shapes, fine ones, or both), and what in it matters (background, figure, detail).
+// not those that are veiled: of large shapes, fine ones, or both), where the cells of a mosaic are small or large, and what in it matters
+// (background, figure, detail).
 // What is painted is of the picture, whatever part of it is wanted, and stays with it while another one is looked at.
-import {h} from "./dom.js";
+import {h, svg} from "./dom.js";
 import {t} from "./words.js";
 import {changed} from "./model.js";
 import {button} from "./parts.js";
@@ -12,9 +13,11 @@ const kStored = 192;   // cells along a picture's longer side, of what is kept
 const kShownPx = 720;
 const kSizes = {small: 1, middle: 3, large: 8};  // radius, in cells that are sent
 const kMostBefore = 50, kMostPictures = 8;
-// sent: cells along a part's longer side, at most; layers: masks that are painted on, of values that begin as `usual`.
+// layout: the only one that heeds it; sent: cells along a part's longer side, at most; layers: masks that are painted on, of values that
+// begin as `usual`; uneven: one tone says nothing, and is not sent.
 const kBrushes = {
-  edges: {sent: 64, layers: ["large_edges", "fine_edges"], usual: 1, bits: 1, values: {off: 0, on: 1}},
+  edges: {layout: "morph", sent: 64, layers: ["large_edges", "fine_edges"], usual: 1, bits: 1, values: {off: 0, on: 1}},
+  sizes: {layout: "mosaic", sent: 48, layers: ["cell_sizes"], usual: 8, bits: 4, values: {background: 0, figure: 8, detail: 15}, uneven: true},
   matters: {sent: 48, layers: ["importance"], usual: 8, bits: 4, values: {background: 3, figure: 8, detail: 15}},
 };
 
@@ -23,7 +26,7 @@ let file = null, whole = null;  // that is painted on; its size in pixels
 let painted = null;  // of `pictures`
 let part = null;     // of the picture, in cells that are kept: {x, y, width, height}; crop: the same in pixels
 let left = "";       // the picture that was painted on before this one
-const hand = {edges: {layer: "both", value: "off", size: "middle"}, matters: {layer: "both", value: "detail", size: "middle"}};
+const hand = {edges: {layer: "both", value: "off", size: "middle"}, sizes: {layer: "both", value: "detail", size: "middle"}, matters: {layer: "both", value: "detail", size: "middle"}};
 let last = null, version = 0;
 
 const layersOf = (brush) => (hand[brush].layer === "both" ? kBrushes[brush].layers : [hand[brush].layer]);
@@ -84,15 +87,17 @@ function sent(brush, layer) {
   return out;
 }
 
-// As the planner's parameters; nothing where nothing is painted. `edges`: whether the layout follows any.
-export function paintInto(query, edges) {
+const isOne = (mask) => mask.every((value) => value === mask[0]);
+
+// As the planner's parameters, of what `layout` heeds ("": no more than squares do); nothing where nothing is painted.
+export function paintInto(query, layout) {
   if (!part) return;
-  for (const [brush, {layers, usual, bits}] of Object.entries(kBrushes)) {
-    if (brush === "edges" && !edges) continue;
+  for (const [brush, {layout: heeds = layout, layers, usual, bits, uneven}] of Object.entries(kBrushes)) {
+    if (heeds !== layout) continue;
     const {columns, rows} = gridOf(brush);
     for (const layer of layers) {
       const mask = sent(brush, layer);
-      if (mask.every((value) => value === usual)) continue;
+      if (isOne(mask) && (uneven || mask[0] === usual)) continue;
       let hex = "";
       for (let i = 0; i < mask.length; i += 4 / bits) {
         let digit = 0;
@@ -150,8 +155,8 @@ function begin(brush, event) {
 
 // ---- the keyboard ---------------------------------------------------------------------------------------------------
 
-const cross = {edges: [.5, .5], matters: [.5, .5]};  // where it stands, of what is shown
-const said = {edges: "", matters: ""};
+const cross = {edges: [.5, .5], sizes: [.5, .5], matters: [.5, .5]};  // where it stands, of what is shown
+const said = {edges: "", sizes: "", matters: ""};
 let byKeys = "";                                     // the brush whose crosshair is seen
 
 function keyed(brush, event) {
@@ -207,7 +212,7 @@ function draw(canvas) {
   delete canvas.dataset.painted;
   if (!drawPart(pen, file, part.crop, canvas.width, canvas.height)) return;
   canvas.drawn_ = key;
-  const {usual} = kBrushes[brush], masks = layersOf(brush).map((layer) => sent(brush, layer));
+  const {usual, uneven} = kBrushes[brush], masks = layersOf(brush).map((layer) => sent(brush, layer));
   let count = 0;
   for (let row = 0; row < rows; ++row)
     for (let column = 0; column < columns; ++column) {
@@ -215,7 +220,8 @@ function draw(canvas) {
       const less = values.filter((value) => value < usual).length;
       if (values.every((value) => value === usual)) continue;
       ++count;
-      cell(pen, column * canvas.width / columns, row * canvas.height / rows, canvas.width / columns, canvas.height / rows, less, less === values.length);
+      if (uneven) tiles(pen, row, column, canvas.width / columns, canvas.height / rows, values[0]);
+      else cell(pen, column * canvas.width / columns, row * canvas.height / rows, canvas.width / columns, canvas.height / rows, less, less === values.length);
     }
   canvas.dataset.painted = count;
   if (byKeys === brush) drawCross(pen, brush, canvas.width, canvas.height);
@@ -232,22 +238,41 @@ function cell(pen, x, y, wide, high, less, all) {
   pen.fillRect(middle - 1, centre - 3, 2, 6);
 }
 
+// Small squares or large ones, as cells will be: neither shade nor words are needed. The larger, the darker.
+function tiles(pen, row, column, wide, high, value) {
+  const across = value > 8 ? .5 : value > 3 ? 2 : 4, [x, y] = [column * wide, row * high];
+  pen.fillStyle = value > 8 ? "rgba(255, 255, 255, .34)" : "rgba(21, 24, 26, .5)";
+  pen.fillRect(x, y, wide + .5, high + .5);
+  pen.fillStyle = value > 8 ? "#005f94" : "#e69f00";
+  for (let step = 0; step < 1; step += across) {
+    if (across < 1 || column % across === 0) pen.fillRect(x + step * wide - .75, y, 1.5, high + .5);
+    if (across < 1 || row % across === 0) pen.fillRect(x, y + step * high - .75, wide + .5, 1.5);
+  }
+}
+
+// A square in as many small ones as the value means.
+function sizeGlyph(value) {
+  const count = {background: 1, figure: 2, detail: 4}[value], at = [...Array(count + 1).keys()].map((line) => 2 + line * 20 / count);
+  return svg("svg.glyph", {viewBox: "0 0 24 24", "aria-hidden": "true"}, svg("path", {class: "thin", d: at.map((line) => `M${line} 2V22M2 ${line}H22`).join("")}));
+}
+
 export function paintDrawn(place) {
   if (part) for (const canvas of place.querySelectorAll("canvas.paint")) draw(canvas);
 }
 
 const set = (act) => () => { act(); ++version; changed(); };
-const choices = (brush, what, options, words) => h("div.choices", {role: "group", "aria-label": t(`paint.${what}`)}, ...options.map((one) =>
-  h("button", {type: "button", "aria-pressed": String(hand[brush][what] === one), "data-choice": one, onclick: set(() => { hand[brush][what] = one; })}, t(`${words}.${one}`))));
+const choices = (brush, what, options, words, glyph = null) => h("div.choices", {role: "group", "aria-label": t(`paint.${what}`)}, ...options.map((one) =>
+  h("button.with-glyph", {type: "button", "aria-pressed": String(hand[brush][what] === one), "data-choice": one, onclick: set(() => { hand[brush][what] = one; })}, glyph && glyph(one), t(`${words}.${one}`))));
 
 function controls(brush, ...more) {
   if (!part) return null;
-  const {layers, values, usual} = kBrushes[brush], {before} = painted;
-  const outside = hasPaint(brush) && layers.every((layer) => sent(brush, layer).every((value) => value === usual));
+  const {layers, values, usual, uneven} = kBrushes[brush], {before} = painted, masks = hasPaint(brush) ? layers.map((layer) => sent(brush, layer)) : [];
+  const outside = hasPaint(brush) && masks.every((mask) => mask.every((value) => value === usual)), even = hasPaint(brush) && !outside && uneven && masks.every(isOne);
   return h("details", {id: brush}, h("summary", {}, t(brush)),
     h("p.dim", {}, t(`${brush}.about`)),
     left && !hasPaint(brush) && h("p.warn", {}, `▲ ${t("paint.left", {name: left})}`),
     outside && h("p.warn", {}, `▲ ${t("paint.outside")}`),
+    even && h("p.warn", {id: `${brush}-even`}, `▲ ${t(`${brush}.even`)}`),
     h("p.dim.keys", {id: `${brush}-keys`}, t("paint.keys")),
     h("canvas.paint", {"data-keep": "", "data-key": brush, "data-brush": brush, tabindex: 0, role: "application", "aria-label": t(`${brush}.map`), "aria-describedby": `${brush}-keys`,
       onkeydown: (event) => keyed(brush, event), onfocus: (event) => { if (event.currentTarget.matches(":focus-visible")) { byKeys = brush; draw(event.currentTarget); } },
@@ -255,7 +280,7 @@ function controls(brush, ...more) {
       onpointerdown: (event) => begin(brush, event), onpointermove: (event) => { if (holds(event)) paint(brush, event); }, onpointerup: changed}),
     h("p.dim", {role: "status", id: `${brush}-said`}, said[brush]),
     layers.length > 1 && choices(brush, "layer", ["both", ...layers], brush),
-    choices(brush, "value", Object.keys(values), brush),
+    choices(brush, "value", Object.keys(values), brush, uneven && sizeGlyph),
     choices(brush, "size", Object.keys(kSizes), "paint"),
     h("div.commands", {},
       button(t("paint.undo"), set(() => { Object.assign(painted.masks, before[brush].pop()); }), {id: `${brush}-undo`, disabled: !before[brush].length}),
@@ -269,3 +294,6 @@ export function edgeControls(followed) {
   return controls("edges", button(t("edges.none"), set(() => { remember("edges"); for (const layer of layersOf("edges")) painted.masks[layer] = filled("edges", 0); hand.edges.value = "on"; }), {id: "edges-none"}));
 }
 export const matterControls = () => controls("matters");
+export function sizeControls(among) {
+  return among ? controls("sizes") : painted && part && hasPaint("sizes") && h("p.dim", {id: "sizes-idle"}, t("sizes.idle"));
+}

@@ -1,6 +1,7 @@
 // Strokes of a brush as lists of [x, y]. Pure.
 
-function distance([x, y], [ax, ay], [bx, by]) {
+// Of a point from a straight way.
+export function distance([x, y], [ax, ay], [bx, by]) {
   const dx = bx - ax, dy = by - ay, length2 = dx * dx + dy * dy;
   const along = length2 > 0 ? Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / length2)) : 0;
   return Math.hypot(x - ax - along * dx, y - ay - along * dy);

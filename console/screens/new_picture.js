@@ -7,7 +7,7 @@ import {button, card, hint, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {askAll, kAgainMs} from "../link.js";
-import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
+import {edgeControls, matterControls, paintDrawn, paintInto, sizeControls, wantPaint} from "../picture_brush.js";
 import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {firstSize, waits} from "../first_size.js";
@@ -18,11 +18,12 @@ const wanted = {
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
   panels: new Set(), remnants: "", triangles: false, rematch: "0",
+  cell_aspect: 1, limits: new Map(),  // of a mosaic's cells; the share of the picture that a wood may take at most
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
-let grid = null, frame = null;  // grid_lines.js and crop_frame.js, which the first view of the page does without
+let grid = null, cells = null, frame = null;  // grid_lines.js, cell_curves.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
 let typed = false;  // somebody has said how large
 let sizedFor = null;  // the picture beside which a size was proposed, of the wood that is free
@@ -38,7 +39,7 @@ const again = new Map();
 const later = (load) => { clearTimeout(again.get(load)); again.set(load, setTimeout(load, kAgainMs)); };
 async function loadTools() {
   if (grid) return;
-  try { [grid, frame] = await Promise.all([import("../grid_lines.js"), import("../crop_frame.js")]); } catch (fault) { later(loadTools); }
+  try { [grid, cells, frame] = await Promise.all([import("../grid_lines.js"), import("../cell_curves.js"), import("../crop_frame.js")]); } catch (fault) { later(loadTools); }
   changed();
 }
 async function loadWoods() {
@@ -66,6 +67,7 @@ export function draw() {
   const bad = fault();
   if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
   if (grid) grid.wantGrid(operates() && !bad ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
+  if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), bad ? null : cellsQuery());
   const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
@@ -78,6 +80,7 @@ export function draw() {
 export function drawn(place) {
   paintDrawn(place);
   if (grid) grid.linesDrawn(place);
+  if (cells) cells.cellsDrawn(place);
 }
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
@@ -177,6 +180,24 @@ function target() {
 const chips = (all, among) => h("div.chips", {}, ...all.map((one) => h("label", {"data-key": one}, h("input", {type: "checkbox", checked: among.has(one),
   onchange: (event) => { if (event.target.checked) among.add(one); else among.delete(one); changed(); }}), one)));
 const tick = (name, label, id) => h("label.tick", {}, h("input", {type: "checkbox", id, checked: wanted[name], onchange: (event) => take(name, event.target.checked)}), label);
+const kLongest = 4;  // times as long as wide, as the planner admits cells
+function aspectSlider() {
+  const {cell_aspect: aspect} = wanted, words = aspect > 1 ? t("cells.aspect", {n: written(aspect)}) : t("cells.square");
+  return h("label.slider", {}, h("span.with-glyph", {}, cells.aspectGlyph(aspect), words),
+    h("input", {type: "range", min: 1, max: kLongest, step: .1, value: String(aspect), "aria-label": words, id: "slide-cell_aspect", oninput: (event) => take("cell_aspect", Number(event.target.value))}));
+}
+
+// Of the woods that may be taken, those that are limited.
+const mayBeTaken = (wood) => !wanted.wood.size || wanted.wood.has(wood);
+const limits = () => [...wanted.limits].filter(([wood, share]) => share < 1 && mayBeTaken(wood));
+function limitControls() {
+  const listed = woods.filter(mayBeTaken);
+  if (!listed.length) return null;
+  const set = (wood) => (share) => { if (share < 1) wanted.limits.set(wood, share); else wanted.limits.delete(wood); changed(); };
+  return h("div", {id: "limits"}, h("p.dim", {}, t("limits")), wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
+    ...listed.map((wood) => slider(`limit_${wood}`, wood, {value: wanted.limits.get(wood) ?? 1, act: set(wood)})));
+}
+
 // One that has left the stock stays ticked: without it, a plan would take wood from all panels.
 const panelsToTick = () => {
   const inStock = model.panels.filter((panel) => !panel.retired).map((panel) => panel.id);
@@ -203,7 +224,8 @@ function formCard() {
       h("div.pair", {}, number("size_mm", {id: "picture-size"}), number("patch_mm", {id: "picture-patch"})),
       lack && h("p.warn", {id: "no-wood"}, `▲ ${t(`picture.${lack}`, {panels: model.panels.filter(waits).map(({id}) => id).join(", ")})}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
-      drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), edgeControls(wanted.layout === "morph"), matterControls(),
+      drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), cells && cells.cellControls(wanted.layout === "mosaic", aspectSlider()),
+      edgeControls(wanted.layout === "morph"), sizeControls(wanted.layout === "mosaic"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       tick("refine", t("picture.refine"), "picture-refine"),
       tick("elsewhere", t("picture.elsewhere"), "picture-elsewhere"),
@@ -211,7 +233,7 @@ function formCard() {
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
-        chips(woods, wanted.wood), number("max_panels", {id: "picture-panels"})),
+        chips(woods, wanted.wood), limitControls(), number("max_panels", {id: "picture-panels"})),
       moreControls(),
       h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayPlan, wide: true, id: "do-advise"}),
         h("button.wide", {type: "submit", id: "do-plan", disabled: !mayPlan, class: mayPlan ? "next" : ""}, t("picture.plan"), lacking("operator"))),
@@ -231,6 +253,7 @@ function asked() {
   const query = new URLSearchParams({name: wanted.name || "picture", size_mm: asNumber("size_mm")});
   for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
   if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
+  if (limits().length && !wanted.refine) query.set("wood_limit", limits().map(([wood, share]) => `${wood}=${share}`).join(","));
   if (wanted.max_panels.trim()) query.set("max_panels", asNumber("max_panels"));
   if (wanted.panels.size) query.set("panels", [...wanted.panels].join(","));
   if (wanted.remnants) query.set("remnants_first", wanted.remnants);
@@ -244,7 +267,7 @@ function sketchQuery() {
   query.set("patch_mm", asNumber("patch_mm"));
   query.set("layout", wanted.layout);
   if (wanted.crop) query.set("crop", wanted.crop);
-  paintInto(query, false);  // squares follow no edges
+  paintInto(query, "");  // squares follow no edges
   return query;
 }
 
@@ -253,8 +276,17 @@ function gridQuery() {
   if (wanted.layout !== "morph") return null;
   const query = new URLSearchParams({layout: "morph", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
   if (wanted.triangles) query.set("triangles", "1");
-  paintInto(query, true);
+  paintInto(query, "morph");
   query.delete("importance");  // of wood
+  return query;
+}
+
+// The same of the cells of a mosaic, beside the curves that they lie along.
+function cellsQuery() {
+  if (wanted.layout !== "mosaic") return null;
+  const query = new URLSearchParams({layout: "mosaic", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
+  if (wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
+  paintInto(query, "mosaic");
   return query;
 }
 
@@ -268,8 +300,10 @@ async function plan(event) {
   query.set("patch_mm", asNumber("patch_mm"));
   for (const choice of ["layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
-  paintInto(query, wanted.layout === "morph");
+  paintInto(query, wanted.layout);
   if (grid && wanted.layout === "morph") grid.pinsInto(query);
+  if (cells && wanted.layout === "mosaic") cells.curvesInto(query);
+  if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
   if (wanted.refine) query.set("refine", "dp");
   if (wanted.refine && numberOf(wanted.rematch) > 0) query.set("rematch", asNumber("rematch"));
   if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
@@ -289,7 +323,7 @@ async function advise() {
   takeWhole();
   const query = asked();
   wantPaint(wanted.file, pictureSize(wanted.file), null);
-  paintInto(query, false);  // of all of the picture: which part is what is asked
+  paintInto(query, "");  // of all of the picture: which part is what is asked
   const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(advice = started.task);
   changed();

@@ -50,6 +50,9 @@ struct Caller {
   std::string credential = {};  // which session or token (Accounts); "": none
 };
 
+// Finds out who sends a request, by the secret that came with it.
+using WhoAsks = std::function<const Caller&()>;
+
 // That `caller` may not do this, and how somebody comes by that role.
 std::string role_needed(const Caller& caller, Role role, const std::string& what = "this");
 

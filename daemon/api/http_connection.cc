@@ -240,16 +240,19 @@ void HttpConnection::on_header(error_code fault) {
   if (!visitor_.peer) {
     if (auto refusal = refuse_foreign(headers)) return answer(std::move(*refusal), true);
   }
-  caller_ =
-      visitor_.peer ? *visitor_.peer : caller_over_tcp(headers, shared_->accounts, visitor_.door, visitor_.address);
+  const auto who_asks = [&]() -> const Caller& {
+    caller_ =
+        visitor_.peer ? *visitor_.peer : caller_over_tcp(headers, shared_->accounts, visitor_.door, visitor_.address);
+    return caller_;
+  };
   if (is_stop(request)) {
-    // Before anything that may wait, a line of the log included.
-    ApiReply told = shared_->on_stop(caller_);
+    // Before anything that may wait, a line of the log and a look at who it is included.
+    ApiReply told = shared_->on_stop(who_asks);
     answer(wants_page(request) ? stopped_page(std::move(told)) : std::move(told), !parser_->is_done());
     shared_->log->warn("STOP from {}", caller_.who);
     return;
   }
-  identity_ = identity_of(caller_, visitor_.address);
+  identity_ = identity_of(who_asks(), visitor_.address);
   take_turn(&HttpConnection::look_at_request);
 }
 

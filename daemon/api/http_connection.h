@@ -33,7 +33,7 @@ struct ServerShared {
   const Router& router;
   EventHub& hub;
   const Accounts& accounts;
-  std::function<ApiReply(const Caller&)> on_stop;
+  std::function<ApiReply(const WhoAsks&)> on_stop;
   Logger log;
   std::unique_ptr<TlsIdentity> tls;  // null without TLS
   int tcp_port = 0, tls_port = 0;

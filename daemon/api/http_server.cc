@@ -222,7 +222,7 @@ HttpServer::~HttpServer() { close(); }
 
 Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, HttpServerOptions options,
                                                      const Router& router, EventHub& hub, const Accounts& accounts,
-                                                     std::function<ApiReply(const Caller&)> on_stop, Logger log) {
+                                                     std::function<ApiReply(const WhoAsks&)> on_stop, Logger log) {
   if (const auto unbound = router.unbound(); !unbound.empty())
     return Error{ErrorCode::kInternal,
                  "nothing answers the API's operation " + unbound.front() + ": this veneerd was built wrongly"};

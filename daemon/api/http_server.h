@@ -51,10 +51,10 @@ class HttpServer {
   // Listens at once. kInvalidArgument when `listen` is not a loopback address or TLS lacks what it needs, kConflict
   // when somebody else answers at the socket or port, kStorage when the socket cannot be made, kInternal when an
   // operation of the API is bound to nothing. `router`, `hub`, `accounts` outlive the server. `on_stop` is STOP: it
-  // must not wait for anything. Its reply is sent at once.
+  // must not wait for anything, and stops before it asks who wants it. Its reply is sent at once.
   static Result<std::unique_ptr<HttpServer>> open(boost::asio::io_context& reactor, HttpServerOptions options,
                                                   const Router& router, EventHub& hub, const Accounts& accounts,
-                                                  std::function<ApiReply(const Caller&)> on_stop, Logger log);
+                                                  std::function<ApiReply(const WhoAsks&)> on_stop, Logger log);
   ~HttpServer();  // close(), and the socket file is removed
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

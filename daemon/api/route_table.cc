@@ -94,6 +94,7 @@ constexpr std::array kOperations = {
     ApiOperation{"advisePlan", "POST", "/api/v1/plans/advice", Role::kOperator, Takes::kPictureAndQuery},
     ApiOperation{"sketchPlan", "POST", "/api/v1/plans/sketch", Role::kOperator, Takes::kPictureAndQuery, true},
     ApiOperation{"sketchGrid", "POST", "/api/v1/plans/grid", Role::kOperator, Takes::kPictureAndQuery, true},
+    ApiOperation{"sketchMosaic", "POST", "/api/v1/plans/mosaic", Role::kOperator, Takes::kPictureAndQuery, true},
     ApiOperation{"listPlans", "GET", "/api/v1/plans", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPlan", "GET", "/api/v1/plans/{id}", Role::kViewer},
     ApiOperation{"getPlanPieces", "GET", "/api/v1/plans/{id}/pieces", Role::kViewer, Takes::kQuery},

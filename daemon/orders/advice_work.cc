@@ -4,7 +4,7 @@
 
 #include "base/base64.h"
 #include "daemon/orders/artwork_file.h"
-#include "daemon/orders/picture_paint.h"
+#include "daemon/orders/artwork_guides.h"
 #include "daemon/orders/wood_options.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/resample.h"
@@ -43,9 +43,7 @@ Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::
   auto read = read_artwork({order.picture}, order.name, order.crop, order.size);
   if (!read) return read.error();
   planner::Artwork artwork = std::move(*read);
-  const auto importance = importance_mask("importance", order.importance);
-  if (!importance) return importance.error();
-  artwork.importance = *importance;
+  if (const Status weighed = weigh(order.importance, artwork); !weighed) return weighed.error();
   progress(0.02, "reading the stock");
   const auto stock = load_job_wood(order.wood, artwork.width * artwork.height);
   if (!stock) return stock.error();

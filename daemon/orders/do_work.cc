@@ -43,6 +43,7 @@ constexpr std::array kComputed{
     KindOfWork{GiveAdvice::kKind, run<give_advice>},
     KindOfWork{DrawSketch::kKind, run<draw_sketch>},
     KindOfWork{DrawGrid::kKind, run<draw_grid>},
+    KindOfWork{DrawMosaic::kKind, run<draw_mosaic>},
     KindOfWork{ViewScan::kKind, run<view_scan>},
     KindOfWork{RegisterScans::kKind, run<register_scans>},
     KindOfWork{LookAtBed::kKind, run<look_at_bed>},

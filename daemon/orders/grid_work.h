@@ -1,8 +1,10 @@
-// What a worker process does to show where the lines of a morphed grid will be, while somebody moves a slider, paints
-// edges or pins vertices (planner/suggest/grid_sketch.h). It looks at no wood, and writes nothing.
+// What a worker process does to show where the lines of a morphed grid or the cells of a mosaic will be, while somebody
+// moves a slider, paints, pins vertices or draws lines (planner/suggest/grid_sketch.h, mosaic_sketch.h). It looks at no
+// wood, and writes nothing.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -26,14 +28,38 @@ struct DrawGrid {
   bool fine = false;                                    // planner::GridEffort
 };
 
+using DrawnPlace = std::array<double, 2>;  // millimetres from the artwork's lower left corner, to a hundredth
+
 struct GridDrawn {
-  using Place = std::array<double, 2>;  // millimetres from the artwork's lower left corner, to a hundredth
   double width_mm = 0, height_mm = 0;
   int rows = 0, columns = 0;
-  std::vector<Place> vertices;            // as planner::GridPreview has them
-  std::vector<std::vector<Place>> lines;  // likewise
+  std::vector<DrawnPlace> vertices;            // as planner::GridPreview has them
+  std::vector<std::vector<DrawnPlace>> lines;  // likewise
 };
 // As planner::sketch_grid() says; kInvalidArgument also: the crop does not lie within the picture.
 Result<GridDrawn> draw_grid(const DrawGrid& order, const std::filesystem::path& folder, const TaskProgress& progress);
+
+struct DrawMosaic {
+  static constexpr const char* kKind = "draw_mosaic";
+  std::string name;
+  std::string picture;                         // file
+  std::string crop;                            // as planner::crop_of() reads it; "": all of it
+  Millimetres size{0};                         // shorter side
+  std::map<std::string, std::string> options;  // planner::kNamedOptions
+  std::string cell_sizes = "salient";          // cell_size_mask() of it
+  std::string flow_lines;                      // planner::flow_lines_of() it
+  std::string importance = "even";             // importance_mask() of it
+  bool fine = false;                           // planner::GridEffort
+};
+
+struct MosaicDrawn {
+  double width_mm = 0, height_mm = 0;
+  std::size_t cells = 0;
+  std::vector<std::vector<DrawnPlace>> lines;  // as planner::MosaicPreview has them
+};
+// As planner::sketch_mosaic() says; kInvalidArgument also: the crop does not lie within the picture, or nothing can be
+// made of what was painted and drawn.
+Result<MosaicDrawn> draw_mosaic(const DrawMosaic& order, const std::filesystem::path& folder,
+                                const TaskProgress& progress);
 
 }  // namespace veneer::daemon

@@ -28,4 +28,15 @@ Result<Answer> have_done(WorkRunner& runner, WorkOrder order, const Request& req
   }
 }
 
+// The same, and asked once more when the process was killed or crashed, which says nothing about what was asked for:
+// for what a run needs, which should not wait for people on that account.
+template <class Answer, class Request>
+Result<Answer> have_done_despite_a_death(WorkRunner& runner, const WorkOrder& order, const Request& request,
+                                         const TaskProgress& progress, const std::stop_token& stop) {
+  Result<Answer> done = have_done<Answer>(runner, order, request, progress, stop);
+  const bool lost =
+      !done && (done.error().code == ErrorCode::kUnavailable || done.error().code == ErrorCode::kInternal);
+  return lost ? have_done<Answer>(runner, order, request, progress, stop) : done;
+}
+
 }  // namespace veneer::daemon

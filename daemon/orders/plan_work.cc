@@ -11,7 +11,7 @@
 
 #include "base/clock.h"
 #include "daemon/orders/artwork_file.h"
-#include "daemon/orders/picture_paint.h"
+#include "daemon/orders/artwork_guides.h"
 #include "daemon/orders/records_json.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
@@ -20,10 +20,8 @@
 #include "planner/cutting/lead_choice.h"
 #include "planner/cutting/marks.h"
 #include "planner/cutting/omissions.h"
-#include "planner/drawings/flow_lines.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
-#include "planner/layout/pinned_vertices.h"
 #include "planner/parallel.h"
 #include "planner/problem/shortage.h"
 #include "planner/suggest/fitting_size.h"
@@ -103,39 +101,14 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::option
   return options;
 }
 
-Status guide_a_grid(const MakePlan& order, planner::LayoutGuides& guides) {
-  const auto large = edge_mask("large_edges", order.large_edges), fine = edge_mask("fine_edges", order.fine_edges);
-  if (!large) return large.error();
-  if (!fine) return fine.error();
-  guides.large = *large;
-  guides.fine = *fine;
-  auto vertices = planner::pinned_vertices_of("pinned_vertices", order.pinned_vertices);
-  if (!vertices) return vertices.error();
-  guides.vertices = std::move(*vertices);
-  return Ok();
-}
-
-Status guide_a_mosaic(const MakePlan& order, planner::Artwork& artwork) {
-  planner::LayoutGuides& guides = artwork.guides;
-  const auto sizes = cell_size_mask("cell_sizes", order.cell_sizes);
-  if (!sizes) return sizes.error();
-  if (Status good = planner::check_painted_sizes(*sizes, artwork.picture.size(), artwork.name); !good) return good;
-  guides.cell_sizes = *sizes;
-  auto lines = planner::flow_lines_of("flow_lines", order.flow_lines);
-  if (!lines) return lines.error();
-  guides.flow_lines = std::move(*lines);
-  return Ok();
-}
-
 // Other layouts heed no guides, and refuse them.
 Status guide(const MakePlan& order, planner::Artwork& artwork) {
-  const auto importance = importance_mask("importance", order.importance);
-  if (!importance) return importance.error();
-  artwork.importance = *importance;
+  if (Status weighed = weigh(order.importance, artwork); !weighed) return weighed;
   const auto layout = order.options.find("layout");
   if (layout == order.options.end()) return Ok();
-  if (layout->second == "morph") return guide_a_grid(order, artwork.guides);
-  if (layout->second == "mosaic") return guide_a_mosaic(order, artwork);
+  if (layout->second == "morph")
+    return guide_a_grid(order.large_edges, order.fine_edges, order.pinned_vertices, artwork);
+  if (layout->second == "mosaic") return guide_a_mosaic(order.cell_sizes, order.flow_lines, artwork);
   return Ok();
 }
 

@@ -2,8 +2,8 @@
 
 #include "base/base64.h"
 #include "daemon/orders/artwork_file.h"
+#include "daemon/orders/artwork_guides.h"
 #include "daemon/orders/kept_wood.h"
-#include "daemon/orders/picture_paint.h"
 #include "daemon/orders/wood_options.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/suggest/contact_sheet.h"
@@ -19,9 +19,7 @@ constexpr int kSketchQuality = 85;
 Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path&, const TaskProgress&) {
   auto artwork = read_artwork({order.picture}, order.name, order.crop, order.size);
   if (!artwork) return artwork.error();
-  const auto importance = importance_mask("importance", order.importance);
-  if (!importance) return importance.error();
-  artwork->importance = *importance;
+  if (const Status weighed = weigh(order.importance, *artwork); !weighed) return weighed.error();
   const auto stock = load_job_wood(order.wood, artwork->width * artwork->height, kept_wood(order.kept_dir));
   if (!stock) return stock.error();
   auto options = wood_options(order.options, order.wood, *stock, order.kerf, order.recipes);

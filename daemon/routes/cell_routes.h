@@ -54,8 +54,8 @@ struct UnitServices {
   std::function<nlohmann::json(Role told)> status;
 };
 void bind_unit_routes(Router& router, const UnitServices& services);
-// STOP: the reset byte goes out before the reply is made.
-ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller);
+// STOP: the reset byte goes out before anybody asks who wants it, and before the reply is made.
+ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const WhoAsks& who_asks);
 
 // Panels.
 struct StockServices {

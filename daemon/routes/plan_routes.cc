@@ -108,22 +108,41 @@ json grid_json(const GridDrawn& grid) {
           {"columns", grid.columns},   {"vertices", grid.vertices},   {"lines", grid.lines}};
 }
 
-// Waits with the sketches, as that says.
-void sketch_grid(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+json mosaic_json(const MosaicDrawn& drawn) {
+  return {{"width_mm", drawn.width_mm}, {"height_mm", drawn.height_mm}, {"cells", drawn.cells}, {"lines", drawn.lines}};
+}
+
+// Of a layout that has lines to show, the only one that is taken; `draw` gets whether they are to be fine. Waits with
+// the sketches, as they say.
+template <class F>
+void draw_lines(const JobServices& s, const ApiRequest& request, const Reply& reply, const char* layout, F draw) {
   ApiRequest own, plan = request;
   for (const char* name : {"layout", "fine"})
     if (const auto given = request.query.find(name); given != request.query.end()) own.query.insert(*given);
   plan.query.erase("fine");
-  plan.query.emplace("layout", "morph");
+  plan.query.emplace("layout", layout);
   auto query = RequestReader::query_of(own);
-  query.word("layout", {"morph"});  // the others have no lines that follow the picture
+  query.word("layout", {layout});
   const bool fine = query.flag("fine").value_or(false);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   auto wanted = read_job_request(plan);  // as the plan to come would be asked for
   if (!wanted) return reply(ApiReply::error(wanted.error()));
-  s.sketches.ask(request, reply, [s, fine, wanted = std::move(*wanted), gone = request.gone](Repositories&) {
+  s.sketches.ask(request, reply, [draw, fine, wanted = std::move(*wanted), gone = request.gone](Repositories&) {
+    return draw(wanted, fine, gone);
+  });
+}
+
+void sketch_grid(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  draw_lines(s, request, reply, "morph", [s](const JobRequest& wanted, bool fine, const std::stop_token& gone) {
     const auto drawn = s.plans.sketch_grid(wanted, fine, gone);
     return drawn ? ApiReply::json(grid_json(*drawn)) : ApiReply::error(drawn.error());
+  });
+}
+
+void sketch_mosaic(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  draw_lines(s, request, reply, "mosaic", [s](const JobRequest& wanted, bool fine, const std::stop_token& gone) {
+    const auto drawn = s.plans.sketch_mosaic(wanted, fine, gone);
+    return drawn ? ApiReply::json(mosaic_json(*drawn)) : ApiReply::error(drawn.error());
   });
 }
 
@@ -308,6 +327,7 @@ void bind_plan_routes(Router& router, const JobServices& s) {
   router.bind("advisePlan", [s](const ApiRequest& request, const Reply& reply) { advise_plan(s, request, reply); });
   router.bind("sketchPlan", [s](const ApiRequest& request, const Reply& reply) { sketch_plan(s, request, reply); });
   router.bind("sketchGrid", [s](const ApiRequest& request, const Reply& reply) { sketch_grid(s, request, reply); });
+  router.bind("sketchMosaic", [s](const ApiRequest& request, const Reply& reply) { sketch_mosaic(s, request, reply); });
   router.bind("changePlan", [s](const ApiRequest& request, const Reply& reply) { change_plan(s, request, reply); });
   router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

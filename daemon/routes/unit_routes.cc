@@ -81,10 +81,10 @@ void glance(const UnitServices& s, const ApiRequest& request, const Reply& reply
 
 }  // namespace
 
-ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
+ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const WhoAsks& who_asks) {
   const SteadyClock clock;
   const auto read = clock.now();
-  unit.command(CellCommand::kAbort, caller.who, [](const Status&) {});
+  unit.stop_by([&who_asks] { return who_asks().who; });
   metrics.stop_taken(unit.stop_given() - read);
   return taken(unit);
 }
@@ -95,7 +95,7 @@ void bind_unit_routes(Router& router, const UnitServices& s) {
   });
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
   router.bind("stop", [s](const ApiRequest& request, const Reply& reply) {
-    reply(stop_at_once(s.unit, s.metrics, request.caller));
+    reply(stop_at_once(s.unit, s.metrics, [&request]() -> const Caller& { return request.caller; }));
   });
   router.bind("getBedPicture", [s](const ApiRequest& request, const Reply& reply) {
     reply_large(

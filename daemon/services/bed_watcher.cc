@@ -220,11 +220,7 @@ Result<BedSeen> BedWatcher::photograph(BedPictures::For what, WallTime hands_in,
   order.readable = {picture->file};
   order.deadline = std::chrono::seconds(config_.workers.look_limit_s);
   const auto quietly = [](double, const std::string&) {};
-  auto seen = have_done<BedSeen>(workers_, order, look, quietly, ending_.get_token());
-  // A process that was killed or crashed says nothing about the bed, and a run should not wait for people on its
-  // account: once more.
-  if (!seen && (seen.error().code == ErrorCode::kUnavailable || seen.error().code == ErrorCode::kInternal))
-    seen = have_done<BedSeen>(workers_, std::move(order), look, quietly, ending_.get_token());
+  const auto seen = have_done_despite_a_death<BedSeen>(workers_, order, look, quietly, ending_.get_token());
   if (!seen) return seen.error();
   if (auto bytes = folder->made(kMadeBedPicture, kMostBedPictureBytes)) {
     const std::lock_guard lock(picture_mutex_);

@@ -421,28 +421,47 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
   return drawn;
 }
 
-Result<GridDrawn> PlanService::sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop) {
-  constexpr std::chrono::seconds kGridLimit{20};
-  auto folder = WorkFolder::make(library_.data_dir());
+namespace {
+
+// By a worker that looks at the picture alone. `wanted` lacks what every order of its kind has.
+template <class Drawn, class Order>
+Result<Drawn> lines_over(const JobRequest& request, Order wanted, const char* what, const PanelLibrary& library,
+                         WorkRunner& workers, const Config& config, const std::stop_token& stop) {
+  constexpr std::chrono::seconds kLimit{20};
+  auto folder = WorkFolder::make(library.data_dir());
   if (!folder) return folder.error();
   WorkOrder order;
-  order.kind = DrawGrid::kKind;
-  order.what = "drawing a grid";
+  order.kind = Order::kKind;
+  order.what = what;
   order.folder = folder->path();
-  order.deadline = std::min<std::chrono::seconds>(kGridLimit, std::chrono::seconds(config_.workers.planning_limit_s));
+  order.deadline = std::min<std::chrono::seconds>(kLimit, std::chrono::seconds(config.workers.planning_limit_s));
   order.nice = 10;
-  const DrawGrid wanted{request.name,
-                        (folder->path() / "picture").string(),
-                        request.crop,
-                        request.size,
-                        option_texts(request.options),
-                        request.large_edges,
-                        request.fine_edges,
-                        request.pinned_vertices,
-                        fine};
+  wanted.name = request.name;
+  wanted.picture = (folder->path() / "picture").string();
+  wanted.crop = request.crop;
+  wanted.size = request.size;
+  wanted.options = option_texts(request.options);
   if (const Status kept = keep_for_a_moment(request.picture(), wanted.picture); !kept) return kept.error();
-  return have_done<GridDrawn>(
-      workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
+  return have_done<Drawn>(
+      workers, std::move(order), wanted, [](double, const std::string&) {}, stop);
+}
+
+}  // namespace
+
+Result<GridDrawn> PlanService::sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop) {
+  DrawGrid wanted;
+  wanted.large_edges = request.large_edges, wanted.fine_edges = request.fine_edges;
+  wanted.pinned_vertices = request.pinned_vertices;
+  wanted.fine = fine;
+  return lines_over<GridDrawn>(request, std::move(wanted), "drawing a grid", library_, workers_, config_, stop);
+}
+
+Result<MosaicDrawn> PlanService::sketch_mosaic(const JobRequest& request, bool fine, const std::stop_token& stop) {
+  DrawMosaic wanted;
+  wanted.cell_sizes = request.cell_sizes, wanted.flow_lines = request.flow_lines;
+  wanted.importance = request.importance;
+  wanted.fine = fine;
+  return lines_over<MosaicDrawn>(request, std::move(wanted), "drawing a mosaic", library_, workers_, config_, stop);
 }
 
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,

@@ -1,8 +1,9 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
 // one transaction. The picture is looked at, and the plan made, by a worker process (daemon/orders/plan_work.h).
 //
-// Threading: all of it blocks and, but for sketch() and sketch_grid(), is called on the planner's worker only. What it
-// reads of the database it reads itself; the thread that writes is asked for what is written alone.
+// Threading: all of it blocks and, but for sketch(), sketch_grid() and sketch_mosaic(), is called on the planner's
+// worker only. What it reads of the database it reads itself; the thread that writes is asked for what is written
+// alone.
 #pragma once
 
 #include <optional>
@@ -68,6 +69,8 @@ class PlanService {
   // Where the lines of a morphed grid will be (`fine`: as planner::GridEffort::kFine), of the picture alone; nothing is
   // stored. On any thread but the reactor; kCancelled once `stop` is requested.
   Result<GridDrawn> sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop);
+  // Likewise the cells of a mosaic.
+  Result<MosaicDrawn> sketch_mosaic(const JobRequest& request, bool fine, const std::stop_token& stop);
   // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given. The
   // wood that the plan leases is free for the other, which gets it once that lease is released.
   // kNotFound: there is no such plan, or no such piece in it.

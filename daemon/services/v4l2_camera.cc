@@ -93,7 +93,7 @@ Result<fs::path> V4l2Camera::take(int frames, std::optional<WorkFolder>& into, c
   auto folder = WorkFolder::make(data_dir_);
   if (!folder) return folder.error();
   const TakePicture asked{config_.device, {config_.width, config_.height, config_.format, config_.options}, frames};
-  const auto taken = have_done<v4l2::TakenPicture>(
+  const auto taken = have_done_despite_a_death<v4l2::TakenPicture>(
       *workers_, camera_order(TakePicture::kKind, "taking a picture of the bed", *folder, {config_.device}, deadline_),
       asked, [](double, const std::string&) {}, stop);
   if (!taken)

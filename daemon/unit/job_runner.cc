@@ -99,10 +99,7 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
-    parts().laser.abort();  // the words, which take memory, come after
-    stop_given_ = SteadyClock().now();
-    break_off(fmt::format("STOP by {}", who), nullptr);
-    audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
+    stop_by([&who] { return who; });
     return reply(Ok());
   }
   if (command == CellCommand::kHold && is_aside()) return give_up_aside(who, reply);
@@ -124,6 +121,14 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     default:  // Start and Recut name things; Suspend and Complete come from the work
       return reply(refusal(view_.state, command));
   }
+}
+
+void JobRunner::stop_by(const std::function<std::string()>& who) {
+  parts().laser.abort();  // the words, which take memory, come after
+  stop_given_ = SteadyClock().now();
+  const std::string name = who();
+  break_off(fmt::format("STOP by {}", name), nullptr);
+  audit_log_.write_or_count({0, utc_timestamp(), name, "cell.abort", {}});
 }
 
 void JobRunner::reset(Reply reply) {

@@ -59,6 +59,9 @@ class JobRunner : private ActivityHost {
   // acting state has begun; Hold's when the machine rests, Unhold's and Unsuspend's when the pose is proven again and
   // motion goes on. `confirmed` is what the operator confirms by name before the beam comes on (Unsuspend).
   void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  // The command Abort by somebody who is asked for only once the laser has its reset byte: to find out who it is may
+  // take time and memory.
+  void stop_by(const std::function<std::string()>& who);
   // When the last Abort had been given to the laser: its byte was on its way then. By the steady clock.
   TimePoint stop_given() const { return stop_given_; }
   void start_job(JobId job, const std::string& who, Reply reply);

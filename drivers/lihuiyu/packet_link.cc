@@ -92,9 +92,11 @@ void PacketLink::replied(const UsbReply& reply, TimePoint now) {
       break;
     case Transfer::kPacket:
       if (!reply.done)
-        return fail({ErrorCode::kDisconnected,
-                     "the laser board did not take a packet in time, and nobody knows whether it has it: check the "
-                     "laser's supply and the USB cable"});
+        return fail(
+            {ErrorCode::kDisconnected,
+             "the laser board did not take a packet in time, or this computer was too loaded to see that it did, "
+             "and nobody knows whether it has it: check the laser's supply and the USB cable, end other heavy "
+             "programs, then Clear and Reset"});
       sending_ = Sending::kConfirming;
       statuses_since_write_ = 0;
       waiting_since_ = heard_at_ = next_poll_ = now;
@@ -171,7 +173,10 @@ void PacketLink::confirm(BoardState state, TimePoint now) {
 void PacketLink::tick(TimePoint now) {
   if (failure_) return;
   if (silent(now))
-    return fail({ErrorCode::kDisconnected, "the laser board stopped answering: check its supply and the USB cable"});
+    return fail(
+        {ErrorCode::kDisconnected,
+         "the laser board stopped answering, or this computer was too loaded to hear it: check the laser's supply "
+         "and the USB cable, end other heavy programs, then Clear and Reset"});
   const bool waits = sending_ == Sending::kAwaitReady || sending_ == Sending::kConfirming;
   if (waits && now - waiting_since_ >= options_.busy_timeout)
     return fail({ErrorCode::kDeviceFault,

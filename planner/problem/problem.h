@@ -66,7 +66,8 @@ using PatchPlacements = std::vector<std::optional<PatchPlacement>>;  // one a ta
 
 inline constexpr int kSmallestPatch = 3;  // working pixels
 
-// kInvalidArgument: see make_plan. Without looking at a pixel.
+// kInvalidArgument: see make_plan. Of one artwork without its wood, and of all; without looking at a pixel.
+Status check_artwork(const Artwork& artwork, const PlanOptions& options);
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
 // The same, and kCancelled: within some tens of milliseconds of the stop request. `doing`, if given, gets a short
 // phrase, on the calling thread, before what takes seconds.

@@ -81,8 +81,6 @@ Status check_options(const PlanOptions& o) {
   return Ok();
 }
 
-namespace {
-
 Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   const cv::Mat& picture = artwork.picture;
   if (picture.empty()) return unusable(fmt::format("the picture \"{}\" is empty", artwork.name));
@@ -126,6 +124,8 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
                     artwork.name, pixels / 1e6, options.dpi));
   return Ok();
 }
+
+namespace {
 
 // What would fail later, after all pixels have been looked at.
 Status check_patches(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options) {

@@ -13,6 +13,9 @@ import unittest
 
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
+from selenium.webdriver.common.keys import Keys
 
 CONSOLE = sys.argv[1]
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -676,6 +679,267 @@ class Cards(Page):
         self.assertEqual(bare, 20)
         self.assertGreater(some, 20)
         self.assertEqual(more, some)
+
+
+# New picture with a picture of 60 x 40 pixels, to be made of cells; the cell answers with two of them.
+MOSAIC = """
+    const page = await load('screens/new_picture.js');
+    const plate = document.createElement('canvas').toDataURL('image/jpeg').split(',')[1];
+    Object.assign(window.answers, {
+      '/plans/sketch': {preview_jpeg: plate, width_mm: 60, height_mm: 40, pieces: 6, likeness: .5, layout: 'grid', unfilled: 0, patch_mm: 14, left_out: []},
+      '/plans/mosaic': {width_mm: 60, height_mm: 40, cells: 2, lines: [[[30, 0], [30, 40]]]}, '/plans?': {task: 5},
+      '/materials': {materials: [{material: 'maple'}, {material: 'walnut'}], next: null}});
+    const draw = () => { given_to({panels: 0}); put(main, page.draw()); page.drawn(main); };
+    const sheet = (css) => { draw(); return main.querySelector(css); };
+    const choose = async (name) => {
+      const paper = document.createElement('canvas');
+      paper.width = 60; paper.height = 40;
+      const files = new DataTransfer(), input = sheet('#picture-file');
+      files.items.add(new File([await new Promise((made) => paper.toBlob(made))], name, {type: 'image/png', lastModified: 1}));
+      input.files = files.files;
+      input.dispatchEvent(new Event('change'));
+    };
+    const type = (css, text) => { const field = sheet(css); field.value = text; field.dispatchEvent(new Event(field.nodeName === 'SELECT' ? 'change' : 'input')); draw(); };
+    const press = (css) => { sheet(css).click(); draw(); };
+    const told = (part) => { const last = window.asked.filter(({path}) => path.includes(part)).pop(); return last ? Object.fromEntries(new URLSearchParams(last.path.split('?')[1])) : null; };
+    const fine = () => until(() => { const canvas = sheet('canvas.cells'); return canvas && canvas.dataset.fine === 'true'; });
+    const planned = async () => { const before = window.asked.length; press('#do-plan'); await until(() => window.asked.slice(before).some(({path}) => path.includes('/plans?'))); return told('/plans?'); };
+    const curves = () => sheet('canvas.cells').dataset.curves;
+"""
+
+
+class Mosaic(Page):
+    def setUp(self):
+        self.speak("en")
+        self.browser.set_window_size(1280, 900)
+        self.at("page.enter(); await choose('one.png'); await until(() => sheet('#picture-layout') && sheet('#part')); type('#picture-layout', 'mosaic'); await until(() => sheet('canvas.cells')); await fine()")
+
+    def at(self, script, *values):
+        return self.does(CELL + MOSAIC + script, *values)
+
+    def over(self, css, *shares, by="touch"):
+        """From place to place, each as shares of what is drawn over, and up; then the page is drawn."""
+        left, top, width, height = self.browser.execute_script(
+            "const one = document.querySelector(arguments[0]); one.scrollIntoView({block: 'center', behavior: 'instant'}); const {left, top, width, height} = one.getBoundingClientRect(); return [left, top, width, height]", css)
+        hand = ActionBuilder(self.browser, mouse=PointerInput(by, by))
+        for number, (x, y) in enumerate(shares):
+            hand.pointer_action.move_to_location(round(left + x * width), round(top + y * height))
+            if number == 0:
+                hand.pointer_action.pointer_down()
+        hand.pointer_action.pointer_up()
+        hand.perform()
+        self.at("draw()")
+
+    def keys(self, css, *keys):
+        self.browser.execute_script("document.querySelector(arguments[0]).focus({focusVisible: true})", css)
+        self.browser.find_element("css selector", css).send_keys(*keys)
+        self.at("draw()")
+
+    def lines(self, text):
+        return [[tuple(int(one) for one in point.split(",")) for point in line.split(" ")] for line in text.split(";")] if text else []
+
+    def near(self, line, *places):
+        self.assertEqual(len(line), len(places), line)
+        for point, place in zip(line, places):
+            for at, wanted in zip(point, place):
+                self.assertAlmostEqual(at, wanted, delta=80, msg=str(line))
+
+    def test_a_stroke_is_a_curve_that_cells_lie_along(self):
+        for by in ("touch", "mouse"):
+            self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5), by=by)
+            seen = self.at("await fine(); return [told('/plans/mosaic'), curves(), sheet('#cells-state').innerText, sheet('#cells-said').innerText, await planned(), told('/plans/sketch')]")
+            self.near(*self.lines(seen[0]["flow_lines"]), (2500, 5000), (7500, 5000))
+            self.assertEqual(seen[1:4], ["1", "2 cells, about as the plan will have them", "1 curve is drawn."])
+            self.assertEqual({name: seen[4][name] for name in ("layout", "flow_lines")}, {"layout": "mosaic", "flow_lines": seen[0]["flow_lines"]})
+            self.assertNotIn("flow_lines", seen[5], "squares lie along nothing")
+            self.assertEqual(self.at("press('#cells-undo'); await fine(); return [curves(), 'flow_lines' in told('/plans/mosaic')]"), ["0", False])
+
+    def test_a_curve_is_of_the_picture_whatever_part_is_wanted(self):
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        seen = self.at("""
+            await fine();
+            const first = told('/plans/mosaic').flow_lines;
+            type('#slide-closer', '.5'); type('#slide-across', '0'); type('#slide-down', '.5');
+            await fine();
+            const half = told('/plans/mosaic').flow_lines, plan = await planned();
+            type('#slide-down', '0'); type('#slide-closer', '.7');
+            await fine();
+            const beside = [told('/plans/mosaic').flow_lines || null, sheet('#cells-outside') !== null, curves(), (await planned()).flow_lines || null];
+            press('#take-whole');
+            await fine();
+            return {first, half, plan: [plan.flow_lines, plan.crop], beside, again: told('/plans/mosaic').flow_lines}""")
+        self.near(*self.lines(seen["half"]), (5000, 5000), (10000, 5000))
+        self.assertEqual(seen["plan"], [seen["half"], "0,10,30,20"], "in the frame of the part that is planned")
+        self.assertEqual(seen["beside"], [None, True, "1", None])
+        self.assertEqual(seen["again"], seen["first"])
+
+    def test_corners_are_tapped_and_the_last_one_twice(self):
+        for place in ((.2, .2), (.5, .2), (.8, .7), (.8, .7)):
+            self.over("canvas.cells", place)
+        self.assertIsNone(self.at("return sheet('#cells-end')"), "it has ended")
+        self.over("canvas.cells", (.2, .8))
+        self.over("canvas.cells", (.4, .9))
+        self.at("press('#cells-end')")
+        one, other = self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines"))
+        self.near(one, (2000, 2000), (5000, 2000), (8000, 7000))
+        self.near(other, (2000, 8000), (4000, 9000))
+        self.at("press('#cells-erase')")
+        self.over("canvas.cells", (.05, .5))
+        self.assertEqual(self.at("return [curves(), sheet('#cells-said').innerText]"), ["2", "No curve is near: nothing is erased."])
+        self.over("canvas.cells", (.35, .2))
+        self.assertEqual(self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines")), [other])
+        self.assertEqual(self.at("press('#cells-undo'); return curves()"), "2")
+        self.over("canvas.cells", (.05, .5), (.5, .2), (.4, .9), (.2, .9), (.95, .95))
+        self.assertEqual(self.at("return [curves(), sheet('#cells-draw').getAttribute('aria-pressed')]"), ["0", "true"], "all that the finger came over, and what erased draws nothing")
+        self.at("press('#cells-undo'); press('#cells-undo')")
+        self.assertEqual(self.at("press('#cells-none'); await fine(); return [curves(), told('/plans/mosaic').flow_lines || null]"), ["0", None])
+        self.assertEqual(self.at("press('#cells-undo'); return curves()"), "2", "nothing is lost")
+
+    def test_a_stroke_from_the_last_corner_goes_on(self):
+        self.over("canvas.cells", (.2, .2))
+        self.over("canvas.cells", (.5, .2))
+        self.over("canvas.cells", (.5, .2), (.55, .25), (.8, .5))
+        self.near(*self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines")), (2000, 2000), (5000, 2000), (8000, 5000))
+
+    def test_a_curve_by_keyboard(self):
+        self.keys("canvas.cells", Keys.SHIFT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.NULL, Keys.ENTER)
+        self.near(*self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines")), (5000, 5000), (5250, 5000), (5500, 5000))
+        self.keys("canvas.cells", Keys.ARROW_DOWN)
+        self.assertEqual(self.at("return sheet('#cells-said').innerText"), "55 % from the left, 53 % from the top")
+        self.keys("canvas.cells", Keys.DELETE)
+        self.assertEqual(self.at("return [curves(), sheet('#cells-said').innerText]"), ["0", "The curve is erased."])
+
+    def test_curves_beside_the_edges_or_instead_of_them(self):
+        self.assertIsNone(self.at("return sheet('#cells-instead')"), "instead of nothing they are not")
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        seen = self.at("""
+            await fine();
+            const beside = told('/plans/mosaic').flow_lines_only || null;
+            press('#cells-instead');
+            await fine();
+            const instead = [told('/plans/mosaic').flow_lines_only, (await planned()).flow_lines_only, sheet('#cells-instead').getAttribute('aria-pressed')];
+            press('#cells-undo');
+            await fine();
+            return [beside, instead, told('/plans/mosaic').flow_lines_only || null]""")
+        self.assertEqual(seen, [None, ["1", "1", "true"], None])
+
+    def test_curves_stay_with_their_picture_and_layout(self):
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        seen = self.at("""
+            await choose('two.png');
+            await until(() => sheet('#cells') && sheet('#cells').innerText.includes('over one.png stay'));
+            await fine();
+            const other = [curves(), told('/plans/mosaic').flow_lines || null];
+            await choose('one.png');
+            await until(() => sheet('canvas.cells') && curves() === '1');
+            type('#picture-layout', 'grid');
+            const idle = [sheet('#cells-idle') !== null, sheet('canvas.cells') === null, (await planned()).flow_lines || null];
+            type('#picture-layout', 'mosaic');
+            return [other, idle, curves()]""")
+        self.assertEqual(seen, [["0", None], [True, True, None], "1"])
+
+    def test_many_curves_are_sent_with_fewer_points(self):
+        sent = self.at("""
+            const canvas = sheet('canvas.cells');
+            canvas.setPointerCapture = () => {}; canvas.hasPointerCapture = () => true;
+            const {left, top, width, height} = canvas.getBoundingClientRect();
+            for (let row = 1; row < 20; ++row) {
+              const say = (name, x, y) => canvas.dispatchEvent(new PointerEvent(name, {isPrimary: true, button: 0, pointerId: 1, clientX: left + x * width, clientY: top + y * height}));
+              say('pointerdown', 0, row / 20);
+              for (let n = 1; n <= 60; ++n) say('pointermove', n / 60, row / 20 + (n % 2 ? .02 : 0));
+              say('pointerup', 1, row / 20);
+            }
+            await fine();
+            return [curves(), told('/plans/mosaic').flow_lines]""")
+        lines = self.lines(sent[1])
+        self.assertEqual((sent[0], len(lines)), ("19", 19))
+        self.assertLessEqual(sum(map(len, lines)), 400)
+
+    def test_sizes_of_cells_are_painted(self):
+        self.at("sheet('#sizes').open = true; draw()")
+        self.over("canvas[data-brush=sizes]", (.25, .5), (.3, .5))
+        seen = self.at("""
+            await fine();
+            const cells = told('/plans/mosaic').cell_sizes, plan = await planned(), painted = sheet('canvas[data-brush=sizes]').dataset.painted;
+            await until(() => { draw(); return told('/plans/sketch'); });
+            type('#picture-layout', 'grid');
+            const squares = [(await planned()).cell_sizes || null, sheet('#sizes-idle') !== null];
+            type('#picture-layout', 'mosaic');
+            await fine();
+            press('#sizes-undo');
+            await fine();
+            return {cells, plan: plan.cell_sizes, painted, sketch: told('/plans/sketch').cell_sizes || null, squares, undone: told('/plans/mosaic').cell_sizes || null}""")
+        mask = seen["cells"]
+        self.assertRegex(mask, "^48x32:[0-9a-f]{1536}$")
+        row = mask.split(":")[1][15 * 48:16 * 48]
+        self.assertEqual((row[13], row[40]), ("f", "8"), "small where the brush was, else as the rest")
+        self.assertEqual((seen["plan"], seen["sketch"], seen["squares"], seen["undone"]), (mask, None, [None, True], None))
+        self.assertGreater(int(seen["painted"]), 5)
+
+    def test_one_size_everywhere_says_nothing_and_is_not_sent(self):
+        self.at("sheet('#sizes').open = true; sheet('#sizes [data-choice=background]').click(); sheet('#sizes [data-choice=large]').click(); draw()")
+        for row in range(0, 11):
+            self.over("canvas[data-brush=sizes]", (.01, row / 10 * .98 + .01), (.99, row / 10 * .98 + .01))
+        self.assertEqual(self.at("await fine(); return [told('/plans/mosaic').cell_sizes || null, sheet('#sizes-even') !== null, sheet('canvas[data-brush=sizes]').dataset.painted]"), [None, True, "1536"])
+
+    def test_sizes_are_painted_by_keyboard(self):
+        self.at("sheet('#sizes').open = true; draw()")
+        self.keys("canvas[data-brush=sizes]", Keys.SPACE)
+        self.assertEqual(self.at("return sheet('#sizes-said').innerText"), "Painted at 50 % from the left, 50 % from the top: small")
+        self.assertTrue(self.at("await fine(); return told('/plans/mosaic').cell_sizes"))
+
+    def test_how_long_cells_are(self):
+        seen = self.at("""
+            const usual = [(await planned()).cell_aspect || null, sheet('#cells').innerText.includes('Cells as long as wide')];
+            type('#slide-cell_aspect', '2.5');
+            await fine();
+            const long = [told('/plans/mosaic').cell_aspect, (await planned()).cell_aspect, told('/plans/sketch').cell_aspect || null];
+            type('#picture-layout', 'morph');
+            return [usual, long, (await planned()).cell_aspect || null]""")
+        self.assertEqual(seen, [[None, True], ["2.5", "2.5", None], None])
+
+    def test_a_wood_takes_no_more_than_its_share(self):
+        seen = self.at("""
+            await until(() => sheet('#slide-limit_walnut'));
+            const usual = (await planned()).wood_limit || null;
+            type('#slide-limit_walnut', '.3');
+            const limited = (await planned()).wood_limit, sketched = await until(() => { draw(); return told('/plans/sketch').wood_limit; });
+            press('#picture-refine');
+            const refined = [(await planned()).wood_limit || null, sheet('#limits-idle') !== null];
+            press('#picture-refine');
+            sheet('[data-key=maple] input').click();
+            draw();
+            const without = [(await planned()).wood_limit || null, sheet('#slide-limit_walnut') === null];
+            return {usual, limited, sketched, refined, without}""")
+        self.assertEqual(seen, {"usual": None, "limited": "walnut=0.3", "sketched": "walnut=0.3", "refined": [None, True], "without": [None, True]})
+
+    def test_what_the_cell_refuses_is_said_and_asked_again(self):
+        seen = self.at("""
+            const good = window.answers['/plans/mosaic'];
+            window.answers['/plans/mosaic'] = {error: {message: 'the mosaic would have 4000 pieces'}};
+            type('#picture-patch', '2');
+            const said = await until(() => { const fault = sheet('#cells .fault'); return fault && fault.innerText; });
+            window.answers['/plans/mosaic'] = good;
+            press('#cells .fault button');
+            await fine();
+            return [said.split('\\n')[0], sheet('#cells .fault') === null]""")
+        self.assertIn("The mosaic would have 4000 pieces.", seen[0])
+        self.assertTrue(seen[1])
+
+    def test_all_of_it_has_words_in_both_languages(self):
+        for language in ("en", "de"):
+            self.speak(language)
+            told = self.at("""
+                page.enter();
+                await choose('one.png');
+                await until(() => sheet('#part'));
+                type('#picture-layout', 'mosaic');
+                await fine();
+                const one = await load('words.js'), names = ['draw', 'erase', 'end', 'undo', 'none', 'beside', 'instead', 'corner', 'count', 'erased', 'nothing', 'enough', 'unreadable', 'idle', 'outside', 'left', 'coming', 'finer', 'done', 'at', 'tool', 'edges', 'aspect', 'square', 'map', 'keys', 'about'].map((name) => `cells.${name}`);
+                const others = ['background', 'figure', 'detail', 'all', 'idle', 'even', 'map', 'about'].map((name) => `sizes.${name}`);
+                return [...names, ...others, 'cells', 'sizes', 'limits', 'limits.idle'].filter((name) => one.t(name, {n: 1}) === name)""")
+            self.assertEqual(told, [])
+        self.speak("en")
 
 
 # A cell that has something of everything, before an admin: every screen has all of its parts.

@@ -239,6 +239,23 @@ TEST(LihuiyuCore, WhenTheLinkDiesTheBeamDiesWithThePackets) {
   EXPECT_FALSE(cell.core.status().homed);
 }
 
+TEST(LihuiyuCore, SilenceAccusesTheComputerToo) {
+  const lihuiyu::LihuiyuOptions options;
+  LihuiyuCell cell({}, options);
+  cell.connect_and_home();
+  cell.start(odd_job(1, 1, 20));
+  cell.run(4);
+  cell.clock.advance(options.silence_timeout);
+  cell.core.tick(cell.now());
+  EXPECT_THAT(
+      cell.core.take_events(),
+      ::testing::Contains(::testing::VariantWith<laser_event::Aborted>(::testing::Field(
+          &laser_event::Aborted::error,
+          ::testing::Field(&Error::message, ::testing::AllOf(::testing::HasSubstr("the laser board stopped answering"),
+                                                             ::testing::HasSubstr("this computer was too loaded"),
+                                                             ::testing::HasSubstr("end other heavy programs")))))));
+}
+
 TEST(LihuiyuCore, TellsOfALostSupplyWhileNothingRuns) {
   LihuiyuCell cell;
   cell.connect_and_home();

@@ -440,6 +440,27 @@ class Day:
         self.draw_over("canvas.lines", (.5, .5), (.52, .5), (.6, .42))
         self.until("a pinned place", lambda: self.lines("pinned") == "1")
 
+    def lie_along_a_curve(self):
+        """The cells of a mosaic come for what is drawn and painted, rough and then fine; all of it is taken back."""
+        def cells(what):
+            return self.browser.execute_script(
+                "const canvas = document.querySelector('canvas.cells'); return canvas && canvas.dataset.cells ? canvas.dataset[arguments[0]] : null", what)
+        Select(self.find("#picture-layout")).select_by_value("mosaic")
+        self.until("its cells, as the plan has them", lambda: int(cells("cells") or 0) >= 2 and cells("fine") == "true")
+        self.draw_over("canvas.cells", (.2, .3), (.4, .4), (.8, .5))
+        self.until_says("#cells-said", "1 curve is drawn.")
+        self.until("cells along it", lambda: cells("curves") == "1" and cells("fine") == "true")
+        assert self.asked_for("plans/mosaic") >= 4 and self.asked_for("flow_lines=") >= 2, "about where they are at first, and then as the plan has them"
+        self.press("#sizes summary")
+        self.until("the picture to paint on", lambda: self.painted("sizes") == "0")
+        self.draw_over("canvas[data-brush=sizes]", (.2, .2), (.3, .3))
+        self.until("cells of the sizes that are painted", lambda: self.asked_for("cell_sizes=") >= 2 and cells("fine") == "true")
+        self.show("cells")
+        self.press("#sizes-undo")
+        self.press("#sizes summary")
+        self.press("#cells-undo")
+        self.until("no curve any more", lambda: cells("curves") == "0")
+
     def scan_a_sheet(self):
         """What a scan saw waits for a word, on every screen's first line too; then it is stock."""
         self.hands("place", "panel", "scanner")
@@ -502,6 +523,7 @@ class Day:
         self.follow_a_slider()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
+        self.lie_along_a_curve()
         self.pin_where_lines_meet()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 3")

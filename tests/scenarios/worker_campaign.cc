@@ -33,6 +33,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"give_advice", BegunWhen::kBesideACut, "looking for advice", &Workers::give_advice},
       {"draw_sketch", BegunWhen::kBesideACut, "sketch", &Workers::draw_sketch},
       {"draw_grid", BegunWhen::kBesideACut, "drawing a grid", &Workers::draw_grid},
+      {"draw_mosaic", BegunWhen::kBesideACut, "drawing a mosaic", &Workers::draw_mosaic},
       {"view_scan", BegunWhen::kBesideACut, "looking at the scan", &Workers::scan},
       {"register_scans", BegunWhen::kBesideACut, "registering the scan", &Workers::scan},
       {"look_at_bed", BegunWhen::kByTheCut, "looking at the bed", &Workers::no_order},

@@ -69,6 +69,7 @@ class Workers : public OperatedCell {
   std::string give_advice() { return feed("/plans/advice", target()); }
   std::string draw_sketch() { return feed("/plans/sketch", target()); }
   std::string draw_grid() { return feed("/plans/grid", target()); }
+  std::string draw_mosaic() { return feed("/plans/mosaic", target()); }
   std::string scan();
   std::string find_scanners();
   std::string find_cameras();

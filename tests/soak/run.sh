@@ -10,7 +10,7 @@
 #                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
 #                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
-#   workers      200 deaths of worker processes, 88 that hang, 1,000 truly hostile pictures at four doors and 320 hostile
+#   workers      200 deaths of worker processes, 8 of each kind that hang, 1,000 truly hostile pictures at five doors and 320 hostile
 #                drawings while cuts go on, 48 lost looks at the bed, 48 deaths in the laser's and the camera's calibrations,
 #                64 of scans by SANE beside a drawing; what the twin says of each cut and of the beam. Then the two largest
 #                bombs (4 GB of memory)
@@ -96,7 +96,7 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak" guardian
 
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
-  show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 VENEER_HANGS=11 \
+  show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 VENEER_HANG_ROUNDS=1 \
     VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_CAMERA_FAULTS=6 VENEER_SCANNER_FAULTS=8 VENEER_BOARD_FAULTS=8 VENEER_HOSTILE_PICTURES=125 \
     VENEER_HOSTILE_DRAWINGS=40 "$build/tests/scenario_tests" scenarios/workers_test.cc
 done

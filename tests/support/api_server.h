@@ -60,9 +60,10 @@ class ApiServer {
     }
     auto opened = daemon::HttpServer::open(
         reactor_, options, router_, hub_, accounts_,
-        [this](const daemon::Caller& caller) {
+        [this](const daemon::WhoAsks& who_asks) {
           ++stops_;
-          return daemon::ApiReply::json({{"state", "Aborting"}, {"by", caller.who}});
+          dates_asked_at_stop_ = dates_asked_.load();
+          return daemon::ApiReply::json({{"state", "Aborting"}, {"by", who_asks().who}});
         },
         log);
     if (!opened) throw std::runtime_error(opened.error().message);
@@ -109,6 +110,10 @@ class ApiServer {
   std::string host() const { return "127.0.0.1:" + std::to_string(port()); }
   int tls_port() const { return server_->tls_port(); }
   int stops() const { return stops_; }
+  // How often the accounts wanted to know the date, which they do once they have found whose a secret is: until the
+  // last STOP, and until now.
+  int dates_asked_at_stop() const { return dates_asked_at_stop_; }
+  int dates_asked() const { return dates_asked_; }
   daemon::EventHub& hub() { return hub_; }
   daemon::TaskRegistry& tasks() { return tasks_; }
   daemon::ConsoleLinks& links() { return links_; }
@@ -159,7 +164,11 @@ class ApiServer {
   daemon::EventHub hub_;
   daemon::ConsoleLinks links_{clock_};
   AccountMemory account_memory_;
-  daemon::Accounts accounts_{[this](std::chrono::seconds ahead) { return calendar_time(clock_.now(), ahead); },
+  std::atomic<int> dates_asked_{0}, dates_asked_at_stop_{0};
+  daemon::Accounts accounts_{[this](std::chrono::seconds ahead) {
+                               ++dates_asked_;
+                               return calendar_time(clock_.now(), ahead);
+                             },
                              account_memory_};
   daemon::Passwords passwords_{reactor_, daemon::PasswordCost::kForTests};
   daemon::SignInThrottle throttle_{clock_};

@@ -57,7 +57,7 @@ TEST(HttpServer, DoesNotOpenWhileAnOperationIsBoundToNothing) {
   HttpServerOptions options;
   options.listen = "127.0.0.1:0";
   const auto opened = HttpServer::open(
-      reactor, options, router, hub, accounts, [](const Caller&) { return ApiReply::json(nlohmann::json::object()); },
+      reactor, options, router, hub, accounts, [](const WhoAsks&) { return ApiReply::json(nlohmann::json::object()); },
       make_null_logger());
   ASSERT_FALSE(opened.ok());
   EXPECT_NE(opened.error().message.find("getSession"), std::string::npos) << opened.error().message;
@@ -80,6 +80,18 @@ TEST(HttpServer, StopRunsWhileAHandlerHangsAndNobodyIsLoggedIn) {
   server.on_reactor([&] { hanging.front()(ApiReply::json({{"late", true}})); });
   EXPECT_EQ(nlohmann::json::parse(busy.read().body)["late"], true);
   server.on_reactor([&] { hanging.clear(); });
+}
+
+TEST(HttpServer, StopIsDoneBeforeAnybodyLooksWhoWantsIt) {
+  ApiServer server;
+  const std::string secret = server.console_session();
+  const int before = server.dates_asked();
+  auto stopper = HttpProbe::over_tcp(server.port());
+  const auto answer = stopper.ask("POST /api/v1/stop HTTP/1.1\r\nHost: " + server.host() +
+                                  "\r\nAuthorization: Bearer " + secret + "\r\nContent-Length: 0\r\n\r\n");
+  EXPECT_EQ(nlohmann::json::parse(answer.body)["by"], "console link 1 of uid 1000");
+  EXPECT_EQ(server.dates_asked_at_stop(), before);
+  EXPECT_GT(server.dates_asked(), before) << "it is how one knows that somebody looked";
 }
 
 // A log whose writer waits for its reader, until it is let go.

@@ -53,6 +53,24 @@ TEST(OpenApi, DescribesExactlyTheOperationsOfTheRouteTable) {
   EXPECT_EQ(described, bound);
 }
 
+// Who repeats a request because its reply was lost sends a key only where the description names one.
+TEST(OpenApi, NamesAKeyOfWhateverStartsOrChangesSomething) {
+  // Secrets are remembered nowhere, STOP waits for no memory, and the last two keep nothing.
+  const std::set<std::string> without{"openSession", "changePassword", "addUser",    "setUserPassword",
+                                      "newToken",    "stop",           "sketchPlan", "sketchGrid"};
+  std::set<std::string> found;
+  const nlohmann::json doc = openapi();
+  for (const auto& [path, methods] : doc["paths"].items())
+    for (const auto& [method, operation] : methods.items()) {
+      if (method == "get") continue;
+      const nlohmann::json parameters = operation.value("parameters", nlohmann::json::array());
+      const bool named = std::ranges::any_of(
+          parameters, [](const nlohmann::json& one) { return one.value("name", "") == "Idempotency-Key"; });
+      if (!named) found.insert(operation["operationId"]);
+    }
+  EXPECT_EQ(found, without);
+}
+
 void collect_references(const nlohmann::json& node, std::set<std::string>& found) {
   if (node.is_object()) {
     if (node.contains("$ref")) found.insert(node["$ref"]);

@@ -29,7 +29,7 @@ struct Operation {
 
 bool takes_a_picture(const Operation& operation) {
   return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan" ||
-         operation.id == "sketchPlan" || operation.id == "sketchGrid";
+         operation.id == "sketchPlan" || operation.id == "sketchGrid" || operation.id == "sketchMosaic";
 }
 
 class StrictRequests : public testing::RoutedCell {
@@ -220,6 +220,7 @@ TEST_F(StrictRequests, ASketchIsNoChange) {
   };
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/sketch?size_mm=50", "no picture").status, 422) << "the kerf is not known";
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/grid?layout=morph&pinned_vertices=1,1", "no picture").status, 400);
+  EXPECT_EQ(ask_raw("POST", "/api/v1/plans/mosaic?cell_sizes=2x1:fg", "no picture").status, 400);
   EXPECT_EQ(noted(), 0U);
   EXPECT_TRUE(cell->tasks.list().empty());
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/advice?size_mm=50", "no picture").status, 202);
@@ -235,6 +236,17 @@ TEST_F(StrictRequests, AGridsLinesAreThoseOfTheMorphedOne) {
   };
   EXPECT_THAT(refused("?layout=mosaic"), HasSubstr("it must be morph"));
   EXPECT_THAT(refused("?layout=morph&fine=2"), HasSubstr("fine is "));
+}
+
+TEST_F(StrictRequests, OnlyAMosaicHasCells) {
+  const auto refused = [&](const std::string& query) {
+    const ApiReply reply = ask_raw("POST", "/api/v1/plans/mosaic" + query, "no picture");
+    EXPECT_EQ(reply.status, 400) << query;
+    return reply.body;
+  };
+  EXPECT_THAT(refused("?layout=morph"), HasSubstr("it must be mosaic"));
+  EXPECT_THAT(refused("?fine=2"), HasSubstr("fine is "));
+  EXPECT_THAT(refused("?large_edges=4x2:f0"), HasSubstr("the layout mosaic does not heed it"));
 }
 
 TEST_F(StrictRequests, ASearchForAPanelIsNoPattern) {

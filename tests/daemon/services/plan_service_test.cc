@@ -53,6 +53,26 @@ TEST_F(PlanServiceTest, AGridsLinesNeedNoWoodAndStoreNothing) {
   EXPECT_THAT(refused.error().message, ::testing::HasSubstr("too far from where the straight grid has it"));
 }
 
+TEST_F(PlanServiceTest, AMosaicsCellsNeedNoWoodAndStoreNothing) {
+  JobRequest wanted = small_job();
+  wanted.options.layout = planner::LayoutKind::kMosaic;
+  wanted.cell_sizes = "2x2:ff00";
+  wanted.flow_lines = "0,3000 10000,3000";
+  for (const bool fine : {false, true}) {
+    const auto drawn = service().sketch_mosaic(wanted, fine, {});
+    ASSERT_TRUE(drawn.ok()) << drawn.error().message;
+    EXPECT_GE(drawn->cells, 2U);
+    EXPECT_GE(drawn->lines.size(), 1U);
+    for (const auto& line : drawn->lines)
+      for (const auto& [x, y] : line) EXPECT_TRUE(x >= 0 && x <= drawn->width_mm && y >= 0 && y <= drawn->height_mm);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "targets"));
+  wanted.cell_sizes = "2x2:ffff";
+  const auto refused = service().sketch_mosaic(wanted, false, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("white everywhere"));
+}
+
 TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
   add_panel("P-0001", 255);
   const auto sketched = [&] {

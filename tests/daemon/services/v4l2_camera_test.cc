@@ -36,9 +36,14 @@ class CaptureHere final : public WorkRunner {
  public:
   Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress& progress, std::stop_token stop) override {
     orders.push_back(order);
+    if (deaths > 0) {
+      --deaths;
+      return Error{ErrorCode::kUnavailable, order.what + " was broken off, because its process was killed: try again"};
+    }
     return do_work_of(find_kind(capture_work(), order.kind), order.kind, order.request, order.folder, progress, stop);
   }
   std::vector<WorkOrder> orders;
+  int deaths = 0;  // of processes that are still to be
 };
 
 // Wood as a JPEG, a little other in each frame.
@@ -99,6 +104,19 @@ TEST_F(V4l2CameraTest, APictureIsTheMeanOfLockedFrames) {
   EXPECT_EQ(device.value_of(V4L2_CID_FOCUS_ABSOLUTE), 30);
   EXPECT_FALSE(device.streams());
   EXPECT_FALSE(one.taken_at().has_value()) << "it was taken when it was asked for";
+}
+
+// The run that needs the picture would be Held otherwise, until somebody comes.
+TEST_F(V4l2CameraTest, AProcessThatDiesCostsNoPictureUnlessTheNextOneDiesToo) {
+  V4l2Camera one = camera();
+  runner->deaths = 1;
+  const auto file = one.capture();
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(runner->orders.size(), 2U);
+  EXPECT_FALSE(cv::imread(file->string()).empty());
+  runner->deaths = 2;
+  EXPECT_FALSE(one.capture().ok());
+  EXPECT_EQ(runner->orders.size(), 4U);
 }
 
 TEST_F(V4l2CameraTest, ItsProcessMayOpenThisCameraAndNothingElse) {

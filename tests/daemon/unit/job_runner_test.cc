@@ -92,6 +92,8 @@ TEST_F(JobRunnerTest, CutsPanelByPanelAndAsksForTheOperatorsWordEachTime) {
   EXPECT_EQ(state(), CellState::kComplete);
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kCut));
   EXPECT_EQ(job_state(), db::JobState::kComplete);
+  laser_.can_jog = true;
+  EXPECT_TRUE(jog(20).ok()) << "to reach what was cut";
 }
 
 TEST_F(JobRunnerTest, ARunRemembersWhoGaveTheWordAndOnWhatItStood) {

@@ -45,5 +45,20 @@ TEST_F(StopFirstTest, NoMemoryIsAskedForBeforeTheLaserIsTold) {
   laser_.on_abort = nullptr;
 }
 
+TEST_F(StopFirstTest, NobodyAsksWhoStopsBeforeTheLaserIsTold) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bool told = false, told_when_asked = false;
+  laser_.on_abort = [&] { told = true; };
+  runner_->stop_by([&] {
+    told_when_asked = told;
+    return std::string("anonymous");
+  });
+  EXPECT_TRUE(told_when_asked);
+  EXPECT_TRUE(runner_->view().reason.starts_with("STOP by anonymous")) << runner_->view().reason;
+  laser_.on_abort = nullptr;
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -1,0 +1,19 @@
+// What somebody painted and drew over a picture, in a request's words, as a layout of its artwork is guided by it.
+// Pure; kInvalidArgument: a word is none of those.
+#pragma once
+
+#include <string>
+
+#include "base/result.h"
+#include "planner/plan.h"
+
+namespace veneer::daemon {
+
+// Of a morphed grid: edge_mask() of both (picture_paint.h), and planner::pinned_vertices_of() of what is pinned.
+Status guide_a_grid(const std::string& large_edges, const std::string& fine_edges, const std::string& pinned_vertices,
+                    planner::Artwork& artwork);
+// Of a mosaic: cell_size_mask(), which suits the artwork's picture, and planner::flow_lines_of().
+Status guide_a_mosaic(const std::string& cell_sizes, const std::string& flow_lines, planner::Artwork& artwork);
+Status weigh(const std::string& importance, planner::Artwork& artwork);  // importance_mask()
+
+}  // namespace veneer::daemon
