@@ -1,11 +1,13 @@
 // device ...: which laser, scanner and camera the cell has, and choosing them; restart.
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/render.h"
 #include "cli/render_words.h"
 #include "cli/text_table.h"
 
@@ -19,7 +21,8 @@ constexpr const char* kDevices[] = {"laser", "scanner", "camera"};
 std::string what_it_is(const json& device) {
   const std::string kind = text_or(device, "kind", "?");
   if (kind == "sim") return "simulated";
-  return joined({kind, text_or(device, "port", text_or(device, "device", ""))}, " ");
+  const std::string size = device.contains("width") ? picture_words(device) : "";
+  return joined({joined({kind, text_or(device, "port", text_or(device, "device", ""))}, " "), size}, ", ");
 }
 
 std::string why(const json& device, const std::string& file) {
@@ -78,13 +81,14 @@ std::string render_plugged_in(const json& told) {
   if (out.empty()) out = "No laser is plugged in, and no picture lies in the camera's folder.\n";
   return out +
          "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n"
-         "Cameras on this computer: veneerctl camera list, then write one into veneerd.toml\n";
+         "Cameras on this computer: veneerctl camera list, then veneerctl camera try NAME\n";
 }
 
 struct Wanted {
   std::string device, kind, address;
   std::optional<std::string> board;
   std::optional<double> dpi, travel_x, travel_y;
+  std::optional<std::int64_t> trial;
   std::vector<std::string> confirmed;
 
   json body() const {
@@ -94,6 +98,7 @@ struct Wanted {
     if (dpi) out["dpi"] = *dpi;
     if (travel_x) out["travel_x_mm"] = *travel_x;
     if (travel_y) out["travel_y_mm"] = *travel_y;
+    if (trial) out["trial"] = *trial;
     if (!confirmed.empty()) out["confirmed"] = confirmed;
     return out;
   }
@@ -105,11 +110,13 @@ void add_choose(CLI::App& device, CommandContext& context) {
   choose->add_option("DEVICE", wanted->device, "laser, scanner or camera")
       ->required()
       ->check(CLI::IsMember({"laser", "scanner", "camera"}));
-  choose->add_option("KIND", wanted->kind, "sim; for a laser grbl or lihuiyu, for a scanner sane, for a camera file")
+  choose
+      ->add_option("KIND", wanted->kind,
+                   "sim; for a laser grbl or lihuiyu, for a scanner sane, for a camera v4l2 or file")
       ->required()
-      ->check(CLI::IsMember({"sim", "grbl", "lihuiyu", "sane", "file"}));
+      ->check(CLI::IsMember({"sim", "grbl", "lihuiyu", "sane", "v4l2", "file"}));
   choose->add_option("ADDRESS", wanted->address,
-                     "Its port, make or picture, as `device find` or `scanner list` tells it");
+                     "Its port, make, name or picture, as `device find`, `scanner list` or `camera list` tells it");
   choose->add_option("--board", wanted->board, "For a Lihuiyu laser: m2 or m3")->check(CLI::IsMember({"m2", "m3"}));
   choose->add_option("--travel-x", wanted->travel_x, "For a Lihuiyu laser: its travel across, mm")
       ->check(CLI::Range(50, 2000));
@@ -117,6 +124,10 @@ void add_choose(CLI::App& device, CommandContext& context) {
       ->check(CLI::Range(50, 2000));
   choose->add_option("--dpi", wanted->dpi, "For a scanner: the resolution; else as configured")
       ->check(CLI::Range(75, 1200));
+  choose
+      ->add_option("--trial", wanted->trial,
+                   "For a camera of this computer: the number of the picture that was looked at; else the last one's")
+      ->check(CLI::PositiveNumber);
   add_confirm_option(*choose, wanted->confirmed);
   choose->callback([wanted, &context] {
     context.finish_step(context.client().post("/devices/" + wanted->device, wanted->body()), render_devices);

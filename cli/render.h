@@ -17,6 +17,10 @@ std::string render_found(const nlohmann::json& reply);     // of a search: {"pan
 std::string render_masks(const nlohmann::json& masks);     // of GET /panels/{id}/masks
 // A ScannersFound; without `all` only the settings that every scan needs.
 std::string render_scanners(const nlohmann::json& found, bool all);
+// "1920 x 1080 YUYV, focus_absolute 30"
+std::string picture_words(const nlohmann::json& camera);
+// What a camera was tried with, what speaks against its picture, and how to choose it.
+std::string render_trial(const nlohmann::json& trial);
 // What to write under [camera] for each camera that was found, and what can be set on it.
 std::string render_cameras(const nlohmann::json& found);
 std::string render_facts(const nlohmann::json& panel);        // {"facts": {...}, "treatments": [...]}

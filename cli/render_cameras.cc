@@ -71,6 +71,21 @@ std::string missing_lines(const json& controls) {
   return text;
 }
 
+std::string doubt_words(const std::string& doubt) {
+  if (doubt == "unsettled")
+    return "Its automatics never came to rest: keep the bed still and its light on, and try it again.";
+  if (doubt == "too_dark")
+    return "The picture is too dark, or darker than its automatics had it: light the bed, or try it with a longer "
+           "exposure (--set exposure_time_absolute=NUMBER).";
+  if (doubt == "too_bright")
+    return "The picture is too bright: keep lamps out of its sight, or try it with a shorter exposure (--set "
+           "exposure_time_absolute=NUMBER).";
+  if (doubt == "blurred")
+    return "The picture is less sharp than its automatics had it: try it with another focus (--set "
+           "focus_absolute=NUMBER).";
+  return "Something speaks against this picture: " + doubt;
+}
+
 std::string name_line(const json& camera) {
   const std::string device = text_or(camera, "device", "");
   if (device.empty())
@@ -98,7 +113,28 @@ std::string render_cameras(const json& found) {
     for (const json& control : controls) text += control_line(control);
     if (text_or(camera, "problem", "").empty()) text += missing_lines(controls);
   }
+  return text + "\nNext: veneerctl camera try DEVICE takes a picture with one of them and says how to choose it.\n";
+}
+
+std::string picture_words(const json& camera) {
+  std::string text = fmt::format("{} x {} {}", whole_or(camera, "width", 0), whole_or(camera, "height", 0),
+                                 text_or(camera, "format", "?"));
+  if (const json& settings = member(camera, "settings"); settings.is_object())
+    for (const auto& [name, value] : settings.items())
+      if (value.is_string()) text += fmt::format(", {} {}", name, value.get<std::string>());
   return text;
+}
+
+std::string render_trial(const json& trial) {
+  const std::string device = text_or(trial, "device", "?");
+  std::string text = fmt::format("{}\n  {}\n", device, picture_words(trial));
+  if (const json& doubts = member(trial, "doubts"); doubts.is_array())
+    for (const json& doubt : doubts)
+      text += "  " + doubt_words(doubt.is_string() ? doubt.get<std::string>() : "") + "\n";
+  if (const std::string saved = text_or(trial, "saved", ""); !saved.empty())
+    text += fmt::format("The picture so taken: {}\n", saved);
+  return text + fmt::format("Next, when the picture is good: veneerctl device choose camera v4l2 \"{}\" --trial {}\n",
+                            device, whole_or(trial, "trial", 0));
 }
 
 }  // namespace veneer::cli

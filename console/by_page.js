@@ -62,6 +62,7 @@ const kCommands = [
   ["write-off-look", () => ["cell", [t("owed.write_off")]]],
   ["device", () => ["setup/devices", [t("setup.devices")]]],
   ["recipe list", () => ["settings", [t("recipes")]]],
+  ["camera (?:list|try \"[^\"]*\")", () => ["setup/devices", [t("setup.devices")]]],
   ["scanner list", () => ["settings", [t("scanners.find")]]],
   ["laser here", () => ["settings", [t("corner.do")]]],
   ["laser test-pattern", () => ["settings", [t("pattern")]]],

@@ -24,6 +24,7 @@
 #include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
+#include "daemon/services/camera_trial.h"
 #include "daemon/services/cell_counts.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/database_check.h"
@@ -101,6 +102,7 @@ class Cell {
   // To be set before the routes are bound.
   std::function<void()> restart;  // ends the daemon in order; empty: nobody would start it again
   DeviceRoots device_roots;
+  CameraTrials camera_trials;
   Devices devices;
   PanelLibrary panel_library;
   std::unique_ptr<WorkRunner> work_runner;  // where foreign data is looked at

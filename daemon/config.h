@@ -194,8 +194,12 @@ struct ChosenDevices {
     std::optional<double> dpi;  // none: as veneerd.toml says
   } scanner;
   struct Camera {
-    std::string kind = "sim";  // file | sim
-    std::string device;        // the picture
+    std::string kind = "sim";  // file | v4l2 | sim
+    std::string device;        // the picture, or the camera's name that lasts
+    // Of v4l2, as CameraConfig has them.
+    int width = 0, height = 0;
+    std::string format;
+    std::vector<std::pair<std::string, std::string>> options;
   } camera;
 };
 inline constexpr std::string_view kChosenDevicesName = "chosen_devices.toml";

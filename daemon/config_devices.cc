@@ -26,13 +26,26 @@ void read_sane(Section& scanner, ScannerConfig& out) {
   scanner.settings("options", out.options);
 }
 
-// What of it the device takes is known when it is asked for a picture, and by veneerctl camera list.
-void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std::vector<std::string>& errors) {
+// Of a camera, written or chosen. What of it the device takes is known when it is asked for a picture.
+void read_picture_of_v4l2(Section& camera, auto& out) {
   camera.integer("width", out.width, 64, 20000);
   camera.integer("height", out.height, 64, 20000);
-  camera.integer("frames", out.frames, 1, 64);
   camera.word("format", out.format, {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"});
   camera.settings("options", out.options);
+}
+
+bool is_name_of_camera(const fs::path& device, bool below_dev) {
+  const fs::path folder = device.parent_path();
+  const bool lasts = folder.filename() == "by-id" || folder.filename() == "by-path";
+  const bool is_name = device.has_filename() && device.filename() != "." && device.filename() != "..";
+  if (below_dev && folder.parent_path() != "/dev/v4l") return false;
+  return device.is_absolute() && lasts && is_name && folder.parent_path().filename() == "v4l";
+}
+
+// What of it the device takes is known when it is asked for a picture, and by veneerctl camera list.
+void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std::vector<std::string>& errors) {
+  read_picture_of_v4l2(camera, out);
+  camera.integer("frames", out.frames, 1, 64);
   // The same size in another format is seldom the same part of the sensor, so it is not left to chance.
   for (const char* needed : {"device", "width", "height", "format"})
     if (!camera.has(needed))
@@ -46,10 +59,7 @@ void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std:
         fmt::format("{}: camera.width = {} and camera.height = {} make more than {} million pixels: use a "
                     "smaller size that veneerctl camera list has",
                     file, out.width, out.height, kMostPixels / 1'000'000));
-  const fs::path device = out.device;
-  const bool is_name = device.has_filename() && device.filename() != "." && device.filename() != "..";
-  const bool lasts = device.parent_path() == "/dev/v4l/by-id" || device.parent_path() == "/dev/v4l/by-path";
-  if (camera.has("device") && (!lasts || !is_name))
+  if (camera.has("device") && !is_name_of_camera(out.device, true))
     errors.push_back(
         fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
                     "or /dev/v4l/by-path that veneerctl camera list has",
@@ -120,9 +130,18 @@ void read_chosen_scanner(Section& section, ChosenDevices::Scanner& out, std::vec
 
 void read_chosen_camera(Section& section, ChosenDevices::Camera& out, std::vector<std::string>& errors) {
   if (!has_kind(section, "camera", errors)) return;
-  section.word("kind", out.kind, {"file", "sim"});
+  section.word("kind", out.kind, {"file", "v4l2", "sim"});
   if (out.kind == "sim") return;
   section.text("device", out.device);
+  if (out.kind == "v4l2") {
+    // A guess would be another part of the sensor, or another focus, than the one that is calibrated.
+    for (const char* needed : {"width", "height", "format"})
+      if (!section.has(needed)) errors.push_back(fmt::format("camera.{} is missing", needed));
+    read_picture_of_v4l2(section, out);
+    if (!is_name_of_camera(out.device, false))
+      errors.push_back(fmt::format("camera.device = \"{}\" is no lasting name of a camera", out.device));
+    return;
+  }
   if (out.device.empty())
     errors.emplace_back("camera.device is missing");
   else if (!out.device.starts_with('/'))
@@ -247,6 +266,10 @@ void take_chosen(const ChosenDevices& chosen, Config& config) {
     config.camera.set_by = SetBy::kChoice;
     config.camera.kind = chosen.camera.kind;
     config.camera.device = chosen.camera.device;
+    config.camera.width = chosen.camera.width;
+    config.camera.height = chosen.camera.height;
+    config.camera.format = chosen.camera.format;
+    config.camera.options = chosen.camera.options;
   }
 }
 
@@ -266,6 +289,11 @@ std::string chosen_devices_text(const ChosenDevices& chosen) {
   }
   out += fmt::format("[camera]\nkind = {}\n", toml_text(chosen.camera.kind));
   if (chosen.camera.kind != "sim") out += fmt::format("device = {}\n", toml_text(chosen.camera.device));
+  if (chosen.camera.kind != "v4l2") return out;
+  out += fmt::format("width = {}\nheight = {}\nformat = {}\n[camera.options]\n", chosen.camera.width,
+                     chosen.camera.height, toml_text(chosen.camera.format));
+  for (const auto& [name, value] : chosen.camera.options)
+    out += fmt::format("{} = {}\n", toml_text(name), toml_text(value));
   return out;
 }
 

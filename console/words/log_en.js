@@ -3,7 +3,7 @@ export const names = {
   // Requests, by their names in docs/openapi.json
   "api.openSession": "Sign in", "api.closeSession": "Sign out", "api.changePassword": "Change one's own password", "api.addUser": "Add a user", "api.removeUser": "Remove a user", "api.setUserRole": "Set a user's role", "api.setUserPassword": "Set a user's password",
   "api.newToken": "Make a token", "api.revokeToken": "Revoke a token", "api.newConsoleLink": "Make a console link", "api.endConsoleLinks": "End all console links",
-  "api.stop": "STOP", "api.command": "Command", "api.restart": "Restart the cell's program", "api.chooseDevice": "Choose a device", "api.findScanners": "Look for scanners", "api.findCameras": "Look for cameras", "api.lookAtBed": "Look at the bed",
+  "api.stop": "STOP", "api.command": "Command", "api.restart": "Restart the cell's program", "api.chooseDevice": "Choose a device", "api.findScanners": "Look for scanners", "api.findCameras": "Look for cameras", "api.tryCamera": "Look through a camera", "api.lookAtBed": "Look at the bed",
   "api.scan": "Scan", "api.acceptProposal": "Accept what was scanned", "api.refuseProposal": "Refuse what was scanned",
   "api.setPanelMaterial": "Name a panel's wood", "api.setPanelFacts": "Note something about a panel", "api.setMaterial": "Note something about a wood", "api.editMask": "Paint on a panel's mask", "api.removeMaskEdit": "Take back what was painted", "api.revertPanel": "Let an earlier version of a panel's wood count",
   "api.mergePanels": "Make two panels one", "api.splitPanel": "Note that a panel was sawn apart", "api.retirePanel": "Take a panel out of stock", "api.restorePanel": "Put a panel back in stock", "api.decideDifference": "Decide about a difference",

@@ -30,6 +30,8 @@ constexpr std::array kOperations = {
     ApiOperation{"refuseProposal", "POST", "/api/v1/proposals/{number}/refuse", Role::kOperator, Takes::kJson},
     ApiOperation{"findScanners", "POST", "/api/v1/scanners", Role::kOperator},
     ApiOperation{"findCameras", "POST", "/api/v1/cameras", Role::kOperator},
+    ApiOperation{"tryCamera", "POST", "/api/v1/cameras/trial", Role::kOperator, Takes::kJson},
+    ApiOperation{"getCameraTrial", "GET", "/api/v1/cameras/trial.jpg", Role::kOperator, Takes::kQuery},
     ApiOperation{"listPanels", "GET", "/api/v1/panels", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanel", "GET", "/api/v1/panels/{id}", Role::kViewer},
     ApiOperation{"getPanelMap", "GET", "/api/v1/panels/{id}/map.png", Role::kViewer, Takes::kQuery},

@@ -3,31 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/bed_holes.h"
 #include "calib/picture_sight.h"
 #include "calib/tag_detector.h"
+#include "daemon/orders/shown_picture.h"
 #include "daemon/store/calibration.h"
-#include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::daemon {
 namespace {
-
-Status write_shown(const cv::Mat& picture, int width, const std::string& file) {
-  cv::Mat small = picture;
-  if (picture.cols > width)
-    cv::resize(picture, small, {width, std::max(1, picture.rows * width / picture.cols)}, 0, 0, cv::INTER_AREA);
-  constexpr int kQuality = 85;
-  if (const auto bytes = planner::encode_jpeg(small, kQuality)) {
-    std::ofstream out(file, std::ios::binary);
-    if (out.write(bytes->data(), static_cast<std::streamsize>(bytes->size())).flush()) return Ok();
-  }
-  return Error{ErrorCode::kStorage, fmt::format("cannot write {}: make room on the disk, then try again", file)};
-}
 
 // Of the panel whose tags are seen; where they are of several panels, none of these is told to lie there.
 Millimetres height_of_seen(const std::vector<BedPanel>& panels, const std::vector<calib::Tag<CameraFrame>>& seen) {

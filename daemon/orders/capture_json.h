@@ -28,6 +28,10 @@ NLOHMANN_JSON_SERIALIZE_ENUM(CameraControl::Kind, {{CameraControl::Kind::kOther,
                                                    {CameraControl::Kind::kYesNo, "yes_no"},
                                                    {CameraControl::Kind::kWhole, "whole"},
                                                    {CameraControl::Kind::kChoice, "choice"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(LookDoubt, {{LookDoubt::kUnsettled, "unsettled"},
+                                         {LookDoubt::kTooDark, "too_dark"},
+                                         {LookDoubt::kTooBright, "too_bright"},
+                                         {LookDoubt::kBlurred, "blurred"}})
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraSettings, width, height, format, options)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakenPicture, card, bus, format, width, height, averaged, refused)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OfferedFormat, code, width, height, most_width, most_height, step_width, step_height)
@@ -43,6 +47,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanGlass, sane_config, settings)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FindScanners, sane_config)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannersFound, scanners)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakePicture, device, settings, frames)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TryCamera, device, settings, frames)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraTried, settings, doubts)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribeCameras, devices)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CamerasDescribed, cameras)
 

@@ -7,6 +7,7 @@
 
 #include "drivers/sane/scan_order.h"
 #include "drivers/v4l2/camera_order.h"
+#include "drivers/v4l2/proposed_settings.h"
 
 namespace veneer::daemon {
 
@@ -35,6 +36,21 @@ struct TakePicture {
   int frames = 1;  // averaged
 };
 inline constexpr const char* kMadePicture = "picture.ppm";
+
+// A look by which somebody can choose the camera and how it is set; for people it becomes kShownPicture, a JPEG, in the
+// work's folder. Of the settings a size of 0 x 0 and a format of "" stand for the best that it has, and no options for
+// what its own automatics come to.
+struct TryCamera {
+  static constexpr const char* kKind = "try_camera";
+  std::string device;
+  v4l2::CameraSettings settings;
+  int frames = 1;  // averaged
+};
+struct CameraTried {
+  v4l2::CameraSettings settings;  // with which it was taken
+  std::vector<v4l2::LookDoubt> doubts;
+};
+inline constexpr const char* kShownPicture = "shown.jpg";
 
 // What these cameras are and what can be set on them.
 struct DescribeCameras {

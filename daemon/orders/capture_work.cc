@@ -1,11 +1,13 @@
 #include "daemon/orders/capture_work.h"
 
 #include <array>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "daemon/orders/capture_json.h"
 #include "daemon/orders/capture_order.h"
+#include "daemon/orders/shown_picture.h"
 #include "drivers/v4l2/video_device.h"
 #include "planner/pictures/jpeg_codec.h"
 
@@ -60,6 +62,33 @@ Result<json> take_picture(const json& request, const std::filesystem::path& fold
   return json(*taken);
 }
 
+Status show(const RawPicture& picture, const std::filesystem::path& file) {
+  constexpr int kWidthPx = 1280;
+  cv::Mat shown(picture.height, picture.width, CV_8UC3);
+  std::memcpy(shown.data, picture.samples.data(), picture.samples.size());
+  cv::cvtColor(shown, shown, cv::COLOR_RGB2BGR);
+  return write_shown(shown, kWidthPx, file.string());
+}
+
+Result<json> try_camera(const json& request, const std::filesystem::path& folder, const TaskProgress& progress,
+                        const std::stop_token& stop) {
+  auto order = request.get<TryCamera>();
+  auto camera = v4l2::open_camera(order.device);
+  if (!camera) return camera.error();
+  auto wanted = v4l2::best_settings(**camera, order.settings);
+  if (!wanted) return wanted.error();
+  v4l2::LookOptions options;
+  options.frames = order.frames;
+  const SteadyClock clock;
+  progress(0.1, wanted->options.empty() ? "its automatics seek" : "taking a picture");
+  auto tried = wanted->options.empty()
+                   ? v4l2::propose_settings(**camera, *wanted, {}, options, clock, decode_frame, stop)
+                   : v4l2::try_settings(**camera, *wanted, options, clock, decode_frame, stop);
+  if (!tried) return tried.error();
+  if (Status shown = show(tried->look.picture, folder / kShownPicture); !shown) return shown.error();
+  return json(CameraTried{std::move(tried->settings), std::move(tried->doubts)});
+}
+
 Result<json> describe_cameras(const json& request, const std::filesystem::path&, const TaskProgress& progress,
                               const std::stop_token& stop) {
   const auto order = request.get<DescribeCameras>();
@@ -76,7 +105,8 @@ Result<json> describe_cameras(const json& request, const std::filesystem::path&,
 
 constexpr std::array kCaptureWork{
     KindOfWork{ScanGlass::kKind, scan_glass}, KindOfWork{FindScanners::kKind, find_scanners},
-    KindOfWork{TakePicture::kKind, take_picture}, KindOfWork{DescribeCameras::kKind, describe_cameras}};
+    KindOfWork{TakePicture::kKind, take_picture}, KindOfWork{TryCamera::kKind, try_camera},
+    KindOfWork{DescribeCameras::kKind, describe_cameras}};
 
 }  // namespace
 

@@ -34,18 +34,20 @@ void bind_routes(Router& router, Cell& cell) {
   bind_fiducial_routes(router, stock);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_scanner_routes(router, {*c.work_runner, c.config, *c.scanner_worker, c.tasks});
-  bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks});
+  bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks,
+                              *c.pictures, c.camera_trials});
   bind_calibration_routes(
       router, {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }, on_reactor});
   bind_setup_routes(router, {*c.calibrations, *c.runner, *c.bed, *c.camera_worker, c.tasks, *c.pictures, c.config,
                              c.devices.hands ? &*c.devices.hands : nullptr,
                              cell_devices(*c.devices.scanner, *c.devices.camera, c.config)});
-  bind_device_routes(router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, on_reactor,
-                              [&c](const std::string& who, const std::string& what, const std::string& detail) {
-                                return c.audit_now(who, what, detail);
-                              },
-                              c.restart});
+  bind_device_routes(
+      router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, c.camera_trials, on_reactor,
+               [&c](const std::string& who, const std::string& what, const std::string& detail) {
+                 return c.audit_now(who, what, detail);
+               },
+               c.restart});
   const JobServices jobs{
       *c.plans,
       *c.planner_worker,

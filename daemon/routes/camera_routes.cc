@@ -1,7 +1,14 @@
-// Which cameras there are, and what can be set on them.
+// Which cameras there are and what can be set on them; and trying one before it is chosen.
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+#include "daemon/api/request_reader.h"
 #include "daemon/orders/capture_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/post_work.h"
+#include "daemon/services/camera_trial.h"
 #include "daemon/services/v4l2_camera.h"
 
 namespace veneer::daemon {
@@ -34,7 +41,78 @@ json cameras_json(const std::vector<CameraToChoose>& cameras) {
   return {{"cameras", std::move(list)}};
 }
 
+json trial_json(const CameraTrial& trial) {
+  return {{"trial", trial.task},           {"device", trial.camera.device},
+          {"width", trial.camera.width},   {"height", trial.camera.height},
+          {"format", trial.camera.format}, {"settings", settings_json(trial.camera.options)},
+          {"doubts", trial.doubts}};
+}
+
+// "focus_absolute=30": this API's bodies are flat.
+Result<std::pair<std::string, std::string>> setting_of(const std::string& text) {
+  const std::size_t at = text.find('=');
+  if (at == 0 || at == std::string::npos || at + 1 == text.size())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("\"{}\" is no setting of a camera: write its name, = and a number", text)};
+  return std::pair(text.substr(0, at), text.substr(at + 1));
+}
+
+WantedTrial wanted_of(RequestReader& body) {
+  constexpr NumberRange kPixels{64, 20000};
+  WantedTrial wanted;
+  wanted.device = body.text("device").value_or("");
+  const auto width = body.whole("width", kPixels), height = body.whole("height", kPixels);
+  wanted.width = static_cast<int>(width.value_or(0)), wanted.height = static_cast<int>(height.value_or(0));
+  wanted.format = body.word("format", {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"}).value_or("");
+  for (const std::string& text : body.texts("settings").value_or(std::vector<std::string>{})) {
+    auto setting = setting_of(text);
+    if (!setting)
+      body.refuse(setting.error());
+    else
+      wanted.settings.push_back(*std::move(setting));
+  }
+  body.require("device");
+  if (width.has_value() != height.has_value())
+    body.refuse({ErrorCode::kInvalidArgument, "a size is width and height: give both, or neither"});
+  return wanted;
+}
+
+void try_one(const CameraServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const WantedTrial wanted = wanted_of(body);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (const Status may = camera_is_free(s.unit); !may) return reply(ApiReply::error(may.error()));
+  start_task(s.tasks, s.camera, "try camera", "waiting for the camera", reply, [s, wanted](const TaskReporter& task) {
+    auto trial = try_camera(
+        s.workers, s.config, s.roots, wanted, [&](double f, const std::string& text) { task.progress(f, text); },
+        task.stop_token());
+    if (!trial) return task.fail(trial.error());
+    trial->task = task.id();
+    const json told = trial_json(*trial);
+    s.trials.keep(*std::move(trial));
+    task.done(told);
+  });
+}
+
+// `trial` is in the address, so that no browser shows another one's picture.
+void show_trial(const CameraServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const auto wanted = query.whole("trial", {1, 1e15});
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  const auto last = s.trials.last();
+  if (!last || (wanted && *wanted != last->task))
+    return reply(ApiReply::error(
+        {ErrorCode::kNotFound, "there is no such picture any more: take another one with that camera"}));
+  s.pictures.ask(request, reply, [last](Repositories&) { return ApiReply::bytes(last->jpeg, "image/jpeg"); });
+}
+
 }  // namespace
+
+json settings_json(const std::vector<std::pair<std::string, std::string>>& settings) {
+  json out = json::object();
+  for (const auto& [name, value] : settings) out[name] = value;
+  return out;
+}
 
 void bind_camera_routes(Router& router, const CameraServices& s) {
   router.bind("findCameras", [s](const ApiRequest&, const Reply& reply) {
@@ -46,6 +124,8 @@ void bind_camera_routes(Router& router, const CameraServices& s) {
       task.finish(found ? Result<json>(cameras_json(*found)) : Result<json>(found.error()));
     });
   });
+  router.bind("tryCamera", [s](const ApiRequest& request, const Reply& reply) { try_one(s, request, reply); });
+  router.bind("getCameraTrial", [s](const ApiRequest& request, const Reply& reply) { show_trial(s, request, reply); });
 }
 
 }  // namespace veneer::daemon

@@ -7,6 +7,9 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "base/log.h"
 #include "daemon/api/router.h"
@@ -18,6 +21,7 @@
 #include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
+#include "daemon/services/camera_trial.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/database_check.h"
 #include "daemon/services/found_devices.h"
@@ -93,6 +97,8 @@ void bind_scanner_routes(Router& router, const ScannerServices& services);
 // null: by nothing that lasts.
 nlohmann::json to_json(NamedBy named_by);
 
+// A camera's, by name.
+nlohmann::json settings_json(const std::vector<std::pair<std::string, std::string>>& settings);
 // The same of cameras.
 struct CameraServices {
   JobRunner& unit;
@@ -101,6 +107,8 @@ struct CameraServices {
   DeviceRoots roots;
   Worker& camera;
   TaskRegistry& tasks;
+  QueryPool& pictures;  // where pictures are handed out
+  CameraTrials& trials;
 };
 void bind_camera_routes(Router& router, const CameraServices& services);
 
@@ -142,6 +150,7 @@ struct DeviceServices {
   QueryPool& pictures;  // where the disk is waited for
   const Config& config;
   DeviceRoots roots;
+  const CameraTrials& trials;
   std::function<void(std::function<void()>)> on_reactor;
   // What is about to be done; it is written when this returns. Never on the reactor.
   std::function<Status(const std::string& who, const std::string& what, const std::string& detail)> audit;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "base/files.h"
 #include "daemon/api/request_reader.h"
@@ -35,6 +37,11 @@ json device_choices_json(const Config& config) {
     out["laser"]["board"] = laser.board;
     out["laser"]["travel_mm"] = {laser.travel_x.count(), laser.travel_y.count()};
   }
+  if (const CameraConfig& camera = config.camera; camera.kind == "v4l2")
+    out["camera"].update({{"width", camera.width},
+                          {"height", camera.height},
+                          {"format", camera.format},
+                          {"settings", settings_json(camera.options)}});
   return out;
 }
 
@@ -126,6 +133,7 @@ void find_devices(const DeviceServices& s, const ApiRequest& request, const Repl
 struct AskedDevice {
   std::string device;
   ChosenDevices wanted;
+  std::optional<std::int64_t> trial;  // whose picture was looked at, of a camera of this computer
   std::vector<std::string> confirmed;
 };
 
@@ -135,20 +143,21 @@ struct DeviceKinds {
 };
 const std::vector<DeviceKinds>& device_kinds() {
   static const std::vector<DeviceKinds> kAll = {
-      {"laser", {"grbl", "lihuiyu", "sim"}}, {"scanner", {"sane", "sim"}}, {"camera", {"file", "sim"}}};
+      {"laser", {"grbl", "lihuiyu", "sim"}}, {"scanner", {"sane", "sim"}}, {"camera", {"v4l2", "file", "sim"}}};
   return kAll;
 }
 
 // Whatever belongs to a kind must be there, and to another must not: it is refused, not overheard. A Lihuiyu board
 // knows neither what it is nor its travel, and a guess would drive the head against its frame.
 AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
-  const std::string kind = body.word("kind", {"sim", "grbl", "lihuiyu", "sane", "file"}).value_or("sim");
+  const std::string kind = body.word("kind", {"sim", "grbl", "lihuiyu", "sane", "v4l2", "file"}).value_or("sim");
   const auto port = body.text("port"), device = body.text("device");
   const auto board = body.word("board", {"m2", "m3"});
   const auto travel_x = body.number("travel_x_mm", {50, 2000}), travel_y = body.number("travel_y_mm", {50, 2000});
   const auto dpi = body.number("dpi", {75, 1200});
   AskedDevice asked;
   asked.device = of.device;
+  asked.trial = body.whole("trial", {1, 1e15});
   asked.confirmed = body.texts("confirmed").value_or(std::vector<std::string>{});
   body.require("kind");
   const auto refuse = [&](std::string sentence) { body.refuse({ErrorCode::kInvalidArgument, std::move(sentence)}); };
@@ -163,14 +172,15 @@ AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
   belongs("board", board.has_value(), is_board);
   belongs("travel_x_mm", travel_x.has_value(), is_board);
   belongs("travel_y_mm", travel_y.has_value(), is_board);
-  belongs("device", device.has_value(), kind == "sane" || kind == "file");
+  belongs("device", device.has_value(), kind == "sane" || kind == "v4l2" || kind == "file");
   if (kind != "sane") belongs("dpi", dpi.has_value(), false);
+  if (kind != "v4l2") belongs("trial", asked.trial.has_value(), false);
   ChosenDevices& wanted = asked.wanted;
   if (of.device == "laser")
     wanted.laser = {kind, port.value_or(""), board.value_or("m2"), Millimetres(travel_x.value_or(300)),
                     Millimetres(travel_y.value_or(200))};
   if (of.device == "scanner") wanted.scanner = {kind, device.value_or(""), dpi};
-  if (of.device == "camera") wanted.camera = {kind, device.value_or("")};
+  if (of.device == "camera") wanted.camera.kind = kind, wanted.camera.device = device.value_or("");
   return asked;
 }
 
@@ -215,8 +225,29 @@ Status check_scanner(const std::shared_ptr<const TaskResult>& found, const Chose
   return Ok();
 }
 
+// What is chosen is what somebody could see: the camera as it was tried last, with all that was set then.
+Result<ChosenDevices::Camera> tried_camera(const DeviceServices& s, const AskedDevice& asked) {
+  const ChosenDevices::Camera& wanted = asked.wanted.camera;
+  if (wanted.kind != "v4l2") return wanted;
+  if (const Status there = is_plugged_in(s.roots, wanted.device); !there) return there.error();
+  if (const Status one = may_be_tried(s.roots, wanted.device); !one) return one.error();
+  const auto last = s.trials.last();
+  if (!last || last->camera.device != wanted.device)
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("no picture was taken with that camera last: take one with veneerctl camera try \"{}\", and "
+                    "choose it when you have seen it",
+                    wanted.device)};
+  if (asked.trial && *asked.trial != last->task)
+    return Error{ErrorCode::kConflict,
+                 "somebody has taken another picture with that camera since, perhaps with other settings: take one "
+                 "again, and look at it"};
+  const CameraConfig& tried = last->camera;
+  return ChosenDevices::Camera{"v4l2", tried.device, tried.width, tried.height, tried.format, tried.options};
+}
+
 Status check_camera(const std::filesystem::path& data_dir, const ChosenDevices::Camera& wanted) {
-  if (wanted.kind == "sim") return Ok();
+  if (wanted.kind != "file") return Ok();
   const auto is_it = [&](const FoundPicture& one) { return one.file == wanted.device; };
   if (std::ranges::none_of(find_camera_pictures(data_dir), is_it))
     return Error{ErrorCode::kNotFound, fmt::format("there is no such picture in {} now: let the camera's program write "
@@ -242,7 +273,11 @@ OneDevice device_of(const Config& config, const std::string& device) {
   if (device == "scanner")
     return {config.scanner.set_by, config.scanner.kind, config.scanner.device,
             fmt::format(", {:g} dpi", config.scanner.dpi)};
-  return {config.camera.set_by, config.camera.kind, config.camera.device};
+  OneDevice camera{config.camera.set_by, config.camera.kind, config.camera.device};
+  if (camera.kind == "v4l2")
+    camera.more = fmt::format(", {} x {} {}", config.camera.width, config.camera.height, config.camera.format);
+  for (const auto& [name, value] : config.camera.options) camera.more += fmt::format(", {} {}", name, value);
+  return camera;
 }
 
 Status may_choose(const Config& now, const std::string& device) {
@@ -301,7 +336,11 @@ Status keep_choice(const DeviceServices& s, const AskedDevice& asked, const std:
   ChosenDevices wanted = now->devices.chosen.value_or(ChosenDevices{});
   if (asked.device == "laser") wanted.laser = asked.wanted.laser;
   if (asked.device == "scanner") wanted.scanner = asked.wanted.scanner;
-  if (asked.device == "camera") wanted.camera = asked.wanted.camera;
+  if (asked.device == "camera") {
+    auto camera = tried_camera(s, asked);
+    if (!camera) return camera.error();
+    wanted.camera = *std::move(camera);
+  }
   const std::string text = chosen_devices_text(wanted);
   const auto tried = load_config(s.config.file, text);
   if (!tried) return tried.error();

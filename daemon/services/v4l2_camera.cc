@@ -16,18 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorkOrder camera_order(const char* kind, const char* what, const WorkFolder& folder, std::vector<fs::path> devices,
-                       std::chrono::milliseconds deadline) {
-  WorkOrder order;
-  order.kind = kind;
-  order.what = what;
-  order.folder = folder.path();
-  order.devices = std::move(devices);
-  order.deadline = deadline;
-  order.nice = 0;  // a reader that comes late loses frames
-  return order;
-}
-
 // Settings of a camera, as Linux names them, that make a picture brighter or of other colours and move nothing in it.
 // Calibrations count whatever they are; of every other setting they are good for one value.
 bool leaves_the_view(std::string_view option) {
@@ -58,6 +46,20 @@ bool leaves_the_view(std::string_view option) {
 // So long a look at the bed may have to wait for it.
 constexpr std::chrono::seconds kMostFinding{10};
 
+}  // namespace
+
+WorkOrder camera_order(const char* kind, const char* what, const WorkFolder& folder, std::vector<fs::path> devices,
+                       std::chrono::milliseconds deadline) {
+  WorkOrder order;
+  order.kind = kind;
+  order.what = what;
+  order.folder = folder.path();
+  order.devices = std::move(devices);
+  order.deadline = deadline;
+  order.nice = 0;  // a reader that comes late loses frames
+  return order;
+}
+
 Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline) {
   return {
       ErrorCode::kTimeout,
@@ -65,8 +67,6 @@ Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline
                   "its cable",
                   device, std::chrono::duration<double>(deadline).count())};
 }
-
-}  // namespace
 
 V4l2Camera::V4l2Camera(std::unique_ptr<WorkRunner> workers, CameraConfig config, fs::path data_dir,
                        std::chrono::milliseconds deadline, DeviceRoots roots)

@@ -50,6 +50,12 @@ class V4l2Camera final : public CameraDriver {
   std::optional<WorkFolder> captured_, glanced_;  // the last of each
 };
 
+// An order to a worker process that may open these devices and nothing else.
+WorkOrder camera_order(const char* kind, const char* what, const WorkFolder& folder,
+                       std::vector<std::filesystem::path> devices, std::chrono::milliseconds deadline);
+// kTimeout.
+Error camera_hangs(const std::string& device, std::chrono::milliseconds deadline);
+
 // A camera that is there and what it says of itself.
 struct CameraToChoose {
   FoundCamera found;

@@ -67,4 +67,12 @@ Result<std::int64_t> fitting_value(const CameraControl& control, const std::stri
   return *number;
 }
 
+std::int64_t nearest_value(const CameraControl& control, std::int64_t value) {
+  const std::int64_t inside = std::clamp(value, control.least, control.most);
+  if (control.step <= 1) return inside;
+  const std::int64_t last = (control.most - control.least) / control.step;
+  const std::int64_t steps = (inside - control.least + control.step / 2) / control.step;
+  return control.least + std::min(steps, last) * control.step;
+}
+
 }  // namespace veneer::v4l2

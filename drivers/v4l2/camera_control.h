@@ -30,5 +30,7 @@ std::string control_name(std::string_view title);
 std::string what_it_takes(const CameraControl& control);
 // The number of a text that the control takes; kInvalidArgument names what it would take.
 Result<std::int64_t> fitting_value(const CameraControl& control, const std::string& wanted, const std::string& camera);
+// The one nearest to `value` of those that the control takes. REQUIRES: a kind kWhole.
+std::int64_t nearest_value(const CameraControl& control, std::int64_t value);
 
 }  // namespace veneer::v4l2

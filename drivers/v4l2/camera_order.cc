@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <set>
+#include <tuple>
 
 #include "drivers/pnm_file.h"
 
@@ -49,12 +52,37 @@ Status has_format(OpenCamera& camera, const CameraSettings& settings) {
 
 }  // namespace
 
-Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& settings, const std::filesystem::path& file,
-                                  const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,
-                                  const std::stop_token& stop) {
+Result<CameraSettings> best_settings(OpenCamera& camera, CameraSettings wanted) {
+  const auto offered = camera.formats();
+  if (!offered) return offered.error();
+  constexpr int kWidth = 1920, kHeight = 1080;  // 0.2 mm a pixel over 400 mm, about what tags of 10 mm need
+  const bool any_size = wanted.width == 0 && wanted.height == 0, any_format = wanted.format.empty();
+  // The best last: what fits before what does not, then the larger or else the smaller, then the better format.
+  std::tuple<bool, std::int64_t, std::ptrdiff_t> best{};
+  CameraSettings out = wanted;
+  bool found = false;
+  for (const OfferedFormat& one : *offered) {
+    const auto& readable = readable_formats();
+    const auto place = std::ranges::find(readable, one.code) - readable.begin();
+    if (!is_readable(one.code) || (!any_format && one.code != wanted.format)) continue;
+    const bool steps_there = one.has(kWidth, kHeight);
+    const int width = !any_size ? wanted.width : steps_there ? kWidth : one.most_width;
+    const int height = !any_size ? wanted.height : steps_there ? kHeight : one.most_height;
+    if (!one.has(width, height)) continue;
+    const bool fits = width <= kWidth && height <= kHeight;
+    const std::int64_t pixels = std::int64_t{width} * height;
+    const std::tuple now{fits, fits ? pixels : -pixels, -place};
+    if (found && now <= best) continue;
+    found = true, best = now;
+    out.width = width, out.height = height, out.format = one.code;
+  }
+  return out;
+}
+
+Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settings) {
   if (Status has = has_format(camera, settings); !has) return has.error();
   const std::string& code = settings.format;
-  const auto format = camera.set_format(code, settings.width, settings.height);
+  auto format = camera.set_format(code, settings.width, settings.height);
   if (!format) return format.error();
   if (format->code != code || format->width != settings.width || format->height != settings.height)
     return Error{
@@ -70,16 +98,31 @@ Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& sett
                     "bytes, which is too few: set another format under [camera], update the kernel or use "
                     "another camera",
                     camera.camera(), format->width, format->height, format->code, format->bytes_per_line)};
+  return format;
+}
+
+Result<Look> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
+                              const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop) {
+  const auto format = take_format(camera, settings);
+  if (!format) return format.error();
   const auto locked = lock_controls(camera, settings.options);
   if (!locked) return locked.error();
   LookOptions settled = options;
   if (locked->motor_moves) settled.settling = std::max(options.settling, options.motor_settling);
-  const auto look = take_look(camera, *format, settled, clock, decode_jpeg, stop);
+  auto look = take_look(camera, *format, settled, clock, decode_jpeg, stop);
   if (!look) return look.error();
   // A camera may lose its settings when it begins.
   if (Status kept = still_locked(camera, *locked); !kept) return kept.error();
+  return look;
+}
+
+Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& settings, const std::filesystem::path& file,
+                                  const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,
+                                  const std::stop_token& stop) {
+  const auto look = take_locked_look(camera, settings, options, clock, decode_jpeg, stop);
+  if (!look) return look.error();
   if (Status written = write_pnm(look->picture, file); !written) return written.error();
-  return TakenPicture{camera.card(),   camera.bus(),   code,         settings.width,
+  return TakenPicture{camera.card(),   camera.bus(),   settings.format, settings.width,
                       settings.height, look->averaged, look->refused};
 }
 

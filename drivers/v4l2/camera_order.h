@@ -38,7 +38,15 @@ struct DescribedCamera {
   std::string problem;  // why it has none
 };
 
-// The picture into `file`, as PPM; see lock_controls() and take_look() for the rest.
+// Of what it offers the largest size up to 1920 x 1080, or else the smallest there is, in the best format that it has
+// there; where a size or a format is wanted, the best with that. As wanted when it has none.
+Result<CameraSettings> best_settings(OpenCamera& camera, CameraSettings wanted);
+// kInvalidArgument, kRefused: it has no such pictures, or makes others of what it was asked for.
+Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settings);
+// See lock_controls() and take_look().
+Result<Look> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
+                              const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
+// The same with its picture into `file`, as PPM.
 Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& settings, const std::filesystem::path& file,
                                   const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,
                                   const std::stop_token& stop);

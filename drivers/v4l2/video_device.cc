@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <grp.h>
 #include <linux/videodev2.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -345,10 +347,26 @@ class VideoDevice final : public OpenCamera {
   bool shares_ = false, streams_ = false;
 };
 
-Error not_opened(const std::string& device, int why) {
+std::string group_of(gid_t id) {
+  std::array<char, 4096> room{};
+  group entry{};
+  group* found = nullptr;
+  return ::getgrgid_r(id, &entry, room.data(), room.size(), &found) == 0 && found != nullptr ? entry.gr_name : "";
+}
+
+}  // namespace
+
+Error not_opened(const std::string& device, int why, const std::string& group, bool for_group) {
+  if ((why == EACCES || why == EPERM) && !for_group)
+    return {ErrorCode::kUnavailable, fmt::format("the camera {} may be used by no group of this computer: write "
+                                                 "SUBSYSTEM==\"video4linux\", GROUP=\"video\", MODE=\"0660\" into "
+                                                 "/etc/udev/rules.d/70-cameras.rules, then plug it in again",
+                                                 device)};
   if (why == EACCES || why == EPERM)
     return {ErrorCode::kUnavailable,
-            fmt::format("the camera {} may not be used by the daemon: add its user to the group video", device)};
+            fmt::format("the camera {} may not be used by the daemon: add its user to the group {}, as "
+                        "SupplementaryGroups in its unit does for video, then start it again",
+                        device, group.empty() ? "video" : group)};
   if (why == ENOENT || why == ENODEV || why == ENXIO)
     return {ErrorCode::kUnavailable,
             fmt::format("the camera {} is not there: plug it in, and see veneerctl camera list for its name", device)};
@@ -359,11 +377,15 @@ Error not_opened(const std::string& device, int why) {
                                                device, std::generic_category().message(why))};
 }
 
-}  // namespace
-
 Result<std::unique_ptr<OpenCamera>> open_camera(const std::filesystem::path& device) {
   const int fd = ::open(device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return not_opened(device.string(), errno);
+  if (fd < 0) {
+    const int why = errno;
+    struct stat about {};
+    const bool told = ::stat(device.c_str(), &about) == 0;
+    return not_opened(device.string(), why, told ? group_of(about.st_gid) : "",
+                      !told || (about.st_mode & (S_IRGRP | S_IWGRP)) == (S_IRGRP | S_IWGRP));
+  }
   auto camera = std::make_unique<VideoDevice>(fd, device.string());
   if (Status is_one = camera->introduce(); !is_one) return is_one.error();
   return std::unique_ptr<OpenCamera>(std::move(camera));

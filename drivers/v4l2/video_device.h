@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "base/result.h"
 #include "drivers/v4l2/open_camera.h"
@@ -20,5 +21,8 @@ namespace veneer::v4l2 {
 // `device`: a file in /dev, or a link to one. kUnavailable: it is not there, or may not be used, or others use it;
 // kRefused: it is no camera that streams pictures in one plane.
 Result<std::unique_ptr<OpenCamera>> open_camera(const std::filesystem::path& device);
+// Why a device file could not be opened, with what to do: by errno; of one that may not be used, by the group that it
+// belongs to ("" when that is not known) and whether its members may use it.
+Error not_opened(const std::string& device, int why, const std::string& group, bool for_group);
 
 }  // namespace veneer::v4l2

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "base/files.h"
+#include "tests/support/temp_directory.h"
 #include "tests/support/veneerctl_run.h"
 
 namespace veneer::daemon {
@@ -274,9 +276,73 @@ TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
             "  /dev/video4 goes to whichever camera is found first, and it has no other name: install udev\n"
             "  RGB3  32 x 32 to 320 x 320\n"
             "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n"
-            "  (it has no setting of its focus: use it only if its lens does not move by itself)\n");
+            "  (it has no setting of its focus: use it only if its lens does not move by itself)\n"
+            "\n"
+            "Next: veneerctl camera try DEVICE takes a picture with one of them and says how to choose it.\n");
   answer = {{"cameras", json::array()}};
   EXPECT_THAT(ask(server, {"camera", "list"}).out, HasSubstr("No camera is found."));
+}
+
+TEST(VeneerctlStock, ACameraIsTriedWithItsPictureAndChosenByIt) {
+  const std::string name = "/dev/v4l/by-id/usb-Cam_4711-video-index0";
+  json asked, chosen, doubts = json::array();
+  std::string shown;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("tryCamera", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text(), nullptr, false);
+      const TaskReporter work = running->tasks().start("try camera", "");
+      work.done({{"trial", 12},
+                 {"device", name},
+                 {"width", 1920},
+                 {"height", 1080},
+                 {"format", "YUYV"},
+                 {"settings", {{"exposure_time_absolute", "200"}, {"focus_absolute", "35"}}},
+                 {"doubts", doubts}});
+      reply(ApiReply::task(work.id()));
+    });
+    router.bind("getCameraTrial", [&](const ApiRequest& request, const Reply& reply) {
+      shown = request.query.contains("trial") ? request.query.at("trial") : "";
+      reply(ApiReply::bytes("a picture", "image/jpeg"));
+    });
+    router.bind("chooseDevice", [&](const ApiRequest& request, const Reply& reply) {
+      chosen = json::parse(request.body.text(), nullptr, false);
+      reply(ApiReply::json({{"camera",
+                             {{"kind", "v4l2"},
+                              {"set_by", "choice"},
+                              {"device", name},
+                              {"width", 640},
+                              {"height", 480},
+                              {"format", "MJPG"},
+                              {"settings", {{"focus_absolute", "35"}}}}},
+                            {"next", nullptr}}));
+    });
+  });
+  running = &server;
+  EXPECT_EQ(ask(server, {"camera", "try", name}).out,
+            name +
+                "\n  1920 x 1080 YUYV, exposure_time_absolute 200, focus_absolute 35\n"
+                "Next, when the picture is good: veneerctl device choose camera v4l2 \"" +
+                name + "\" --trial 12\n");
+  EXPECT_EQ(asked, json({{"device", name}}));
+  doubts = {"too_dark", "blurred", "unsettled", "too_bright"};
+  const testing::TempDirectory folder;
+  const std::string file = (folder / "bed.jpg").string();
+  const std::string out = ask(server, {"camera", "try", name, "--width", "640", "--height", "480", "--format", "MJPG",
+                                       "--set", "focus_absolute=30", "--set", "gain=0", "--out", file})
+                              .out;
+  EXPECT_EQ(asked, json({{"device", name},
+                         {"width", 640},
+                         {"height", 480},
+                         {"format", "MJPG"},
+                         {"settings", {"focus_absolute=30", "gain=0"}}}));
+  for (const char* words : {"too dark", "less sharp", "never came to rest", "too bright", "The picture so taken: "})
+    EXPECT_THAT(out, HasSubstr(words));
+  EXPECT_EQ(shown, "12");
+  EXPECT_EQ(read_whole(file).value_or(""), "a picture");
+  EXPECT_THAT(ask(server, {"device", "choose", "camera", "v4l2", name, "--trial", "12"}).out,
+              HasSubstr("v4l2 " + name + ", 640 x 480 MJPG, focus_absolute 35"));
+  EXPECT_EQ(chosen, json({{"kind", "v4l2"}, {"device", name}, {"trial", 12}}));
 }
 
 TEST(VeneerctlStock, DevicesAreListedWithWhySoAndChosenForTheNextStart) {

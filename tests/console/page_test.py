@@ -244,6 +244,8 @@ class Remedies(Page):
             ("Make one: with the button in Settings, or with veneerctl db backup.", "Make one: with the button in Settings, or with “Settings: Back up now”.", "#settings"),
             ("see to it and confirm all of it, with veneerctl by --confirm \"exhaust\" --confirm \"air assist\"", "see to it and confirm all of it, with the ticks “exhaust”, “air assist”"),
             ("see veneerctl scanner list, and correct it", "see “Settings: Look for scanners”, and correct it", "#settings"),
+            ("is not there: plug it in, and see veneerctl camera list for its name", "is not there: plug it in, and see “Set up: Devices” for its name", "#setup/devices"),
+            ("take one with veneerctl camera try \"/dev/v4l/by-id/x\", and look", "take one with “Set up: Devices”, and look", "#setup/devices"),
             ("no panel P-0001 was sawn apart: run veneerctl panel split P-0001 first", "no panel P-0001 was sawn apart: go to “Panels: P-0001 was sawn apart” first", "#panels/P-0001"),
             ("scan it with --retag when the tag was newly glued to it", "scan it with “Scan: choose the panel: New tags were glued to this face: make them its own” when the tag was newly glued to it", "#scan"),
             ("there, then `veneerctl panel decide P-0002 4 written-off`, or `... accepted` when", "there, then “Panels: P-0002: Write it off”, or “Panels: Leave it as it is” when", "#panels/P-0002", "#panels")):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """seldom_test.py CONSOLE: what is seldom wanted of the page, as page_test.py asks: panels that are one sheet or were sawn
-apart, new tags, how scans fit, the test pattern, a laser's corner, which scanners answer.
+apart, new tags, how scans fit, the test pattern, a laser's corner, which scanners answer, looking through a camera.
 """
 import sys
 import unittest
@@ -530,6 +530,93 @@ class Seldom(Page):
             await enter('setup', 'devices');
             return [shut, open, draw().querySelector('input[value="x:1"]') !== null, sent('/scanners').length]""")
         self.assertEqual(told, [True, True, True, 1])
+
+    # A camera that tells all, one without a name that lasts, and one that another program has.
+    CAMERAS = """
+        const set = (name, least, most) => ({name, kind: 'whole', least, most, step: 1, usual: 0, value: 0, active: true, settable: true, choices: []});
+        const sized = (code, width, height) => ({code, width, height, most_width: width, most_height: height, step_width: 1, step_height: 1});
+        const webcam = {device: '/dev/v4l/by-id/usb-Cam_4711-video-index0', node: '/dev/video0', name: 'HD Webcam', named_by: 'serial_number', problem: '', formats: [sized('YUYV', 640, 480), sized('H264', 4096, 2160), sized('MJPG', 1920, 1080), sized('YUYV', 1920, 1080)],
+          controls: [set('exposure_time_absolute', 3, 2047), set('focus_absolute', 0, 250)]};
+        const nameless = {...webcam, device: '', node: '/dev/video2', name: 'Nameless', named_by: null, controls: []};
+        const busy = {...webcam, device: '/dev/v4l/by-path/pci-2', name: 'Hidden', named_by: 'socket', problem: 'the camera /dev/video4 may not be used by the daemon: add its user to the group video', formats: [], controls: []};
+        const bare = {...webcam, device: '/dev/v4l/by-path/pci-3', name: 'Bare', named_by: 'socket', controls: []};
+        const tried = (trial, settings, more = {}) => ({trial, device: webcam.device, width: 1920, height: 1080, format: 'YUYV', settings, doubts: [], ...more});
+        const found = {'/devices/found': {lasers: [], pictures: []}, '/scanners': {scanners: []}, '/cameras': {cameras: [webcam, nameless, busy, bare]}};
+        const looks = async (more = {}) => {
+          answer(found);
+          answer(more);
+          await enter('setup', 'devices');
+          await until(() => draw().querySelector('#look-devices'));
+          await press('#look-devices');
+          await until(() => { draw(); return !main.querySelector('#look-devices').disabled; });
+        };
+        const camera = () => main.querySelector('[data-device=camera]');
+        const mark = (value) => { camera().querySelector(`input[value="${value}"]`).click(); draw(); };
+        const take = () => camera().querySelector('#choose-camera');
+    """
+
+    def test_cameras_are_listed_in_words(self):
+        for language, words in (("en", ["known by its socket", "no name that lasts: install udev", "nobody can switch that off", "only if its lens does not move"]),
+                                ("de", ["an seiner Buchse erkannt", "keinen Namen, der bleibt: udev", "kann das niemand abschalten", "nur verwenden, wenn sich ihr Objektiv nicht"])):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told, refused = self.steps(self.CAMERAS + """
+                await looks();
+                return [camera().innerText, [...camera().querySelectorAll('input[type=radio]')].filter(({disabled}) => disabled).map(({value}) => value)]""")
+            for word in ["HD Webcam", "/dev/v4l/by-id/usb-Cam_4711-video-index0 – 1920 × 1080, 640 × 480", "add its user to the group video", *words]:
+                self.assertIn(word, told)
+            self.assertNotIn("4096", told, "a format that cannot be read")
+            self.assertEqual(refused, ["/dev/video2", "/dev/v4l/by-path/pci-2"])
+
+    def test_no_camera_is_told_with_what_to_do(self):
+        told = self.steps(self.CAMERAS + "await looks({'/cameras': {cameras: []}}); return camera().innerText")
+        self.assertIn("No camera was found at this computer. Is its cable in?", told)
+
+    def test_a_camera_is_chosen_by_the_picture_that_was_taken_with_it(self):
+        told = self.steps(self.CAMERAS + """
+            await looks({'/cameras/trial': tried(7, {exposure_time_absolute: '200', focus_absolute: '35'}, {doubts: ['too_dark']})});
+            mark(webcam.device);
+            const before = [take().disabled, camera().innerText.includes('Take a picture with it first'), [...camera().querySelectorAll('#trial-size option')].map(({value}) => value)];
+            await press('#try-camera');
+            await until(() => draw().querySelector('[data-key="trial-7"]'));
+            const shown = [sent('/cameras/trial'), camera().querySelector('img').dataset.picture, main.querySelector('#trial-exposure_time_absolute').value, camera().querySelector('[data-doubt]').innerText, take().disabled, main.querySelector('#try-figures') === null];
+            type('#trial-exposure_time_absolute', '2100'); draw();
+            const wrong = [take().disabled, main.querySelector('#try-figures').disabled, camera().querySelector('.number-fault').innerText];
+            type('#trial-exposure_time_absolute', '300'); draw();
+            const other = [take().disabled, camera().innerText.includes('not those of the picture'), main.querySelector('#try-figures').disabled];
+            answer({'/cameras/trial': tried(8, {exposure_time_absolute: '300', focus_absolute: '35'})});
+            await press('#try-figures');
+            await until(() => draw().querySelector('[data-key="trial-8"]'));
+            const again = [sent('/cameras/trial').at(-1), take().disabled, camera().querySelector('[data-doubt]')];
+            take().click(); await settled(); draw();
+            return {before, shown, wrong, other, again, chosen: sent('/devices/camera')}""")
+        device = "/dev/v4l/by-id/usb-Cam_4711-video-index0"
+        self.assertEqual(told["before"], [True, True, ["", "1920 1080 YUYV", "1920 1080 MJPG", "640 480 YUYV"]])
+        self.assertEqual(told["shown"], [[{"device": device}], "/cameras/trial.jpg?trial=7", "200", "▲ The picture is too dark, or darker than its automatics had it: light the bed, or take a longer exposure.", False, True])
+        self.assertEqual(told["wrong"], [True, True, "▲ At most 2047."])
+        self.assertEqual(told["other"], [True, True, False])
+        self.assertEqual(told["again"], [{"device": device, "width": 1920, "height": 1080, "format": "YUYV", "settings": ["exposure_time_absolute=300", "focus_absolute=35"]}, False, None])
+        self.assertEqual(told["chosen"], [{"kind": "v4l2", "device": device, "trial": 8}])
+
+    def test_a_size_is_tried_as_it_is_wanted(self):
+        told = self.steps(self.CAMERAS + """
+            await looks({'/cameras/trial': tried(9, {}, {width: 640, height: 480})});
+            mark(webcam.device);
+            type('#trial-size', '640 480 YUYV'); draw();
+            await press('#try-camera');
+            await until(() => draw().querySelector('[data-key="trial-9"]'));
+            return [sent('/cameras/trial'), take().disabled]""")
+        self.assertEqual(told, [[{"device": "/dev/v4l/by-id/usb-Cam_4711-video-index0", "width": 640, "height": 480, "format": "YUYV"}], False])
+
+    def test_why_a_camera_gave_no_picture_is_told_where_it_is_chosen(self):
+        told = self.steps(self.CAMERAS + """
+            await looks({'/cameras/trial': {task: 40}});
+            mark(webcam.device);
+            await press('#try-camera');
+            model.tasks.set(40, {id: 40, state: 'failed', error: {message: 'the camera is used by another program: close that, then try again'}});
+            await until(() => draw().querySelector('[data-key=trial] [role=alert]'));
+            return [camera().querySelector('[data-key=trial] [role=alert]').innerText, take().disabled]""")
+        self.assertEqual(told, ["▲ The camera is used by another program: close that, then try again.", True])
 
     def test_a_page_whose_words_do_not_come_comes_up_later_and_stops_meanwhile(self):
         for language in ("de", "en"):

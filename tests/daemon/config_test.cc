@@ -214,6 +214,53 @@ TEST_F(ChosenDevicesTest, APictureIsNamedByItsWholePath) {
   EXPECT_THAT(refused.error().message, HasSubstr("\"data/camera/bed.jpg\" is no picture's whole path"));
 }
 
+ChosenDevices webcam() {
+  ChosenDevices chosen;
+  chosen.camera = {"v4l2", "/dev/v4l/by-id/usb-Cam_4711-video-index0",
+                   1920,   1080,
+                   "YUYV", {{"exposure_time_absolute", "200"}, {"focus_absolute", "35"}}};
+  return chosen;
+}
+
+TEST_F(ChosenDevicesTest, ACameraOfThisComputerIsKeptWithAllThatItsPictureHangsOn) {
+  const auto read = start(chosen_devices_text(webcam()));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  const CameraConfig& camera = read->camera;
+  EXPECT_EQ(camera.set_by, SetBy::kChoice);
+  EXPECT_EQ(camera.kind, "v4l2");
+  EXPECT_EQ(camera.device, webcam().camera.device);
+  EXPECT_EQ(camera.width, 1920);
+  EXPECT_EQ(camera.height, 1080);
+  EXPECT_EQ(camera.format, "YUYV");
+  EXPECT_EQ(camera.options, webcam().camera.options);
+  EXPECT_EQ(camera.frames, 4);
+  EXPECT_EQ(chosen_devices_text(*read->devices.chosen), chosen_devices_text(webcam()));
+  ChosenDevices bare = webcam();
+  bare.camera.options.clear();
+  EXPECT_TRUE(start(chosen_devices_text(bare)).ok()) << "there are cameras without settings";
+}
+
+// A guess would be another part of the sensor than the one that is calibrated.
+TEST_F(ChosenDevicesTest, EachLineOfACameraIsNeededAndItsNameLasts) {
+  const std::string whole = chosen_devices_text(webcam());
+  for (const std::string line : {"device", "width", "height", "format"}) {
+    std::string without = whole;
+    const auto begin = without.find(line + " = ");
+    ASSERT_NE(begin, std::string::npos) << line;
+    without.erase(begin, without.find('\n', begin) + 1 - begin);
+    EXPECT_FALSE(start(without).ok()) << without;
+  }
+  for (const char* name :
+       {"/dev/video0", "v4l/by-id/x", "/dev/v4l/by-id/", "/dev/v4l/by-id/..", "/dev/serial/by-id/x"}) {
+    ChosenDevices other = webcam();
+    other.camera.device = name;
+    EXPECT_THAT(start(chosen_devices_text(other)).error().message, HasSubstr("no lasting name of a camera")) << name;
+  }
+  ChosenDevices other = webcam();
+  other.camera.format = "H264";
+  EXPECT_FALSE(start(chosen_devices_text(other)).ok());
+}
+
 // A board knows neither what it is nor its travel: a guess would drive the head against its frame.
 TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
   ChosenDevices wanted;

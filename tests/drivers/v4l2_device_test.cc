@@ -215,6 +215,21 @@ TEST_F(V4l2DeviceTest, WhatItCannotBeOpenedForIsToldApart) {
   EXPECT_THAT(itself.error().message, AllOf(HasSubstr("cannot be opened (Too many"), Not(HasSubstr("not there"))));
 }
 
+// Whoever may read this, root, may open everything: told by hand.
+TEST_F(V4l2DeviceTest, WhoMayUseItIsNamed) {
+  const auto told = [](const std::string& group, bool for_group) {
+    const Error error = not_opened("/dev/video0", EACCES, group, for_group);
+    EXPECT_EQ(error.code, ErrorCode::kUnavailable);
+    return error.message;
+  };
+  EXPECT_THAT(told("cameras", true),
+              AllOf(HasSubstr("/dev/video0 may not be used"), HasSubstr("to the group cameras")));
+  EXPECT_THAT(told("", true), HasSubstr("to the group video"));
+  EXPECT_THAT(told("root", false), AllOf(HasSubstr("by no group"), HasSubstr("SUBSYSTEM==\"video4linux\""),
+                                         HasSubstr("/etc/udev/rules.d/"), HasSubstr("plug it in again")));
+  EXPECT_THAT(not_opened("/dev/video0", EBUSY, "", true).message, HasSubstr("is used by another program"));
+}
+
 TEST_F(V4l2DeviceTest, ASizeThatNoPictureHasIsRefused) {
   const auto camera = opened();
   const auto told = [&] {

@@ -1,8 +1,8 @@
 // A camera is locked, read back and asked for what is configured, or refused in words.
 #include "drivers/v4l2/camera_order.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <linux/videodev2.h>
 
 #include <chrono>
 #include <map>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/files.h"
-#include "tests/support/played_camera.h"
+#include "tests/support/played_webcam.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::v4l2 {
@@ -19,64 +19,20 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::no_jpeg;
 using ::testing::Not;
 using testing::PlayedCamera;
 using Kind = CameraControl::Kind;
-
-std::optional<RawPicture> no_jpeg(std::span<const std::uint8_t>, int, int) { return std::nullopt; }
 
 class V4l2OrderTest : public ::testing::Test {
  protected:
   V4l2OrderTest() {
     clock.advance(std::chrono::seconds(100));
-    camera.has = {
-        {V4L2_CID_BRIGHTNESS, "brightness", Kind::kWhole, 0, 255, 1, 128, 77, true, true, {}},
-        {V4L2_CID_AUTO_WHITE_BALANCE, "white_balance_automatic", Kind::kYesNo, 0, 1, 1, 1, 1, true, true, {}},
-        {V4L2_CID_WHITE_BALANCE_TEMPERATURE,
-         "white_balance_temperature",
-         Kind::kWhole,
-         2000,
-         6500,
-         10,
-         4000,
-         5120,
-         false,
-         true,
-         {}},
-        {V4L2_CID_EXPOSURE_AUTO,
-         "auto_exposure",
-         Kind::kChoice,
-         0,
-         3,
-         1,
-         3,
-         3,
-         true,
-         true,
-         {{1, "Manual Mode"}, {3, "Aperture Priority Mode"}}},
-        {V4L2_CID_EXPOSURE_ABSOLUTE, "exposure_time_absolute", Kind::kWhole, 3, 2047, 1, 250, 333, false, true, {}},
-        {V4L2_CID_FOCUS_ABSOLUTE, "focus_absolute", Kind::kWhole, 0, 250, 5, 0, 35, false, true, {}},
-        {V4L2_CID_FOCUS_AUTO, "focus_automatic_continuous", Kind::kYesNo, 0, 1, 1, 1, 1, true, true, {}},
-        {V4L2_CID_ZOOM_ABSOLUTE, "zoom_absolute", Kind::kWhole, 100, 500, 1, 100, 140, true, true, {}},
-        {V4L2_CID_PRIVACY, "privacy", Kind::kYesNo, 0, 1, 1, 0, 0, true, false, {}},
-    };
-    // What an automatic sets cannot be set by hand until it is off.
-    camera.on_set = [this](const std::string&) {
-      const auto follows = [this](const std::string& name, const std::string& automatic, std::int64_t off) {
-        if (has(name) && has(automatic)) control(name).active = control(automatic).value == off;
-      };
-      follows("white_balance_temperature", "white_balance_automatic", 0);
-      follows("exposure_time_absolute", "auto_exposure", 1);
-      follows("focus_absolute", "focus_automatic_continuous", 0);
-    };
     settings.width = settings.height = PlayedCamera::kSide, settings.format = "RGB3";
     settings.options = {{"focus_absolute", "40"}};
     whole = camera.has;
   }
-  CameraControl& control(const std::string& name) { return *std::ranges::find(camera.has, name, &CameraControl::name); }
-  bool has(const std::string& name) {
-    return std::ranges::find(camera.has, name, &CameraControl::name) != camera.has.end();
-  }
+  CameraControl& control(const std::string& name) { return camera.control(name); }
   std::int64_t now(const std::string& name) { return control(name).value; }
   Result<TakenPicture> take() {
     return take_picture(camera, settings, folder / "picture.ppm", options, clock, no_jpeg, {});
@@ -92,7 +48,7 @@ class V4l2OrderTest : public ::testing::Test {
 
   testing::TempDirectory folder;
   ManualClock clock;
-  PlayedCamera camera{clock};
+  testing::PlayedWebcam camera{clock};
   CameraSettings settings;
   LookOptions options;
   std::vector<CameraControl> whole;  // all that the camera has at first
@@ -325,6 +281,31 @@ TEST_F(V4l2OrderTest, TheFormatIsTheOneThatIsStated) {
   EXPECT_THAT(refusal(ErrorCode::kDeviceFault), HasSubstr("broken off")) << "by a decoder that has none";
   settings.format = "";
   EXPECT_THAT(refusal(ErrorCode::kInvalidArgument), HasSubstr("one of MJPG, RGB3")) << "none is chosen for anybody";
+}
+
+TEST_F(V4l2OrderTest, TheBestIsTheLargestSizeThatFitsInTheFormatThatLosesLeast) {
+  const auto best = [&](const CameraSettings& wanted) {
+    const auto out = best_settings(camera, wanted);
+    return out.ok() ? fmt::format("{} x {} {}", out->width, out->height, out->format) : out.error().message;
+  };
+  const auto only = [](const char* code, int width, int height) {
+    return OfferedFormat{code, width, height, width, height};
+  };
+  camera.offered = {only("H264", 1920, 1080), only("YUYV", 640, 480),   only("MJPG", 1920, 1080),
+                    only("YUYV", 1920, 1080), only("MJPG", 3840, 2160), only("YUYV", 320, 240)};
+  EXPECT_EQ(best({}), "1920 x 1080 YUYV");
+  EXPECT_EQ(best({0, 0, "MJPG", {}}), "1920 x 1080 MJPG");
+  EXPECT_EQ(best({640, 480, "", {}}), "640 x 480 YUYV");
+  EXPECT_EQ(best({3840, 2160, "", {}}), "3840 x 2160 MJPG");
+  EXPECT_EQ(best({800, 600, "YUYV", {}}), "800 x 600 YUYV") << "it does not have it, which is told later";
+  camera.offered.erase(camera.offered.begin() + 3);
+  EXPECT_EQ(best({}), "1920 x 1080 MJPG") << "size before format";
+  camera.offered = {only("MJPG", 3840, 2160), only("MJPG", 2592, 1944)};
+  EXPECT_EQ(best({}), "2592 x 1944 MJPG") << "the smallest where none is small";
+  camera.offered = {{"RGB3", 32, 32, 4096, 4096, 8, 8}};
+  EXPECT_EQ(best({}), "1920 x 1080 RGB3");
+  camera.offered = {{"RGB3", 32, 32, 640, 480, 8, 8}};
+  EXPECT_EQ(best({}), "640 x 480 RGB3");
 }
 
 TEST_F(V4l2OrderTest, ASizeOrFormatThatTheDeviceChangesIsRefused) {

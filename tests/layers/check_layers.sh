@@ -80,7 +80,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^dl_[a-z]+\\.h", "^tests/")
       door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
       door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
-      door("^linux/videodev2", "^(drivers/v4l2/(control_lock|video_device)\\.cc$|tests/(drivers/v4l2_order_test\\.cc$|support/camera_file\\.h$))")
+      door("^linux/videodev2", "^(drivers/v4l2/(control_lock|proposed_settings|video_device)\\.cc$|tests/support/(camera_file|played_webcam)\\.h$)")
       door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
       door("^libusb", "^drivers/transport/usb_port\\.cc$")
       door("^mosquitto\\.h$", "^(daemon/orders/mqtt\\.cc|tests/daemon/services/notifier_test\\.cc)$")

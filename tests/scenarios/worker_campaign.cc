@@ -50,6 +50,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"scan_glass", BegunWhen::kBesideADrawing, "scann", &Workers::scan},
       {"take_picture", BegunWhen::kThroughACamera, "taking a picture of the bed", &Workers::look_at_bed},
       {"describe_cameras", BegunWhen::kThroughACamera, "looking for cameras", &Workers::find_cameras},
+      {"try_camera", BegunWhen::kThroughACamera, "trying a camera", &Workers::try_camera},
   };
   std::vector<Way> out;
   for (const std::string& kind : kinds_of_work()) {
@@ -159,6 +160,11 @@ std::string Workers::find_scanners() {
 
 std::string Workers::find_cameras() {
   auto done = cell_->api().post_and_wait("/cameras", json::object());
+  return done ? "" : done.error().message;
+}
+
+std::string Workers::try_camera() {
+  auto done = cell_->api().post_and_wait("/cameras/trial", {{"device", "/dev/v4l/by-id/none"}});
   return done ? "" : done.error().message;
 }
 

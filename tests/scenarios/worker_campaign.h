@@ -73,6 +73,7 @@ class Workers : public OperatedCell {
   std::string scan();
   std::string find_scanners();
   std::string find_cameras();
+  std::string try_camera();
   std::string look_at_bed();
   std::string tell();
   std::string read_grid_scan() { return calibrate("scanner", {{"more", true}}); }

@@ -264,9 +264,9 @@ class CameraWorkers : public IdleWorkers {
 
 TEST_F(CameraWorkers, MayDieInEveryWay) {
   const auto kinds = ways(BegunWhen::kThroughACamera);
-  ASSERT_EQ(kinds.size(), 2U);
+  ASSERT_EQ(kinds.size(), 3U);
   auto random = random_of_campaign();
-  const std::uint64_t wanted = number_from("VENEER_CAMERA_FAULTS", 2);
+  const std::uint64_t wanted = number_from("VENEER_CAMERA_FAULTS", 3);
   std::map<std::string, int> told;
   ASSERT_EQ(post("/commands/reset"), "");
   wait_state("Idle");
@@ -281,6 +281,7 @@ TEST_F(CameraWorkers, MayDieInEveryWay) {
   }
   EXPECT_THAT(look_at_bed(), HasSubstr("/dev/v4l/by-id/none is not there")) << "and then it works again";
   EXPECT_EQ(find_cameras(), "");
+  EXPECT_THAT(try_camera(), HasSubstr("/dev/v4l/by-id/none is not there"));
   print(told, fmt::format("{} deaths of workers of the camera", wanted));
 }
 

@@ -97,7 +97,7 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak" guardian
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
   show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 VENEER_HANG_ROUNDS=1 \
-    VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_CAMERA_FAULTS=4 VENEER_SCANNER_FAULTS=8 VENEER_BOARD_FAULTS=8 VENEER_HOSTILE_PICTURES=125 \
+    VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_CAMERA_FAULTS=6 VENEER_SCANNER_FAULTS=8 VENEER_BOARD_FAULTS=8 VENEER_HOSTILE_PICTURES=125 \
     VENEER_HOSTILE_DRAWINGS=40 "$build/tests/scenario_tests" scenarios/workers_test.cc
 done
 seed=$(fresh_seed)

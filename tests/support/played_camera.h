@@ -19,7 +19,7 @@
 
 namespace veneer::testing {
 
-class PlayedCamera final : public v4l2::OpenCamera {
+class PlayedCamera : public v4l2::OpenCamera {
  public:
   // What is wrong with a frame.
   enum class Fault {

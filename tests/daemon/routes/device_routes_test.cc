@@ -70,6 +70,30 @@ class DeviceRoutes : public testing::RoutedCell {
     std::ofstream(board / "idVendor") << "1a86\n";
     std::ofstream(board / "idProduct") << "5512\n";
   }
+  // Its name that lasts.
+  std::string plug_in_camera() const {
+    const fs::path usb = directory / "sys/devices/1-7", at = usb / "1-7:1.0/video4linux/video0";
+    fs::create_directories(at);
+    std::ofstream(usb / "idVendor") << "046d\n";
+    std::ofstream(usb / "serial") << "A1B2C3D4\n";
+    std::ofstream(at / "index") << "0\n";
+    fs::create_directory_symlink(usb / "1-7:1.0", at / "device");
+    fs::create_directories(directory / "sys/class/video4linux");
+    fs::create_directory_symlink(at, directory / "sys/class/video4linux/video0");
+    std::ofstream(directory / "dev/video0") << "";
+    link("v4l/by-id/usb-Cam_A1B2C3D4-video-index0", "video0");
+    return (directory / "dev/v4l/by-id/usb-Cam_A1B2C3D4-video-index0").string();
+  }
+  // As somebody saw who tried it.
+  static CameraTrial tried(std::int64_t task, const std::string& device) {
+    CameraTrial out;
+    out.task = task;
+    out.camera.kind = "v4l2", out.camera.device = device;
+    out.camera.width = 1280, out.camera.height = 720, out.camera.format = "MJPG";
+    out.camera.options = {{"exposure_time_absolute", "200"}, {"focus_absolute", "35"}};
+    out.jpeg = "a picture";
+    return out;
+  }
   // A name that udev gives.
   void link(const std::string& name, const std::string& tty) const {
     const fs::path at = directory / "dev" / name;
@@ -244,6 +268,67 @@ TEST_F(DeviceRoutes, AChoiceIsForTheNextStartAndLeavesTheOthers) {
   EXPECT_EQ(next->laser.port, port_of("veneer/laser-AQ00ABCD"));
   choose("camera", {{"kind", "file"}, {"device", "/etc/passwd"}});
   EXPECT_EQ(status, 404) << "only what is a camera's picture";
+}
+
+// What is chosen is what somebody saw.
+TEST_F(DeviceRoutes, ACameraIsChosenByThePictureThatWasTakenWithIt) {
+  const std::string name = plug_in_camera();
+  const auto choose_it = [&](std::int64_t trial) {
+    json body = {{"kind", "v4l2"}, {"device", name}};
+    if (trial > 0) body["trial"] = trial;
+    return choose("camera", body).dump();
+  };
+  EXPECT_THAT(choose_it(0), HasSubstr("veneerctl camera try"));
+  EXPECT_EQ(status, 404) << "nobody has seen anything of it";
+  cell->camera_trials.keep(tried(5, name + "-other"));
+  choose_it(0);
+  EXPECT_EQ(status, 404) << "of another camera";
+  cell->camera_trials.keep(tried(6, name));
+  EXPECT_THAT(choose_it(5), HasSubstr("another picture"));
+  EXPECT_EQ(status, 409);
+  EXPECT_EQ(kept(), "");
+  const json told = json::parse(choose_it(6));
+  ASSERT_EQ(status, 200) << told;
+  EXPECT_EQ(told["camera"]["kind"], "sim") << "nothing changes before it";
+  EXPECT_FALSE(told["camera"].contains("width"));
+  EXPECT_EQ(told["next"]["camera"],
+            json({{"kind", "v4l2"},
+                  {"set_by", "choice"},
+                  {"device", name},
+                  {"width", 1280},
+                  {"height", 720},
+                  {"format", "MJPG"},
+                  {"settings", {{"exposure_time_absolute", "200"}, {"focus_absolute", "35"}}}}));
+  EXPECT_EQ(asked_by(Role::kViewer, "/api/v1/devices")["next"]["camera"]["device"], "");
+  const auto next = load_config(config.file);
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_EQ(next->camera.options.size(), 2U);
+  ASSERT_FALSE(audited().empty());
+  EXPECT_THAT(audited().front().detail, HasSubstr("1280 x 720 MJPG, exposure_time_absolute 200, focus_absolute 35"));
+  choose("camera", {{"kind", "sim"}});
+  EXPECT_EQ(status, 422) << "it is asked first whether that is meant";
+  choose_it(0);
+  EXPECT_EQ(status, 200) << "the last one";
+}
+
+TEST_F(DeviceRoutes, ACameraMustBeThereUnderANameThatMeansIt) {
+  const std::string name = plug_in_camera();
+  const auto refused = [&](const std::string& device) {
+    cell->camera_trials.keep(tried(7, device));
+    return choose("camera", {{"kind", "v4l2"}, {"device", device}}).dump();
+  };
+  for (const std::string& other : {(directory / "dev/video0").string(), std::string("/dev/null"), std::string()}) {
+    refused(other);
+    EXPECT_EQ(status, 404) << other;
+  }
+  fs::remove(directory / "sys/class/video4linux/video0");
+  EXPECT_THAT(refused(name), HasSubstr("look at its plug"));
+  EXPECT_EQ(status, 404);
+  EXPECT_EQ(kept(), "");
+  choose("camera", {{"kind", "file"}, {"device", picture()}, {"trial", 7}});
+  EXPECT_EQ(status, 400) << "a trial is of a camera of this computer";
+  choose("camera", {{"kind", "v4l2"}});
+  EXPECT_EQ(status, 400);
 }
 
 TEST_F(DeviceRoutes, WhatIsWrittenByHandStays) {

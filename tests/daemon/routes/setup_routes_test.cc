@@ -69,6 +69,37 @@ TEST_F(SetupRoutes, CamerasAreLookedForAsATask) {
   EXPECT_EQ(cell->tasks.list().back()->kind, "find cameras");
 }
 
+TEST_F(SetupRoutes, ACameraIsTriedAsATaskAndItsPictureShown) {
+  cell->device_roots = {directory / "dev", directory / "sys"};
+  router = Router();
+  bind_routes(router, *cell);
+  const std::string device = (directory / "dev/v4l/by-id/usb-Cam-index0").string();
+  EXPECT_EQ(ask("GET", "/api/v1/cameras/trial.jpg").status, 404) << "nobody tried one";
+  for (const json& wrong : std::vector<json>{json::object(),
+                                             {{"device", device}, {"width", 640}},
+                                             {{"device", device}, {"width", 640}, {"height", 3}},
+                                             {{"device", device}, {"format", "H264"}},
+                                             {{"device", device}, {"settings", {"focus_absolute"}}},
+                                             {{"device", device}, {"settings", {"=30"}}},
+                                             {{"device", device}, {"focus", 30}}})
+    EXPECT_EQ(ask("POST", "/api/v1/cameras/trial", wrong).status, 400) << wrong;
+  const ApiReply reply =
+      ask("POST", "/api/v1/cameras/trial", {{"device", device}, {"settings", {"focus_absolute=30"}}});
+  ASSERT_EQ(reply.status, 202) << reply.body;
+  EXPECT_EQ(cell->tasks.list().back()->kind, "try camera");
+  CameraTrial trial;
+  trial.task = 12, trial.jpeg = "a picture";
+  cell->camera_trials.keep(std::move(trial));
+  for (const char* address : {"/api/v1/cameras/trial.jpg", "/api/v1/cameras/trial.jpg?trial=12"}) {
+    const ApiReply shown = ask("GET", address);
+    EXPECT_EQ(shown.status, 200) << address;
+    EXPECT_EQ(shown.body, "a picture");
+  }
+  const ApiReply gone = ask("GET", "/api/v1/cameras/trial.jpg?trial=11");
+  EXPECT_EQ(gone.status, 404) << "another one's";
+  EXPECT_THAT(gone.body, HasSubstr("take another one"));
+}
+
 TEST_F(SetupRoutes, WatchingTheBedIsNoTaskAndIsNotedNowhere) {
   const ApiReply reply = ask("GET", "/api/v1/bed/glance.jpg");
   EXPECT_EQ(reply.status, 503) << reply.body;

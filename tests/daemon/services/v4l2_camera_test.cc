@@ -15,6 +15,7 @@
 
 #include "daemon/cell.h"
 #include "daemon/orders/capture_work.h"
+#include "daemon/services/camera_trial.h"
 #include "daemon/wiring.h"
 #include "daemon/workers/worker_processes.h"
 #include "tests/support/camera_file.h"
@@ -27,6 +28,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using tests::CameraFile;
 
 // In this process, since umockdev answers over a socket, and a confined one may not have any.
@@ -293,6 +295,86 @@ TEST_F(V4l2CameraTest, IsMadeOfTheConfiguration) {
   const auto devices = make_devices(whole, clock, reactor, make_null_logger());
   ASSERT_TRUE(devices.ok()) << devices.error().message;
   EXPECT_EQ(devices->camera->device(), camera().device());
+}
+
+// ---- before it is chosen -------------------------------------------------------------------------------------------
+
+class TriedCamera : public V4l2CameraTest {
+ protected:
+  TriedCamera() { whole.store.data_dir = data.path(); }
+  Result<CameraTrial> trial(const WantedTrial& wanted, const DeviceRoots& roots = {}) {
+    return try_camera(here, whole, roots, wanted, [](double, const std::string&) {}, {});
+  }
+  Config whole;
+  CaptureHere here;
+};
+
+TEST_F(TriedCamera, ItsPictureAndWhatToWriteComeFromItself) {
+  const auto seen = trial({CameraFile::kDevice, 0, 0, "", {}});
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_EQ(seen->camera.kind, "v4l2");
+  EXPECT_EQ(seen->camera.device, CameraFile::kDevice);
+  EXPECT_EQ(seen->camera.width, 64);
+  EXPECT_EQ(seen->camera.height, 32);
+  EXPECT_EQ(seen->camera.format, "MJPG");
+  EXPECT_THAT(seen->camera.options, ElementsAre(std::pair<std::string, std::string>("focus_absolute", "17")));
+  EXPECT_TRUE(seen->doubts.empty());
+  const std::vector<std::uint8_t> bytes(seen->jpeg.begin(), seen->jpeg.end());
+  const cv::Mat shown = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  ASSERT_EQ(shown.size(), cv::Size(64, 32));
+  EXPECT_GT(shown.at<cv::Vec3b>(16, 32)[2], shown.at<cv::Vec3b>(16, 32)[1] + 40) << "wood is red";
+  EXPECT_EQ(device.value_of(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL) << "its automatics were let go";
+  // What was proposed makes the same pictures once it is chosen.
+  config = seen->camera;
+  EXPECT_TRUE(camera().capture().ok());
+}
+
+TEST_F(TriedCamera, ItsProcessMayOpenThisCameraAndNothingElse) {
+  ASSERT_TRUE(trial({CameraFile::kDevice, 64, 32, "MJPG", {{"focus_absolute", "17"}}}).ok());
+  ASSERT_EQ(here.orders.size(), 1U);
+  EXPECT_THAT(*here.orders.front().devices, ElementsAre(fs::path(CameraFile::kDevice)));
+  EXPECT_FALSE(here.orders.front().network);
+}
+
+TEST_F(TriedCamera, WhatKeepsItFromAPictureIsTold) {
+  const auto refused = [&](const WantedTrial& wanted) {
+    const auto seen = trial(wanted);
+    EXPECT_FALSE(seen.ok());
+    return seen.ok() ? "" : seen.error().message;
+  };
+  EXPECT_THAT(refused({"/dev/v4l/by-id/none", 0, 0, "", {}}), HasSubstr("is not there: plug it in"));
+  for (const char* name : {"/dev/video0", "/dev/ttyUSB0", "/dev/v4l/by-id/..", "/dev/v4l/by-id/", ""})
+    EXPECT_THAT(refused({name, 0, 0, "", {}}), HasSubstr("no lasting name of a camera")) << name;
+  device.change([](CameraFile::Play& play) { play.fails = {{VIDIOC_REQBUFS, EBUSY}}; });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("is used by another program: close that"));
+  device.change([](CameraFile::Play& play) { play.fails = {{VIDIOC_STREAMON, ENOSPC}}; });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("or set a smaller width and height"));
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), Not(HasSubstr("[camera]"))) << "nothing is written yet";
+  device.change([](CameraFile::Play& play) { play.fails.clear(); });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {{"auto_exposure", "1"}}}),
+              HasSubstr("good for one focus: set focus_absolute = 17, where 17 is what it has now"));
+  device.change([](CameraFile::Play& play) { play.driver = "v4l2 loopback"; });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("what a program makes up (v4l2 loopback)"));
+  device.change([](CameraFile::Play& play) {
+    play.driver = "played";
+    play.controls[V4L2_CID_EXPOSURE_AUTO].choices = {"Auto Mode", "", "", "Aperture Priority Mode"};
+  });
+  EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}),
+              AllOf(HasSubstr("always sets its exposure itself"), HasSubstr("use another camera")));
+}
+
+TEST_F(TriedCamera, OneThatHangsIsTold) {
+  class Hanging final : public WorkRunner {
+   public:
+    Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token) override {
+      EXPECT_EQ(order.deadline, std::chrono::seconds(40)) << "looks at the bed wait meanwhile";
+      return Error{ErrorCode::kTimeout, "given up"};
+    }
+  } hanging;
+  const auto seen =
+      try_camera(hanging, whole, {}, {CameraFile::kDevice, 0, 0, "", {}}, [](double, const std::string&) {}, {});
+  ASSERT_FALSE(seen.ok());
+  EXPECT_THAT(seen.error().message, AllOf(HasSubstr("within 40 s"), HasSubstr("plug it in again")));
 }
 
 // ---- which there are ------------------------------------------------------------------------------------------------
