@@ -7,6 +7,7 @@ import {changed} from "./model.js";
 import {button, inEnglish} from "./parts.js";
 import {brushKey} from "./brush_keys.js";
 import {drawPart, smallPicture} from "./sketch.js";
+import {hasCountsOf, sizeOf} from "./grid_lines.js";
 import {liveLines} from "./live_lines.js";
 import {distance, simplified} from "./strokes.js";
 
@@ -54,8 +55,9 @@ export function wantCells(file, whole, crop, query) {
   if (live.want(wanted)) ++version;
 }
 
-async function requestOf({file, crop, query, sent, instead}) {
-  const {blob, pixels} = await smallPicture({file, crop});
+async function requestOf({file, crop, part, query, sent, instead}) {
+  const shorter = Number(query.get("size_mm")), patch = Number(query.get("patch_mm"));
+  const {blob, pixels} = await smallPicture({file, crop}, hasCountsOf(sizeOf(part, shorter, patch), shorter, patch));  // of another number cells are others
   if (!pixels) throw new Error(t("cells.unreadable"));
   const asked = new URLSearchParams(query);
   tell(asked, sent, instead);
@@ -302,7 +304,7 @@ export function aspectGlyph(aspect) {
 // `among`: whether the layout that is wanted has cells. `aspect`: a slider for their shape.
 export function cellControls(among, aspect) {
   if (!among) return of && mine && all().length > 0 && h("p.dim", {id: "cells-idle"}, t("cells.idle"));
-  if (!wanted) return null;
+  if (!wanted) return aspect;  // it is sent all the same
   const fault = live.fault(), coming = !fault && !live.isThere(), finer = !coming && !fault && !live.isFine(), count = all().length;
   const state = coming ? t("cells.coming") : t(finer ? "cells.finer" : "cells.done", {n: (live.told() || {}).cells});
   return h("div", {id: "cells", "data-key": "cells", "aria-busy": coming ? "true" : "false"},

@@ -24,11 +24,14 @@ let byKeys = false, said = "", version = 0;
 const nameOf = (file, crop, {rows, columns}) => `${file.name} ${file.size} ${file.lastModified} ${crop ? Object.values(crop) : ""} ${rows}x${columns}`;
 
 // As the planner has it (planner/plan.cc, planner/layout/grid.cc), of a picture with so many pixels.
-function sizeOf(pixels, shorter, patch) {
+export function sizeOf(pixels, shorter, patch) {
   const aspect = pixels.width / pixels.height, width = aspect >= 1 ? shorter * aspect : shorter, height = aspect >= 1 ? shorter : shorter / aspect;
   const count = (side) => Math.max(1, Math.round(side / patch));
   return {width, height, rows: count(height), columns: count(width)};
 }
+
+// Whether a picture that was made smaller, which has another shape by a hair, has as many rows and columns.
+export const hasCountsOf = (size, shorter, patch) => (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; };
 
 const pins = () => (wanted && pinned.get(wanted.name)) || new Map();
 const keyOf = (row, column) => `${row},${column}`;
@@ -48,8 +51,7 @@ export function wantGrid(file, whole, crop, query) {
 
 async function requestOf({file, crop, query, size, shorter, patch, name}) {
   const holds = new Map(pinned.get(name) || []);
-  // A picture made smaller has another shape by a hair: it must have as many rows and columns.
-  const body = await smallPicture({file, crop}, (pixels) => { const one = sizeOf(pixels, shorter, patch); return one.rows === size.rows && one.columns === size.columns; });
+  const body = await smallPicture({file, crop}, hasCountsOf(size, shorter, patch));
   if (!body.pixels) throw new Error(t("lines.unreadable"));
   const asked = new URLSearchParams(query);
   if (holds.size) asked.set("pinned_vertices", pinText(holds, sizeOf(body.pixels, shorter, patch)));

@@ -6,7 +6,7 @@ import {command, showRefusal} from "../commands.js";
 import {button, card, hint, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
-import {askAll, kAgainMs} from "../link.js";
+import {kAgainMs} from "../link.js";
 import {edgeControls, matterControls, paintDrawn, paintInto, sizeControls, wantPaint} from "../picture_brush.js";
 import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
@@ -21,7 +21,6 @@ const wanted = {
   cell_aspect: 1, limits: new Map(),  // of a mosaic's cells; the share of the picture that a wood may take at most
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
-let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
 let grid = null, cells = null, frame = null;  // grid_lines.js, cell_curves.js and crop_frame.js, which the first view of the page does without
 let advice = 0;     // the task that looks for advice, or found it
@@ -31,7 +30,6 @@ let lack = "";      // why no wood is free
 
 export function enter() {
   loadTools();
-  loadWoods();
 }
 
 // Each is tried again on its own, by one timer.
@@ -42,13 +40,10 @@ async function loadTools() {
   try { [grid, cells, frame] = await Promise.all([import("../grid_lines.js"), import("../cell_curves.js"), import("../crop_frame.js")]); } catch (fault) { later(loadTools); }
   changed();
 }
-async function loadWoods() {
-  try { woods = (await askAll("/materials", "materials")).map((one) => one.material || one.name).filter(Boolean); } catch (fault) { later(loadWoods); }
-  changed();
-}
-
+const inStock = () => model.panels.filter((panel) => !panel.retired);
+const woodsOf = (panels) => [...new Set(panels.flatMap((panel) => panel.woods || []))].sort();
 // Another panel, or another job's pieces: a sketch of before may promise what is gone.
-const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => `${panel.id} ${panel.free_mm2}`).join();
+const woodInStock = () => inStock().map((panel) => `${panel.id} ${panel.free_mm2}`).join();
 
 // What is proposed follows the wood until a picture stands beside it: no number changes under a finger then.
 function propose() {
@@ -187,21 +182,24 @@ function aspectSlider() {
     h("input", {type: "range", min: 1, max: kLongest, step: .1, value: String(aspect), "aria-label": words, id: "slide-cell_aspect", oninput: (event) => take("cell_aspect", Number(event.target.value))}));
 }
 
-// Of the woods that may be taken, those that are limited.
-const mayBeTaken = (wood) => !wanted.wood.size || wanted.wood.has(wood);
-const limits = () => [...wanted.limits].filter(([wood, share]) => share < 1 && mayBeTaken(wood));
+// Woods of the panels that a plan may take, but for those that nobody wants.
+const woodsToTake = () => woodsOf(inStock().filter(({id}) => !wanted.panels.size || wanted.panels.has(id))).filter((wood) => !wanted.wood.size || wanted.wood.has(wood));
+const limited = () => [...wanted.limits].filter(([, share]) => share < 1);
+// A share of wood that is not there would be refused.
+const limits = () => { const there = woodsToTake(); return limited().filter(([wood]) => there.includes(wood)); };
+// One that has left stays, so that its share can be taken back.
 function limitControls() {
-  const listed = woods.filter(mayBeTaken);
+  const listed = [...new Set([...woodsToTake(), ...limited().map(([wood]) => wood)])];
   if (!listed.length) return null;
   const set = (wood) => (share) => { if (share < 1) wanted.limits.set(wood, share); else wanted.limits.delete(wood); changed(); };
-  return h("div", {id: "limits"}, h("p.dim", {}, t("limits")), wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
+  return h("div", {id: "limits"}, h("p.dim", {}, t("limits")),
     ...listed.map((wood) => slider(`limit_${wood}`, wood, {value: wanted.limits.get(wood) ?? 1, act: set(wood)})));
 }
 
 // One that has left the stock stays ticked: without it, a plan would take wood from all panels.
 const panelsToTick = () => {
-  const inStock = model.panels.filter((panel) => !panel.retired).map((panel) => panel.id);
-  return [...inStock, ...[...wanted.panels].filter((one) => !inStock.includes(one))];
+  const names = inStock().map((panel) => panel.id);
+  return [...names, ...[...wanted.panels].filter((one) => !names.includes(one))];
 };
 
 // What is asked for less often.
@@ -214,6 +212,7 @@ function moreControls() {
 }
 
 function formCard() {
+  const woods = [...new Set([...woodsOf(inStock()), ...wanted.wood])];
   const bad = fault(), mayPlan = mayChange() && Boolean(wanted.file) && !bad;
   return card(t("picture.form"),
     h("form.form", {onsubmit: plan},
@@ -228,6 +227,7 @@ function formCard() {
       edgeControls(wanted.layout === "morph"), sizeControls(wanted.layout === "mosaic"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       tick("refine", t("picture.refine"), "picture-refine"),
+      wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
       tick("elsewhere", t("picture.elsewhere"), "picture-elsewhere"),
       h("details", {}, h("summary", {}, t("picture.weights")),
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),

@@ -687,8 +687,9 @@ MOSAIC = """
     const plate = document.createElement('canvas').toDataURL('image/jpeg').split(',')[1];
     Object.assign(window.answers, {
       '/plans/sketch': {preview_jpeg: plate, width_mm: 60, height_mm: 40, pieces: 6, likeness: .5, layout: 'grid', unfilled: 0, patch_mm: 14, left_out: []},
-      '/plans/mosaic': {width_mm: 60, height_mm: 40, cells: 2, lines: [[[30, 0], [30, 40]]]}, '/plans?': {task: 5},
-      '/materials': {materials: [{material: 'maple'}, {material: 'walnut'}], next: null}});
+      '/plans/mosaic': {width_mm: 60, height_mm: 40, cells: 2, lines: [[[30, 0], [30, 40]]]}, '/plans?': {task: 5}});
+    model.panels = [['P-0001', 'maple'], ['P-0002', 'walnut']].map(([id, wood]) => ({id, woods: [wood], free_mm2: 70000}));
+    window.answers['/panels'] = {panels: model.panels, next: null};
     const draw = () => { given_to({panels: 0}); put(main, page.draw()); page.drawn(main); };
     const sheet = (css) => { draw(); return main.querySelector(css); };
     const choose = async (name) => {
@@ -905,13 +906,40 @@ class Mosaic(Page):
             type('#slide-limit_walnut', '.3');
             const limited = (await planned()).wood_limit, sketched = await until(() => { draw(); return told('/plans/sketch').wood_limit; });
             press('#picture-refine');
-            const refined = [(await planned()).wood_limit || null, sheet('#limits-idle') !== null];
+            const idle = sheet('#limits-idle');
+            const refined = [(await planned()).wood_limit || null, idle.checkVisibility()];
             press('#picture-refine');
             sheet('[data-key=maple] input').click();
             draw();
-            const without = [(await planned()).wood_limit || null, sheet('#slide-limit_walnut') === null];
+            const without = [(await planned()).wood_limit || null, sheet('#slide-limit_walnut') !== null];
             return {usual, limited, sketched, refined, without}""")
         self.assertEqual(seen, {"usual": None, "limited": "walnut=0.3", "sketched": "walnut=0.3", "refined": [None, True], "without": [None, True]})
+
+    def test_a_share_of_wood_that_is_not_there_is_not_sent(self):
+        seen = self.at("""
+            await until(() => sheet('#slide-limit_walnut'));
+            type('#slide-limit_walnut', '.3');
+            sheet('#more [data-key=P-0001] input').click();
+            draw();
+            const elsewhere = [(await planned()).wood_limit || null, sheet('#slide-limit_walnut').value];
+            sheet('#more [data-key=P-0001] input').click();
+            draw();
+            const back = (await planned()).wood_limit;
+            window.answers['/panels'].panels = model.panels = model.panels.map((panel) => ({...panel, retired: panel.id === 'P-0002'}));
+            const gone = [(await planned()).wood_limit || null, sheet('#slide-limit_walnut') !== null];
+            type('#slide-limit_walnut', '1');
+            return {elsewhere, back, gone, after: sheet('#slide-limit_walnut') !== null}""")
+        self.assertEqual(seen, {"elsewhere": [None, "0.3"], "back": "walnut=0.3", "gone": [None, True], "after": False})
+
+    def test_the_shape_of_cells_is_chosen_for_a_picture_that_only_the_cell_reads(self):
+        self.at("""
+            type('#slide-cell_aspect', '2.5');
+            const files = new DataTransfer(), input = sheet('#picture-file');
+            files.items.add(new File(['II*'], 'scan.tiff', {type: 'image/tiff', lastModified: 2}));
+            input.files = files.files;
+            input.dispatchEvent(new Event('change'));
+            await until(() => !sheet('canvas.cells') && sheet('#slide-cell_aspect'))""")
+        self.assertEqual(self.at("return sheet('#slide-cell_aspect').value"), "2.5")
 
     def test_what_the_cell_refuses_is_said_and_asked_again(self):
         seen = self.at("""
