@@ -13,7 +13,7 @@ const kRest = ["Stopped", "Idle", "Complete", "Aborted"];
 // Of Linux's own names for settings those that have a word here; the others are told by their names.
 const kNamed = ["exposure_time_absolute", "focus_absolute", "gain", "white_balance_temperature"];
 
-let size = "", sizedFor = "";     // "": the best, else "1920 1080 YUYV"; and the camera that it was picked for
+let size = "", sizedFor = "";  // "": the best, else "1920 1080 YUYV"; and the camera that it was picked for
 let figures = {}, of = 0;       // what is typed, by name, and the trial that it stands for
 
 const pixels = ({width, height}) => width * height;
