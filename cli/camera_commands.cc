@@ -51,8 +51,10 @@ void add_try(CLI::App& camera, CommandContext& context) {
   trial->add_option("--height", wanted->height, "The same")->check(CLI::Range(64, 20000));
   trial->add_option("--format", wanted->format, "Else the best that it has at that size")
       ->check(CLI::IsMember({"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"}));
-  trial->add_option("--set", wanted->settings,
-                    "A setting as NAME=NUMBER, again and again: with these alone, and nothing is sought");
+  trial
+      ->add_option("--set", wanted->settings,
+                   "A setting as NAME=NUMBER, again and again: with these alone, and nothing is sought")
+      ->allow_extra_args(false);
   trial->add_option("--out", wanted->out, "Where the picture is saved (JPEG)");
   trial->callback([wanted, &context] {
     auto tried = context.run_task(context.client().post("/cameras/trial", wanted->body()));

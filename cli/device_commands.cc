@@ -125,8 +125,9 @@ void add_choose(CLI::App& device, CommandContext& context) {
   choose->add_option("--dpi", wanted->dpi, "For a scanner: the resolution; else as configured")
       ->check(CLI::Range(75, 1200));
   choose
-      ->add_option("--trial", wanted->trial,
-                   "For a camera of this computer: the number of the picture that was looked at; else the last one's")
+      ->add_option(
+          "--trial", wanted->trial,
+          "For a camera of this computer: the number of the picture that was looked at, as `camera try` tells it")
       ->check(CLI::PositiveNumber);
   add_confirm_option(*choose, wanted->confirmed);
   choose->callback([wanted, &context] {

@@ -113,6 +113,10 @@ std::string render_cameras(const json& found) {
     for (const json& control : controls) text += control_line(control);
     if (text_or(camera, "problem", "").empty()) text += missing_lines(controls);
   }
+  const bool any = std::ranges::any_of(cameras, [](const json& camera) {
+    return !text_or(camera, "device", "").empty() && text_or(camera, "problem", "").empty();
+  });
+  if (!any) return text;
   return text + "\nNext: veneerctl camera try DEVICE takes a picture with one of them and says how to choose it.\n";
 }
 

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "base/files.h"
+#include "drivers/camera_size.h"
 
 namespace veneer::daemon {
 namespace {
@@ -28,8 +29,8 @@ void read_sane(Section& scanner, ScannerConfig& out) {
 
 // Of a camera, written or chosen. What of it the device takes is known when it is asked for a picture.
 void read_picture_of_v4l2(Section& camera, auto& out) {
-  camera.integer("width", out.width, 64, 20000);
-  camera.integer("height", out.height, 64, 20000);
+  camera.integer("width", out.width, kLeastCameraSide, kMostCameraSide);
+  camera.integer("height", out.height, kLeastCameraSide, kMostCameraSide);
   camera.word("format", out.format, {"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"});
   camera.settings("options", out.options);
 }
@@ -53,12 +54,11 @@ void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std:
           "{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
   // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
   // first.
-  constexpr std::int64_t kMostPixels = 50'000'000;
-  if (std::int64_t{out.width} * out.height > kMostPixels)
+  if (std::int64_t{out.width} * out.height > kMostCameraPixels)
     errors.push_back(
         fmt::format("{}: camera.width = {} and camera.height = {} make more than {} million pixels: use a "
                     "smaller size that veneerctl camera list has",
-                    file, out.width, out.height, kMostPixels / 1'000'000));
+                    file, out.width, out.height, kMostCameraPixels / 1'000'000));
   if (camera.has("device") && !is_name_of_camera(out.device, true))
     errors.push_back(
         fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "
@@ -138,6 +138,9 @@ void read_chosen_camera(Section& section, ChosenDevices::Camera& out, std::vecto
     for (const char* needed : {"width", "height", "format"})
       if (!section.has(needed)) errors.push_back(fmt::format("camera.{} is missing", needed));
     read_picture_of_v4l2(section, out);
+    if (std::int64_t{out.width} * out.height > kMostCameraPixels)
+      errors.push_back(fmt::format("camera.width and camera.height make more than {} million pixels",
+                                   kMostCameraPixels / 1'000'000));
     if (!is_name_of_camera(out.device, false))
       errors.push_back(fmt::format("camera.device = \"{}\" is no lasting name of a camera", out.device));
     return;

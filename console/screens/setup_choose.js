@@ -9,7 +9,7 @@ import {button, fact, facts, hint, inEnglish, later} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {doSteps, isBusy, workAt, workRow} from "../work.js";
 import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
-import {areCamerasSought, camerasFound, camerasRow, findCameras, lastTrial} from "../cameras.js";
+import {areCamerasSought, camerasFound, camerasRow, findCameras, isTrying, lastTrial} from "../cameras.js";
 
 const kDevices = ["laser", "scanner", "camera"];
 const kRealLaser = "a laser is at this port", kSimulation = "a simulation takes its place";  // by their names in the API
@@ -51,7 +51,7 @@ export const chooseParts = () => {
   const is = (name) => ((devices.next || devices)[name]).kind;
   return [
     open && kDevices.every((name) => is(name) === "sim") && h("p", {}, t("choose.open")),
-    open && h("div.commands", {}, button(t("choose.look"), look, {wide: true, disabled: !mayChange() || isBusy("devices") || areSought() || areCamerasSought(), id: "look-devices"})),
+    open && h("div.commands", {}, button(t("choose.look"), look, {wide: true, disabled: !mayChange() || isBusy("devices") || areSought() || areCamerasSought() || isTrying(), id: "look-devices"})),
     workRow("devices"), scannersRow(), camerasRow(),
     ...kDevices.map(part),
     is("laser") !== "sim" && (is("scanner") === "sim" || is("camera") === "sim") && h("p.warn", {}, `▲ ${t("choose.mixed")}`),

@@ -13,7 +13,7 @@ const kRest = ["Stopped", "Idle", "Complete", "Aborted"];
 // Of Linux's own names for settings those that have a word here; the others are told by their names.
 const kNamed = ["exposure_time_absolute", "focus_absolute", "gain", "white_balance_temperature"];
 
-let size = "";                  // "": the best, else "1920 1080 YUYV"
+let size = "", sizedFor = "";  // "": the best, else "1920 1080 YUYV"; and the camera that it was picked for
 let figures = {}, of = 0;       // what is typed, by name, and the trial that it stands for
 
 const pixels = ({width, height}) => width * height;
@@ -32,18 +32,24 @@ export function lackWords(camera) {
 
 export const settingWords = (name) => (kNamed.includes(name) ? t(`trial.${name}`) : name);
 
-const trialOf = (camera) => { const last = lastTrial(); return last && last.device === camera.device ? last : null; };
+// Its last one; what is typed becomes what that was taken with.
+function trialOf(camera) {
+  const last = lastTrial();
+  if (!last || last.device !== camera.device) return null;
+  if (of !== last.trial) figures = {...last.settings}, of = last.trial;
+  return last;
+}
 const changes = (trial) => Object.entries(trial.settings).some(([name, value]) => figures[name] !== value);
 
 // Of the camera that is marked, once its picture was taken with what is typed; null until then.
 export function chosenTrial(camera) {
   const trial = trialOf(camera);
-  return trial && of === trial.trial && !changes(trial) ? trial : null;
+  return trial && !changes(trial) ? trial : null;
 }
 
 export function trialPart(camera) {
   const trial = trialOf(camera);
-  if (trial && of !== trial.trial) figures = {...trial.settings}, of = trial.trial;
+  if (sizedFor !== camera.device) size = "", sizedFor = camera.device;
   const shut = isTrying() || !mayChange() || isStale() || !kRest.includes(model.cell.state);
   const [width, height, format] = size.split(" ");
   const sized = size ? {width: Number(width), height: Number(height), format} : {};

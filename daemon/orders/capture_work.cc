@@ -8,6 +8,7 @@
 #include "daemon/orders/capture_json.h"
 #include "daemon/orders/capture_order.h"
 #include "daemon/orders/shown_picture.h"
+#include "drivers/camera_size.h"
 #include "drivers/v4l2/video_device.h"
 #include "planner/pictures/jpeg_codec.h"
 
@@ -77,6 +78,9 @@ Result<json> try_camera(const json& request, const std::filesystem::path& folder
   if (!camera) return camera.error();
   auto wanted = v4l2::best_settings(**camera, order.settings);
   if (!wanted) return wanted.error();
+  // One that it does not have is told with those that it has.
+  if (wanted->width > 0)
+    if (Status usable = check_camera_size(wanted->width, wanted->height); !usable) return usable.error();
   v4l2::LookOptions options;
   options.frames = order.frames;
   const SteadyClock clock;

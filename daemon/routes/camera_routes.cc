@@ -1,6 +1,7 @@
 // Which cameras there are and what can be set on them; and trying one before it is chosen.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "daemon/routes/post_work.h"
 #include "daemon/services/camera_trial.h"
 #include "daemon/services/v4l2_camera.h"
+#include "drivers/camera_size.h"
 
 namespace veneer::daemon {
 namespace {
@@ -58,7 +60,7 @@ Result<std::pair<std::string, std::string>> setting_of(const std::string& text) 
 }
 
 WantedTrial wanted_of(RequestReader& body) {
-  constexpr NumberRange kPixels{64, 20000};
+  constexpr NumberRange kPixels{kLeastCameraSide, kMostCameraSide};
   WantedTrial wanted;
   wanted.device = body.text("device").value_or("");
   const auto width = body.whole("width", kPixels), height = body.whole("height", kPixels);
@@ -68,12 +70,16 @@ WantedTrial wanted_of(RequestReader& body) {
     auto setting = setting_of(text);
     if (!setting)
       body.refuse(setting.error());
+    else if (std::ranges::any_of(wanted.settings, [&](const auto& given) { return given.first == setting->first; }))
+      body.refuse({ErrorCode::kInvalidArgument, fmt::format("{} is set twice: give it once", setting->first)});
     else
       wanted.settings.push_back(*std::move(setting));
   }
   body.require("device");
   if (width.has_value() != height.has_value())
     body.refuse({ErrorCode::kInvalidArgument, "a size is width and height: give both, or neither"});
+  if (width && height)
+    if (const Status usable = check_camera_size(wanted.width, wanted.height); !usable) body.refuse(usable.error());
   return wanted;
 }
 
@@ -82,16 +88,20 @@ void try_one(const CameraServices& s, const ApiRequest& request, const Reply& re
   const WantedTrial wanted = wanted_of(body);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   if (const Status may = camera_is_free(s.unit); !may) return reply(ApiReply::error(may.error()));
-  start_task(s.tasks, s.camera, "try camera", "waiting for the camera", reply, [s, wanted](const TaskReporter& task) {
-    auto trial = try_camera(
-        s.workers, s.config, s.roots, wanted, [&](double f, const std::string& text) { task.progress(f, text); },
-        task.stop_token());
-    if (!trial) return task.fail(trial.error());
-    trial->task = task.id();
-    const json told = trial_json(*trial);
-    s.trials.keep(*std::move(trial));
-    task.done(told);
-  });
+  const auto turn = s.trials.take_turn();
+  if (!turn) return reply(ApiReply::error(turn.error()));
+  start_task(s.tasks, s.camera, "try camera", "waiting for the camera", reply,
+             [s, wanted, turn = *turn](const TaskReporter& task) {
+               auto trial = try_camera(
+                   s.workers, s.config, s.roots, wanted,
+                   [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+               turn->end();  // before whoever asked is told
+               if (!trial) return task.fail(trial.error());
+               trial->task = task.id();
+               const json told = trial_json(*trial);
+               s.trials.keep(*std::move(trial));
+               task.done(told);
+             });
 }
 
 // `trial` is in the address, so that no browser shows another one's picture.
@@ -117,12 +127,16 @@ json settings_json(const std::vector<std::pair<std::string, std::string>>& setti
 void bind_camera_routes(Router& router, const CameraServices& s) {
   router.bind("findCameras", [s](const ApiRequest&, const Reply& reply) {
     if (const Status may = camera_is_free(s.unit); !may) return reply(ApiReply::error(may.error()));
-    start_task(s.tasks, s.camera, "find cameras", "waiting for the camera", reply, [s](const TaskReporter& task) {
-      const auto found = find_cameras(
-          s.workers, s.config, s.roots, [&](double f, const std::string& text) { task.progress(f, text); },
-          task.stop_token());
-      task.finish(found ? Result<json>(cameras_json(*found)) : Result<json>(found.error()));
-    });
+    const auto turn = s.trials.take_turn();
+    if (!turn) return reply(ApiReply::error(turn.error()));
+    start_task(s.tasks, s.camera, "find cameras", "waiting for the camera", reply,
+               [s, turn = *turn](const TaskReporter& task) {
+                 const auto found = find_cameras(
+                     s.workers, s.config, s.roots, [&](double f, const std::string& text) { task.progress(f, text); },
+                     task.stop_token());
+                 turn->end();  // before whoever asked is told
+                 task.finish(found ? Result<json>(cameras_json(*found)) : Result<json>(found.error()));
+               });
   });
   router.bind("tryCamera", [s](const ApiRequest& request, const Reply& reply) { try_one(s, request, reply); });
   router.bind("getCameraTrial", [s](const ApiRequest& request, const Reply& reply) { show_trial(s, request, reply); });

@@ -133,7 +133,7 @@ void find_devices(const DeviceServices& s, const ApiRequest& request, const Repl
 struct AskedDevice {
   std::string device;
   ChosenDevices wanted;
-  std::optional<std::int64_t> trial;  // whose picture was looked at, of a camera of this computer
+  std::optional<std::int64_t> trial;  // whose picture was looked at; of a camera of this computer always
   std::vector<std::string> confirmed;
 };
 
@@ -175,6 +175,11 @@ AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
   belongs("device", device.has_value(), kind == "sane" || kind == "v4l2" || kind == "file");
   if (kind != "sane") belongs("dpi", dpi.has_value(), false);
   if (kind != "v4l2") belongs("trial", asked.trial.has_value(), false);
+  if (kind == "v4l2" && !asked.trial)
+    refuse(
+        "trial is missing: take a picture with the camera (veneerctl camera try NAME), look at it, and give its "
+        "number, "
+        "with veneerctl by --trial");
   ChosenDevices& wanted = asked.wanted;
   if (of.device == "laser")
     wanted.laser = {kind, port.value_or(""), board.value_or("m2"), Millimetres(travel_x.value_or(300)),
@@ -238,7 +243,7 @@ Result<ChosenDevices::Camera> tried_camera(const DeviceServices& s, const AskedD
         fmt::format("no picture was taken with that camera last: take one with veneerctl camera try \"{}\", and "
                     "choose it when you have seen it",
                     wanted.device)};
-  if (asked.trial && *asked.trial != last->task)
+  if (asked.trial != last->task)
     return Error{ErrorCode::kConflict,
                  "somebody has taken another picture with that camera since, perhaps with other settings: take one "
                  "again, and look at it"};

@@ -25,6 +25,8 @@ Error for_whoever_tries(Error error) {
     for (std::size_t at = 0; (at = error.message.find(words, at)) != std::string::npos; at += instead.size())
       error.message.replace(at, words.size(), instead);
   };
+  put("write device = \"", "use \"");
+  put(", and calibrate it again", "");
   put("write options = { ", "set ");
   put(" } under [camera]", "");
   put("take it out of [camera]", "leave it out");
@@ -50,7 +52,8 @@ Status may_be_tried(const DeviceRoots& roots, const std::string& device) {
                  "that is no lasting name of a camera: see veneerctl camera list, and take one from it"};
   CameraConfig camera;
   camera.kind = "v4l2", camera.device = device;
-  return means_one_camera(roots, camera);
+  const Status one = means_one_camera(roots, camera);
+  return one ? one : Status(for_whoever_tries(one.error()));
 }
 
 Result<CameraTrial> try_camera(WorkRunner& workers, const Config& config, const DeviceRoots& roots,

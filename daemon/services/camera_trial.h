@@ -4,6 +4,7 @@
 // chosen that gives no picture, cannot be locked or is set so that nothing can be seen.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "daemon/config.h"
 #include "daemon/orders/capture_order.h"
 #include "daemon/services/found_devices.h"
@@ -27,9 +29,31 @@ struct CameraTrial {
   std::string jpeg;  // for people
 };
 
-// The last trial since the daemon began. Thread-safe.
+// Whose turn it is to try or look for cameras; over at the latest when nobody holds it any more. Any thread.
+class CameraTurn {
+ public:
+  explicit CameraTurn(std::shared_ptr<std::atomic<bool>> taken) : taken_(std::move(taken)) {}
+  ~CameraTurn() { end(); }
+  CameraTurn(const CameraTurn&) = delete;
+  CameraTurn& operator=(const CameraTurn&) = delete;
+  void end() {
+    if (!ended_.exchange(true)) *taken_ = false;
+  }
+
+ private:
+  const std::shared_ptr<std::atomic<bool>> taken_;
+  std::atomic<bool> ended_ = false;
+};
+
+// The last trial since the daemon began, and one at a time. Thread-safe.
 class CameraTrials {
  public:
+  // kConflict while another one is waited for or under way: a run that begins meanwhile would wait for them all.
+  Result<std::shared_ptr<CameraTurn>> take_turn() {
+    if (!taken_->exchange(true)) return std::make_shared<CameraTurn>(taken_);
+    return Error{ErrorCode::kConflict,
+                 "a camera is tried or looked for already: wait until that is done, then try again"};
+  }
   void keep(CameraTrial trial) {
     auto kept = std::make_shared<const CameraTrial>(std::move(trial));
     const std::lock_guard lock(mutex_);
@@ -44,6 +68,7 @@ class CameraTrials {
  private:
   mutable std::mutex mutex_;
   std::shared_ptr<const CameraTrial> last_;  // guarded by mutex_
+  const std::shared_ptr<std::atomic<bool>> taken_ = std::make_shared<std::atomic<bool>>(false);
 };
 
 // What somebody wants to see: of a camera by its lasting name, at a size and in a format or else at those that suit it

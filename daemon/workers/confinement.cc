@@ -111,13 +111,14 @@ Status keep_files_by_landlock(const Confinement& limits, long abi) {
     const std::uint64_t device =
         (LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_WRITE_FILE | kDeviceIoctl) & handled.handled_access_fs;
     for (const auto& path : *limits.devices) good = permit(ruleset, path, device) && good;
+    // Whoever may not use a device is told the name of its group.
+    for (const char* names : {"/etc/group", "/etc/nsswitch.conf"}) good = permit(ruleset, names, read) && good;
   }
   if (limits.devices && limits.network) {
     good = permit(ruleset, "/dev/bus/usb", kReadFolder & handled.handled_access_fs) && good;
     // How libraries find USB devices and machines of the network, and drivers of scanners' makers.
-    for (const char* path :
-         {"/sys", "/run/udev", "/etc/hosts", "/etc/host.conf", "/etc/resolv.conf", "/run/systemd/resolve",
-          "/etc/nsswitch.conf", "/etc/gai.conf", "/etc/services", "/etc/protocols", "/opt"})
+    for (const char* path : {"/sys", "/run/udev", "/etc/hosts", "/etc/host.conf", "/etc/resolv.conf",
+                             "/run/systemd/resolve", "/etc/gai.conf", "/etc/services", "/etc/protocols", "/opt"})
       good = permit(ruleset, path, read) && good;
   }
   for (const auto& path : limits.readable) good = permit(ruleset, path, read) && good;

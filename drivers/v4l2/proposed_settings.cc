@@ -27,6 +27,7 @@ constexpr std::array<std::uint32_t, 10> kFound = {
     V4L2_CID_RED_BALANCE,       V4L2_CID_BLUE_BALANCE};
 
 constexpr Duration kFrameWait = std::chrono::milliseconds(200);  // so that a stop request is seen soon
+constexpr double kStillShare = 0.02;                             // of a setting, or its step where that is more
 constexpr double kStillLevels = 2;                               // of the mean; more is a change of the light
 constexpr int kAsWhite = 250;                                    // of a sample; more cannot be told apart
 constexpr double kMostWhite = 0.05;                              // of the pixels
@@ -182,16 +183,22 @@ class Proposal {
     return last ? Ok() : Status(last.error());
   }
 
-  // Whether something is otherwise than it was.
+  // Whether something has moved since it moved last; automatics go to and fro between two neighbours for ever.
   Result<bool> read_found() {
     const auto controls = camera_.controls();
     if (!controls) return controls.error();
     std::vector<CameraControl> now;
     for (const CameraControl& one : *controls)
       if (is_one_of(kFound, one.id) && one.kind == CameraControl::Kind::kWhole) now.push_back(one);
-    const bool differs = !std::ranges::equal(now, found_, {}, &CameraControl::value, &CameraControl::value);
     found_ = std::move(now);
-    return differs;
+    const bool rests = std::ranges::equal(found_, moved_to_, [](const CameraControl& one, const CameraControl& before) {
+      const auto still =
+          std::max(static_cast<double>(one.step), kStillShare * std::abs(static_cast<double>(before.value)));
+      return one.id == before.id &&
+             std::abs(static_cast<double>(one.value) - static_cast<double>(before.value)) <= still;
+    });
+    if (!rests) moved_to_ = found_;
+    return !rests;
   }
 
   OpenCamera& camera_;
@@ -199,8 +206,9 @@ class Proposal {
   const Clock& clock_;
   const DecodeJpeg& decode_jpeg_;
   const std::stop_token& stop_;
-  std::vector<CameraControl> found_;  // as they stood last
-  FrameAverage still_;                // frames since the last change
+  std::vector<CameraControl> found_;     // as they stood last
+  std::vector<CameraControl> moved_to_;  // and when one of them moved last
+  FrameAverage still_;                   // frames since the last change
   bool is_settled_ = false;
 };
 

@@ -25,7 +25,7 @@ enum class LookDoubt {
 
 struct SettleOptions {
   Duration least = std::chrono::seconds(2);  // so long a lens seeks
-  Duration still = std::chrono::seconds(1);  // without a change
+  Duration still = std::chrono::seconds(1);  // without a change of a setting by more than its step and 2 %
   Duration most = std::chrono::seconds(8);
   Duration between = std::chrono::milliseconds(200);  // two readings; asking a camera takes it time
 };
@@ -38,7 +38,7 @@ struct ProposedSettings {
 
 // Of `wanted` only size and format count. What the automatics of exposure, gain, white balance and focus came to stands
 // in the options by the names that the device has for it, as far as it takes that from a program; an exposure is moved
-// to the next multiple of 10 ms, since lamps flicker with the mains, unless it is far shorter. Errors as
+// to the nearest multiple of 10 ms, since lamps flicker with the mains, unless it is far shorter. Errors as
 // lock_controls() and take_look(): one with an automatic that cannot be switched off has no settings to propose.
 Result<ProposedSettings> propose_settings(OpenCamera& camera, const CameraSettings& wanted, const SettleOptions& settle,
                                           const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,

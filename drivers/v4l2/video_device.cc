@@ -356,6 +356,10 @@ std::string group_of(gid_t id) {
 
 }  // namespace
 
+bool is_for_group(gid_t group, mode_t mode) {
+  return group != 0 && (mode & (S_IRGRP | S_IWGRP)) == (S_IRGRP | S_IWGRP);
+}
+
 Error not_opened(const std::string& device, int why, const std::string& group, bool for_group) {
   if ((why == EACCES || why == EPERM) && !for_group)
     return {ErrorCode::kUnavailable, fmt::format("the camera {} may be used by no group of this computer: write "
@@ -384,7 +388,7 @@ Result<std::unique_ptr<OpenCamera>> open_camera(const std::filesystem::path& dev
     struct stat about {};
     const bool told = ::stat(device.c_str(), &about) == 0;
     return not_opened(device.string(), why, told ? group_of(about.st_gid) : "",
-                      !told || (about.st_mode & (S_IRGRP | S_IWGRP)) == (S_IRGRP | S_IWGRP));
+                      !told || is_for_group(about.st_gid, about.st_mode));
   }
   auto camera = std::make_unique<VideoDevice>(fd, device.string());
   if (Status is_one = camera->introduce(); !is_one) return is_one.error();

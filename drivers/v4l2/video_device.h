@@ -9,6 +9,8 @@
 // Drivers may hang in any call, so this runs in a process that may be killed (daemon/workers). Threading: one thread.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -24,5 +26,7 @@ Result<std::unique_ptr<OpenCamera>> open_camera(const std::filesystem::path& dev
 // Why a device file could not be opened, with what to do: by errno; of one that may not be used, by the group that it
 // belongs to ("" when that is not known) and whether its members may use it.
 Error not_opened(const std::string& device, int why, const std::string& group, bool for_group);
+// Whether a device file is for the members of its group: not where that is root's, to which nobody is added for it.
+bool is_for_group(gid_t group, mode_t mode);
 
 }  // namespace veneer::v4l2

@@ -15,6 +15,7 @@ using nlohmann::json;
 using testing::ApiServer;
 using testing::ask;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::Outcome;
 using testing::veneerctl;
 
@@ -279,6 +280,8 @@ TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
             "  (it has no setting of its focus: use it only if its lens does not move by itself)\n"
             "\n"
             "Next: veneerctl camera try DEVICE takes a picture with one of them and says how to choose it.\n");
+  answer["cameras"].erase(0);
+  EXPECT_THAT(ask(server, {"camera", "list"}).out, Not(HasSubstr("Next:"))) << "none of these can be tried";
   answer = {{"cameras", json::array()}};
   EXPECT_THAT(ask(server, {"camera", "list"}).out, HasSubstr("No camera is found."));
 }
@@ -340,6 +343,9 @@ TEST(VeneerctlStock, ACameraIsTriedWithItsPictureAndChosenByIt) {
     EXPECT_THAT(out, HasSubstr(words));
   EXPECT_EQ(shown, "12");
   EXPECT_EQ(read_whole(file).value_or(""), "a picture");
+  asked = nullptr;
+  EXPECT_NE(ask(server, {"camera", "try", name, "--set", "gain=0", "bed.jpg"}).status, 0);
+  EXPECT_EQ(asked, nullptr) << "what is no setting was taken for one";
   EXPECT_THAT(ask(server, {"device", "choose", "camera", "v4l2", name, "--trial", "12"}).out,
               HasSubstr("v4l2 " + name + ", 640 x 480 MJPG, focus_absolute 35"));
   EXPECT_EQ(chosen, json({{"kind", "v4l2"}, {"device", name}, {"trial", 12}}));

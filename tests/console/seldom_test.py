@@ -598,6 +598,34 @@ class Seldom(Page):
         self.assertEqual(told["again"], [{"device": device, "width": 1920, "height": 1080, "format": "YUYV", "settings": ["exposure_time_absolute=300", "focus_absolute=35"]}, False, None])
         self.assertEqual(told["chosen"], [{"kind": "v4l2", "device": device, "trial": 8}])
 
+    def test_whatever_keeps_a_camera_from_being_chosen_is_said_as_soon_as_it_does(self):
+        told = self.steps(self.CAMERAS + """
+            await looks({'/cameras/trial': {task: 41}});
+            mark(webcam.device);
+            await press('#try-camera'); draw();
+            const looking = main.querySelector('#look-devices').disabled;
+            const drawn = [];
+            const watch = new MutationObserver(() => { if (camera().querySelector('section.trial')) drawn.push(take().disabled && !camera().querySelector('.hint')); });
+            watch.observe(main, {subtree: true, childList: true, attributes: true});
+            model.tasks.set(41, {id: 41, state: 'done', result: tried(41, {focus_absolute: '35'})});
+            await until(() => draw().querySelector('[data-key="trial-41"]'));
+            await settled();
+            watch.disconnect();
+            return [looking, main.querySelector('#look-devices').disabled, drawn.length > 0, drawn.includes(true)]""")
+        self.assertEqual(told, [True, False, True, False])
+
+    def test_a_size_is_the_cameras_for_which_it_was_picked(self):
+        told = self.steps(self.CAMERAS + """
+            await looks({'/cameras/trial': tried(10, {}, {device: bare.device})});
+            mark(webcam.device);
+            type('#trial-size', '640 480 YUYV'); draw();
+            mark(bare.device);
+            const size = main.querySelector('#trial-size').value;
+            await press('#try-camera');
+            await until(() => draw().querySelector('[data-key="trial-10"]'));
+            return [size, sent('/cameras/trial')]""")
+        self.assertEqual(told, ["", [{"device": "/dev/v4l/by-path/pci-3"}]])
+
     def test_a_size_is_tried_as_it_is_wanted(self):
         told = self.steps(self.CAMERAS + """
             await looks({'/cameras/trial': tried(9, {}, {width: 640, height: 480})});

@@ -230,6 +230,13 @@ TEST_F(V4l2DeviceTest, WhoMayUseItIsNamed) {
   EXPECT_THAT(not_opened("/dev/video0", EBUSY, "", true).message, HasSubstr("is used by another program"));
 }
 
+TEST_F(V4l2DeviceTest, NobodyIsSentIntoRootsGroup) {
+  EXPECT_FALSE(is_for_group(0, 0660));
+  EXPECT_FALSE(is_for_group(44, 0600));
+  EXPECT_FALSE(is_for_group(44, 0640)) << "a camera is set, too";
+  EXPECT_TRUE(is_for_group(44, 0660));
+}
+
 TEST_F(V4l2DeviceTest, ASizeThatNoPictureHasIsRefused) {
   const auto camera = opened();
   const auto told = [&] {

@@ -164,6 +164,25 @@ TEST_F(V4l2ProposalTest, ItIsWaitedForUntilNothingChangesAndNotForEver) {
   EXPECT_LE(clock.now() - again, settle.most + options.deadline);
 }
 
+TEST_F(V4l2ProposalTest, AnAutomaticThatDithersByAStepIsAtRest) {
+  camera.has.push_back({V4L2_CID_GAIN, "gain", CameraControl::Kind::kWhole, 0, 100, 1, 0, 12, true, true, {}});
+  const auto usual = camera.on_next;
+  const auto dither = [&, usual](std::int64_t exposure, std::int64_t gain) {
+    camera.on_next = [&, usual, exposure, gain](int number) {
+      usual(number);
+      if (camera.control("auto_exposure").value != 3) return;
+      camera.control("gain").value = 40 + (number % 7 < 3 ? gain : 0);
+      camera.control("exposure_time_absolute").value = 200 + (number % 7 < 3 ? exposure : 0);
+    };
+  };
+  dither(4, 1);
+  EXPECT_THAT(doubts(), IsEmpty()) << "2 %, or a step where that is more";
+  dither(4, 2);
+  EXPECT_THAT(doubts(), Contains(LookDoubt::kUnsettled));
+  dither(5, 1);
+  EXPECT_THAT(doubts(), Contains(LookDoubt::kUnsettled));
+}
+
 // Some tell for ever what was set last, not what their automatics came to.
 TEST_F(V4l2ProposalTest, APictureThatIsNotTheAutomaticsOwnIsDoubted) {
   tells_exposure = false, camera.control("exposure_time_absolute").usual = 100;

@@ -1,5 +1,6 @@
 // A worker that misbehaves as it is told to.
 #include <fcntl.h>
+#include <grp.h>
 #include <signal.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
@@ -7,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -112,6 +114,13 @@ Result<json> work(const std::string& kind, const json& request, const std::files
     note("kept", ::open(request.at("kept").get<std::string>().c_str(), O_RDWR | O_NOCTTY));
     note("fork", ::fork());
     return out;
+  }
+  if (kind == "name group") {
+    std::array<char, 4096> room{};
+    group entry{};
+    group* found = nullptr;
+    const bool told = ::getgrgid_r(request.get<gid_t>(), &entry, room.data(), room.size(), &found) == 0;
+    return json(told && found != nullptr ? entry.gr_name : "");
   }
   if (kind == "reach") {
     json out;

@@ -36,6 +36,12 @@ TEST_F(CalibrationRoutes, TheCameraBelongsToWhatTheUnitIsAbout) {
   EXPECT_EQ(refused.status, 409) << refused.body;
   EXPECT_THAT(refused.body, HasSubstr("looks at the bed"));
   EXPECT_THAT(body_of(refused)["error"].value("remedy", ""), HasSubstr("Stop"));
+  const ApiReply sought = ask("POST", "/api/v1/cameras");
+  const ApiReply tried = ask("POST", "/api/v1/cameras/trial", {{"device", "/dev/v4l/by-id/usb-Cam-index0"}});
+  for (const ApiReply& busy : {sought, tried}) {
+    EXPECT_EQ(busy.status, 409) << busy.body;
+    EXPECT_THAT(busy.body, HasSubstr("looks at the bed"));
+  }
   EXPECT_EQ(cell->tasks.list().size(), tasks);
   EXPECT_EQ(ask("POST", "/api/v1/calibration/scanner").status, 202) << "the scanner has a thread of its own";
   ASSERT_TRUE(reach(CellState::kComplete)) << cell->runner->view().reason;

@@ -3,6 +3,7 @@
 
 #include <future>
 
+#include "daemon/routes/post_work.h"
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
@@ -81,6 +82,8 @@ TEST_F(SetupRoutes, ACameraIsTriedAsATaskAndItsPictureShown) {
                                              {{"device", device}, {"format", "H264"}},
                                              {{"device", device}, {"settings", {"focus_absolute"}}},
                                              {{"device", device}, {"settings", {"=30"}}},
+                                             {{"device", device}, {"settings", {"gain=1", "gain=2"}}},
+                                             {{"device", device}, {"width", 9000}, {"height", 9000}},
                                              {{"device", device}, {"focus", 30}}})
     EXPECT_EQ(ask("POST", "/api/v1/cameras/trial", wrong).status, 400) << wrong;
   const ApiReply reply =
@@ -98,6 +101,46 @@ TEST_F(SetupRoutes, ACameraIsTriedAsATaskAndItsPictureShown) {
   const ApiReply gone = ask("GET", "/api/v1/cameras/trial.jpg?trial=11");
   EXPECT_EQ(gone.status, 404) << "another one's";
   EXPECT_THAT(gone.body, HasSubstr("take another one"));
+}
+
+// A run that is started meanwhile waits for one of them at most.
+TEST_F(SetupRoutes, OneCameraIsTriedOrLookedForAtATime) {
+  cell->device_roots = {directory / "dev", directory / "sys"};
+  router = Router();
+  bind_routes(router, *cell);
+  const json trial = {{"device", (directory / "dev/v4l/by-id/usb-Cam-index0").string()}};
+  for (const auto& [first, body] : {std::pair{"/api/v1/cameras/trial", trial}, {"/api/v1/cameras", json::object()}}) {
+    std::promise<void> begun, go;
+    cell->camera_worker->post([&] {
+      begun.set_value();
+      go.get_future().wait();
+    });
+    begun.get_future().wait();
+    const ApiReply taken = ask("POST", first, body);
+    const ApiReply tried = ask("POST", "/api/v1/cameras/trial", trial), sought = ask("POST", "/api/v1/cameras");
+    go.set_value();
+    EXPECT_EQ(tried.status, 409) << tried.body;
+    EXPECT_THAT(tried.body, HasSubstr("wait until that is done, then try again"));
+    EXPECT_EQ(sought.status, 409) << sought.body;
+    ended(taken);
+    EXPECT_EQ(cell->tasks.list().back()->id, body_of(taken)["task"]) << "what is refused is no task";
+  }
+}
+
+TEST_F(SetupRoutes, ATrialThatHasNoRoomLeavesItToTheNext) {
+  const json trial = {{"device", (directory / "dev/v4l/by-id/usb-Cam-index0").string()}};
+  std::promise<void> begun, go;
+  cell->camera_worker->post([&] {
+    begun.set_value();
+    go.get_future().wait();
+  });
+  begun.get_future().wait();
+  for (std::size_t i = 0; i < kWaitingRoom.works; ++i) cell->camera_worker->post([] {});
+  const ApiReply refused = ask("POST", "/api/v1/cameras/trial", trial);
+  go.set_value();
+  cell->camera_worker->call([] {});
+  EXPECT_EQ(refused.status, 503) << refused.body;
+  EXPECT_EQ(ask("POST", "/api/v1/cameras/trial", trial).status, 202);
 }
 
 TEST_F(SetupRoutes, WatchingTheBedIsNoTaskAndIsNotedNowhere) {

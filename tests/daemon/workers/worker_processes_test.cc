@@ -342,6 +342,14 @@ TEST_F(WorkerProcessesTest, ThatLookThroughACameraReachThatDeviceAndNothingElse)
     EXPECT_EQ(result->at(denied), EPERM) << denied;
 }
 
+// Whoever may not use a device is told which group to join.
+TEST_F(WorkerProcessesTest, ThatHaveDevicesCanNameTheirGroups) {
+  WorkOrder name = order("name group", 0);
+  EXPECT_EQ(run(name).value(), "") << "which is nobody else's business";
+  name.devices.emplace();
+  EXPECT_EQ(run(name).value(), "root");
+}
+
 // A network without a list of devices would be one without what keeps it from the daemon's socket.
 TEST_F(WorkerProcessesTest, HaveNoNetworkThatIsNotOrderedWithTheirDevices) {
   WorkOrder reach = order("reach out", {{"given", "/dev/null"}, {"kept", "/dev/null"}});
