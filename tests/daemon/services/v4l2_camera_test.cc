@@ -367,10 +367,10 @@ TEST_F(TriedCamera, WhatKeepsItFromAPictureIsTold) {
 
 // The configuration could not hold it.
 TEST_F(TriedCamera, OneWhosePicturesAreTooSmallOrTooLargeIsRefusedBeforeItIsStarted) {
-  for (const auto& [width, height] : {std::pair{64U, 32U}, {8192U, 8192U}}) {
-    device.change([&](CameraFile::Play& play) { play.width = width, play.height = height; });
+  for (const auto& size : {std::pair{64U, 32U}, {8192U, 8192U}}) {
+    device.change([&](CameraFile::Play& play) { play.width = size.first, play.height = size.second; });
     const auto seen = trial({CameraFile::kDevice, 0, 0, "", {}});
-    ASSERT_FALSE(seen.ok()) << width;
+    ASSERT_FALSE(seen.ok()) << size.first;
     EXPECT_THAT(seen.error().message,
                 AllOf(HasSubstr("no size for a picture of the bed"), HasSubstr("another camera")));
   }
