@@ -44,16 +44,21 @@ Result<json> with_picture(const CommandContext& context, Result<json> tried, con
 void add_try(CLI::App& camera, CommandContext& context) {
   const auto wanted = std::make_shared<Trial>();
   CLI::App* trial = camera.add_subcommand(
-      "try", "Take a picture as it would be set: its automatics seek, and what they come to is kept");
-  trial->add_option("NAME", wanted->device, "As `camera list` tells it")->required();
-  trial->add_option("--width", wanted->width, "Pixels of its picture; else the best size up to 1920 x 1080")
+      "try", "Take a picture with a camera before it is chosen: it sets itself, and what it came to is locked");
+  trial->add_option("DEVICE", wanted->device, "Its path below /dev/v4l, as `camera list` writes it after device =")
+      ->required();
+  trial
+      ->add_option("--width", wanted->width,
+                   "Width of its picture in pixels, with --height; without both the best size up to 1920 x 1080")
       ->check(CLI::Range(64, 20000));
-  trial->add_option("--height", wanted->height, "The same")->check(CLI::Range(64, 20000));
+  trial->add_option("--height", wanted->height, "Height of its picture in pixels, with --width")
+      ->check(CLI::Range(64, 20000));
   trial->add_option("--format", wanted->format, "Else the best that it has at that size")
       ->check(CLI::IsMember({"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"}));
   trial
-      ->add_option("--set", wanted->settings,
-                   "A setting as NAME=NUMBER, again and again: with these alone, and nothing is sought")
+      ->add_option(
+          "--set", wanted->settings,
+          "A setting as NAME=NUMBER (repeatable): it sets nothing itself then, and what is left out is at its default")
       ->allow_extra_args(false);
   trial->add_option("--out", wanted->out, "Where the picture is saved (JPEG)");
   trial->callback([wanted, &context] {

@@ -81,7 +81,7 @@ std::string render_plugged_in(const json& told) {
   if (out.empty()) out = "No laser is plugged in, and no picture lies in the camera's folder.\n";
   return out +
          "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n"
-         "Cameras on this computer: veneerctl camera list, then veneerctl camera try NAME\n";
+         "Cameras on this computer: veneerctl camera list, then veneerctl camera try DEVICE\n";
 }
 
 struct Wanted {

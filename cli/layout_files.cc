@@ -47,7 +47,7 @@ constexpr LayoutOption kLayoutOptions[] = {
      "With --layout mosaic: a mask over {}, in its shape: white where cells are small, black where they are large "
      "[small where the eye looks first]"},
     {"--flow-lines", &LayoutFiles::flow_lines, "mosaic", "draws lines that a mosaic's cells lie along",
-     "With --layout mosaic: an SVG drawing over {}, along whose lines cells lie, beside the edges that are found or "
+     "With --layout mosaic: an SVG drawing over {}, along whose lines cells lie, and along the edges that are found or "
      "(--flow-lines-only) instead of them"},
 };
 

@@ -32,9 +32,9 @@ std::string control_takes(const json& control) {
 }
 
 std::string control_line(const json& control) {
-  std::string text = fmt::format("  {:<30} {}, now {}, else {}", text_or(control, "name", "?"), control_takes(control),
-                                 whole_or(control, "value", 0), whole_or(control, "usual", 0));
-  if (!flag_or(control, "settable", true)) text += ", read only";
+  std::string text = fmt::format("  {:<30} {}, now {}, default {}", text_or(control, "name", "?"),
+                                 control_takes(control), whole_or(control, "value", 0), whole_or(control, "usual", 0));
+  if (!flag_or(control, "settable", true)) text += ", cannot be set";
   return text + "\n";
 }
 
@@ -73,23 +73,25 @@ std::string missing_lines(const json& controls) {
 
 std::string doubt_words(const std::string& doubt) {
   if (doubt == "unsettled")
-    return "Its automatics never came to rest: keep the bed still and its light on, and try it again.";
+    return "Its automatic settings never came to rest: keep the bed still and its light on, and try it again.";
   if (doubt == "too_dark")
-    return "The picture is too dark, or darker than its automatics had it: light the bed, or try it with a longer "
-           "exposure (--set exposure_time_absolute=NUMBER).";
+    return "The picture is too dark, or darker than with its automatic settings: light the bed, or take a longer "
+           "exposure: give all settings above again with --set, and exposure_time_absolute changed.";
   if (doubt == "too_bright")
-    return "The picture is too bright: keep lamps out of its sight, or try it with a shorter exposure (--set "
-           "exposure_time_absolute=NUMBER).";
+    return "The picture is too bright: keep lamps out of its sight, or take a shorter exposure: give all settings "
+           "above "
+           "again with --set, and exposure_time_absolute changed.";
   if (doubt == "blurred")
-    return "The picture is less sharp than its automatics had it: try it with another focus (--set "
-           "focus_absolute=NUMBER).";
+    return "The picture is less sharp than with its automatic settings: take another focus: give all settings above "
+           "again "
+           "with --set, and focus_absolute changed.";
   return "Something speaks against this picture: " + doubt;
 }
 
 std::string name_line(const json& camera) {
   const std::string device = text_or(camera, "device", "");
   if (device.empty())
-    return fmt::format("  {} goes to whichever camera is found first, and it has no other name: install udev\n",
+    return fmt::format("  {} is no name that lasts, and it has no other: install udev, then plug it in again\n",
                        text_or(camera, "node", "?"));
   return fmt::format("  device = \"{}\"\n{}", device,
                      text_or(camera, "named_by", "") == "socket"
@@ -135,10 +137,12 @@ std::string render_trial(const json& trial) {
   if (const json& doubts = member(trial, "doubts"); doubts.is_array())
     for (const json& doubt : doubts)
       text += "  " + doubt_words(doubt.is_string() ? doubt.get<std::string>() : "") + "\n";
-  if (const std::string saved = text_or(trial, "saved", ""); !saved.empty())
-    text += fmt::format("The picture so taken: {}\n", saved);
-  return text + fmt::format("Next, when the picture is good: veneerctl device choose camera v4l2 \"{}\" --trial {}\n",
-                            device, whole_or(trial, "trial", 0));
+  const std::string saved = text_or(trial, "saved", "");
+  if (saved.empty())
+    return text + "Nobody has seen this picture: take it again with --out FILE, look at it, then choose the camera.\n";
+  return text + fmt::format("The picture so taken: {}\n", saved) +
+         fmt::format("Next, when the picture is good: veneerctl device choose camera v4l2 \"{}\" --trial {}\n", device,
+                     whole_or(trial, "trial", 0));
 }
 
 }  // namespace veneer::cli

@@ -31,6 +31,8 @@ Error for_whoever_tries(Error error) {
   put(" } under [camera]", "");
   put("take it out of [camera]", "leave it out");
   put(" in options under [camera]", "");
+  put("take options out of [camera] one by one", "leave settings out one by one");
+  put(", fewer frames or", " or");  // it takes as many as it takes
   put(" under [camera]", "");
   return error;
 }
@@ -40,8 +42,9 @@ Error for_whoever_tries(Error error) {
 Status is_plugged_in(const DeviceRoots& roots, const std::string& device) {
   const auto found = find_cameras(roots);
   if (!device.empty() && std::ranges::find(found, device, &FoundCamera::device) != found.end()) return Ok();
-  return Error{ErrorCode::kNotFound,
-               "there is no camera of that name now: look at its plug, and let the cell look again"};
+  return Error{
+      ErrorCode::kNotFound,
+      "no camera of that name is plugged in: check its cable, then look for cameras again (veneerctl camera list)"};
 }
 
 Status may_be_tried(const DeviceRoots& roots, const std::string& device) {

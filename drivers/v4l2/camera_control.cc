@@ -42,7 +42,7 @@ std::string control_name(std::string_view title) {
 }
 
 std::string what_it_takes(const CameraControl& control) {
-  if (control.kind == CameraControl::Kind::kYesNo) return "true or false";
+  if (control.kind == CameraControl::Kind::kYesNo) return "0 or 1";
   if (control.kind == CameraControl::Kind::kChoice) {
     std::vector<std::string> choices;
     for (const auto& [number, title] : control.choices) choices.push_back(fmt::format("{} ({})", number, title));

@@ -145,12 +145,12 @@ class Looker {
                     source_.camera())};
   }
   Error moves() const {
-    return {
-        ErrorCode::kRefused,
-        fmt::format("pictures of the camera {} that were taken at once differ, so something moves in its sight or "
-                    "the light flickers: keep hands and smoke away, and set exposure_time_absolute to a multiple of "
-                    "100 under [camera] (of 83 where mains have 60 Hz)",
-                    source_.camera())};
+    return {ErrorCode::kRefused,
+            fmt::format(
+                "pictures that the camera {} took right after one another differ, so something moves in its sight or "
+                "the light flickers: keep hands and smoke away, and set exposure_time_absolute to a multiple of "
+                "100 under [camera] (of 83 where mains have 60 Hz)",
+                source_.camera())};
   }
 
   FrameSource& source_;

@@ -115,10 +115,11 @@ class VideoDevice final : public OpenCamera {
     const __u32 caps = (can.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? can.device_caps : can.capabilities;
     if ((caps & V4L2_CAP_VIDEO_CAPTURE) == 0 || (caps & V4L2_CAP_STREAMING) == 0) return no_camera();
     if (const std::string driver = text_of(can.driver); std::ranges::find(kMadeUp, driver) != kMadeUp.end())
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{} shows what a program makes up ({}) and no bed: use a camera that is plugged in, or "
-                               "kind = \"sim\" under [camera]",
-                               name_, driver)};
+      return Error{
+          ErrorCode::kRefused,
+          fmt::format("{} shows what a program makes up ({}), not the bed: use a real camera, or leave the camera "
+                      "simulated",
+                      name_, driver)};
     card_ = text_of(can.card), bus_ = text_of(can.bus_info);
     return Ok();
   }
@@ -362,14 +363,15 @@ bool is_for_group(gid_t group, mode_t mode) {
 
 Error not_opened(const std::string& device, int why, const std::string& group, bool for_group) {
   if ((why == EACCES || why == EPERM) && !for_group)
-    return {ErrorCode::kUnavailable, fmt::format("the camera {} may be used by no group of this computer: write "
+    return {ErrorCode::kUnavailable, fmt::format("the camera {} may be used by root only: write "
                                                  "SUBSYSTEM==\"video4linux\", GROUP=\"video\", MODE=\"0660\" into "
-                                                 "/etc/udev/rules.d/70-cameras.rules, then plug it in again",
+                                                 "/etc/udev/rules.d/70-cameras.rules, then plug it in again, or start "
+                                                 "this computer again where it is built in",
                                                  device)};
   if (why == EACCES || why == EPERM)
     return {ErrorCode::kUnavailable,
-            fmt::format("the camera {} may not be used by the daemon: add its user to the group {}, as "
-                        "SupplementaryGroups in its unit does for video, then start it again",
+            fmt::format("the camera {} may not be used by the cell's program: put SupplementaryGroups={} into its unit "
+                        "(systemctl edit veneerd), then start it again",
                         device, group.empty() ? "video" : group)};
   if (why == ENOENT || why == ENODEV || why == ENXIO)
     return {ErrorCode::kUnavailable,

@@ -173,7 +173,7 @@ std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
   std::string out = what_is_missing(shortage, pieces);
   std::string smaller_picture = smaller_picture_for(shortage, pieces);
   if (shortage.behind_limits > 0) {
-    out += fmt::format("; {} would have place in wood that is closed by its limit",
+    out += fmt::format("; {} would fit in wood that has reached its limit",
                        shortage.behind_limits >= shortage.unfilled
                            ? std::string("all of them")
                            : fmt::format("at least {} of them", shortage.behind_limits));

@@ -264,9 +264,9 @@ TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
             "  device = \"/dev/v4l/by-id/usb-Cam_4711-video-index0\"\n"
             "  MJPG  1920 x 1080\n"
             "  YUYV  640 x 480, 1920 x 1080\n"
-            "  auto_exposure                  1 (Manual Mode), 3 (Aperture Priority Mode), now 3, else 3\n"
-            "  focus_absolute                 0 to 250 in steps of 5, now 35, else 0\n"
-            "  privacy                        0 or 1, now 0, else 0, read only\n"
+            "  auto_exposure                  1 (Manual Mode), 3 (Aperture Priority Mode), now 3, default 3\n"
+            "  focus_absolute                 0 to 250 in steps of 5, now 35, default 0\n"
+            "  privacy                        0 or 1, now 0, default 0, cannot be set\n"
             "\n"
             "Cheap Cam\n"
             "  device = \"/dev/v4l/by-path/pci-1-video-index0\"\n"
@@ -274,7 +274,7 @@ TEST(VeneerctlStock, CamerasAreListedWithWhatToWriteAndWhatTheyTake) {
             "  it is used by another program\n"
             "\n"
             "Sensor\n"
-            "  /dev/video4 goes to whichever camera is found first, and it has no other name: install udev\n"
+            "  /dev/video4 is no name that lasts, and it has no other: install udev, then plug it in again\n"
             "  RGB3  32 x 32 to 320 x 320\n"
             "  (it has no setting of its exposure: if it changes that itself, nobody can switch that off)\n"
             "  (it has no setting of its focus: use it only if its lens does not move by itself)\n"
@@ -325,8 +325,7 @@ TEST(VeneerctlStock, ACameraIsTriedWithItsPictureAndChosenByIt) {
   EXPECT_EQ(ask(server, {"camera", "try", name}).out,
             name +
                 "\n  1920 x 1080 YUYV, exposure_time_absolute 200, focus_absolute 35\n"
-                "Next, when the picture is good: veneerctl device choose camera v4l2 \"" +
-                name + "\" --trial 12\n");
+                "Nobody has seen this picture: take it again with --out FILE, look at it, then choose the camera.\n");
   EXPECT_EQ(asked, json({{"device", name}}));
   doubts = {"too_dark", "blurred", "unsettled", "too_bright"};
   const testing::TempDirectory folder;
@@ -341,6 +340,8 @@ TEST(VeneerctlStock, ACameraIsTriedWithItsPictureAndChosenByIt) {
                          {"settings", {"focus_absolute=30", "gain=0"}}}));
   for (const char* words : {"too dark", "less sharp", "never came to rest", "too bright", "The picture so taken: "})
     EXPECT_THAT(out, HasSubstr(words));
+  EXPECT_THAT(out, HasSubstr("Next, when the picture is good: veneerctl device choose camera v4l2 \"" + name +
+                             "\" --trial 12\n"));
   EXPECT_EQ(shown, "12");
   EXPECT_EQ(read_whole(file).value_or(""), "a picture");
   asked = nullptr;

@@ -538,7 +538,7 @@ class Seldom(Page):
         const webcam = {device: '/dev/v4l/by-id/usb-Cam_4711-video-index0', node: '/dev/video0', name: 'HD Webcam', named_by: 'serial_number', problem: '', formats: [sized('YUYV', 640, 480), sized('H264', 4096, 2160), sized('MJPG', 1920, 1080), sized('YUYV', 1920, 1080)],
           controls: [set('exposure_time_absolute', 3, 2047), set('focus_absolute', 0, 250)]};
         const nameless = {...webcam, device: '', node: '/dev/video2', name: 'Nameless', named_by: null, controls: []};
-        const busy = {...webcam, device: '/dev/v4l/by-path/pci-2', name: 'Hidden', named_by: 'socket', problem: 'the camera /dev/video4 may not be used by the daemon: add its user to the group video', formats: [], controls: []};
+        const busy = {...webcam, device: '/dev/v4l/by-path/pci-2', name: 'Hidden', named_by: 'socket', problem: 'the camera /dev/video4 may be used by root only: write a rule, then plug it in again', formats: [], controls: []};
         const bare = {...webcam, device: '/dev/v4l/by-path/pci-3', name: 'Bare', named_by: 'socket', controls: []};
         const tried = (trial, settings, more = {}) => ({trial, device: webcam.device, width: 1920, height: 1080, format: 'YUYV', settings, doubts: [], ...more});
         const found = {'/devices/found': {lasers: [], pictures: []}, '/scanners': {scanners: []}, '/cameras': {cameras: [webcam, nameless, busy, bare]}};
@@ -556,21 +556,21 @@ class Seldom(Page):
     """
 
     def test_cameras_are_listed_in_words(self):
-        for language, words in (("en", ["known by its socket", "no name that lasts: install udev", "nobody can switch that off", "only if its lens does not move"]),
-                                ("de", ["an seiner Buchse erkannt", "keinen Namen, der bleibt: udev", "kann das niemand abschalten", "nur verwenden, wenn sich ihr Objektiv nicht"])):
+        for language, words in (("en", ["known by its socket", "no name that lasts, so another camera may take its place", "nobody can switch that off", "only if its lens does not move"]),
+                                ("de", ["an seiner Buchse erkannt", "keinen Namen, der bleibt, sodass eine andere Kamera", "kann das niemand abschalten", "nur verwenden, wenn sich ihr Objektiv nicht"])):
             self.speak(language)
             self.addCleanup(self.speak, "en")
             told, refused = self.steps(self.CAMERAS + """
                 await looks();
                 return [camera().innerText, [...camera().querySelectorAll('input[type=radio]')].filter(({disabled}) => disabled).map(({value}) => value)]""")
-            for word in ["HD Webcam", "/dev/v4l/by-id/usb-Cam_4711-video-index0 – 1920 × 1080, 640 × 480", "add its user to the group video", *words]:
+            for word in ["HD Webcam", "/dev/v4l/by-id/usb-Cam_4711-video-index0 – 1920 × 1080, 640 × 480", "may be used by root only", *words]:
                 self.assertIn(word, told)
             self.assertNotIn("4096", told, "a format that cannot be read")
             self.assertEqual(refused, ["/dev/video2", "/dev/v4l/by-path/pci-2"])
 
     def test_no_camera_is_told_with_what_to_do(self):
         told = self.steps(self.CAMERAS + "await looks({'/cameras': {cameras: []}}); return camera().innerText")
-        self.assertIn("No camera was found at this computer. Is its cable in?", told)
+        self.assertIn("No camera was found on this computer. Is its cable in?", told)
 
     def test_a_camera_is_chosen_by_the_picture_that_was_taken_with_it(self):
         told = self.steps(self.CAMERAS + """
@@ -592,7 +592,7 @@ class Seldom(Page):
             return {before, shown, wrong, other, again, chosen: sent('/devices/camera')}""")
         device = "/dev/v4l/by-id/usb-Cam_4711-video-index0"
         self.assertEqual(told["before"], [True, True, ["", "1920 1080 YUYV", "1920 1080 MJPG", "640 480 YUYV"]])
-        self.assertEqual(told["shown"], [[{"device": device}], "/cameras/trial.jpg?trial=7", "200", "▲ The picture is too dark, or darker than its automatics had it: light the bed, or take a longer exposure.", False, True])
+        self.assertEqual(told["shown"], [[{"device": device}], "/cameras/trial.jpg?trial=7", "200", "▲ The picture is too dark, or darker than with its automatic settings: light the bed, or take a longer exposure.", False, True])
         self.assertEqual(told["wrong"], [True, True, "▲ At most 2047."])
         self.assertEqual(told["other"], [True, True, False])
         self.assertEqual(told["again"], [{"device": device, "width": 1920, "height": 1080, "format": "YUYV", "settings": ["exposure_time_absolute=300", "focus_absolute=35"]}, False, None])

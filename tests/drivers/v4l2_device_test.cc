@@ -223,9 +223,9 @@ TEST_F(V4l2DeviceTest, WhoMayUseItIsNamed) {
     return error.message;
   };
   EXPECT_THAT(told("cameras", true),
-              AllOf(HasSubstr("/dev/video0 may not be used"), HasSubstr("to the group cameras")));
-  EXPECT_THAT(told("", true), HasSubstr("to the group video"));
-  EXPECT_THAT(told("root", false), AllOf(HasSubstr("by no group"), HasSubstr("SUBSYSTEM==\"video4linux\""),
+              AllOf(HasSubstr("/dev/video0 may not be used"), HasSubstr("SupplementaryGroups=cameras")));
+  EXPECT_THAT(told("", true), HasSubstr("SupplementaryGroups=video"));
+  EXPECT_THAT(told("root", false), AllOf(HasSubstr("by root only"), HasSubstr("SUBSYSTEM==\"video4linux\""),
                                          HasSubstr("/etc/udev/rules.d/"), HasSubstr("plug it in again")));
   EXPECT_THAT(not_opened("/dev/video0", EBUSY, "", true).message, HasSubstr("is used by another program"));
 }

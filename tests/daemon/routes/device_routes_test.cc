@@ -321,7 +321,7 @@ TEST_F(DeviceRoutes, ACameraMustBeThereUnderANameThatMeansIt) {
     EXPECT_EQ(status, 404) << other;
   }
   fs::remove(directory / "sys/class/video4linux/video0");
-  EXPECT_THAT(refused(name), HasSubstr("look at its plug"));
+  EXPECT_THAT(refused(name), HasSubstr("check its cable"));
   EXPECT_EQ(status, 404);
   EXPECT_EQ(kept(), "");
   choose("camera", {{"kind", "file"}, {"device", picture()}, {"trial", 7}});
