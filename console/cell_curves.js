@@ -103,6 +103,15 @@ function clipped(points) {
   return out;
 }
 
+// Of shares, as long as it looks on a square.
+const wayOf = (line) => line.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - line[i][0], y - line[i][1]), 0);
+function halfWay(line) {
+  let left = wayOf(line) / 2, i = 1;
+  for (; i < line.length - 1 && left > wayOf(line.slice(i - 1, i + 1)); ++i) left -= wayOf(line.slice(i - 1, i + 1));
+  const [[x, y], [x2, y2]] = [line[i - 1], line[i]], share = left / (wayOf([line[i - 1], line[i]]) || 1);
+  return [x + share * (x2 - x), y + share * (y2 - y)];
+}
+
 // In ten-thousandths of the part's sides from its upper left corner; "": none lies on it. With fewer points where there would be too many.
 function sentCurves(part) {
   const longer = Math.max(part.width, part.height), ways = all();
@@ -158,8 +167,8 @@ function erase(point, near) {
   const ways = all(), found = ways.map((curve) => ({curve, far: away(curve, point)})).sort((a, b) => a.far - b.far)[0];
   if (!found || found.far > near) return false;
   remember();
-  become(ways.filter((one) => one !== found.curve), null);
-  if (!mine.curves.length) tool = "draw";  // nothing is left to erase
+  become(mine.curves.filter((one) => one !== found.curve), found.curve === mine.open ? null : mine.open);
+  if (!all().length) tool = "draw";  // nothing is left to erase
   said = t("cells.erased");
   return true;
 }
@@ -262,14 +271,17 @@ function draw(canvas) {
   for (const name of ["cells", "fine", "curves"]) delete canvas.dataset[name];
   if (!drawPart(pen, file, crop, canvas.width, canvas.height)) return;
   canvas.drawn_ = key;
-  const at = ([x, y]) => [(x - part.x) / part.width * canvas.width, (y - part.y) / part.height * canvas.height];
+  const shareOf = ([x, y]) => [(x - part.x) / part.width, (y - part.y) / part.height], onCanvas = ([x, y]) => [x * canvas.width, y * canvas.height];
+  const at = (point) => onCanvas(shareOf(point));
   if (cells) stroke(pen, cells.lines.map((line) => line.map(([x, y]) => [x / cells.width_mm * canvas.width, (1 - y / cells.height_mm) * canvas.height])), kOfCells);
   stroke(pen, all().map((curve) => curve.map(at)), kOfCurves);
   if (hand && hand.moved) stroke(pen, [hand.points.map(at)], kOfCurves);
   for (const point of mine.open || []) disc(pen, at(point), 8, "#e69f00");
   if (mine.open) disc(pen, at(mine.open[mine.open.length - 1]), 12, "#005f94");  // that goes on from here, or ends
   if (tool === "erase") for (const curve of all()) {
-    const [x, y] = at(curve[Math.floor(curve.length / 2)]), far = 8;
+    const [seen] = clipped(curve.map(shareOf)).sort((a, b) => wayOf(b) - wayOf(a));
+    if (!seen) continue;
+    const [x, y] = onCanvas(halfWay(seen)), far = 8;
     disc(pen, [x, y], 16, "#fff");
     stroke(pen, [[[x - far, y - far], [x + far, y + far]], [[x - far, y + far], [x + far, y - far]]], [["#15181a", 5]]);
   }

@@ -52,13 +52,13 @@ void read_v4l2(Section& camera, CameraConfig& out, const std::string& file, std:
     if (!camera.has(needed))
       errors.push_back(fmt::format(
           "{}: camera.{} is missing, which kind = \"v4l2\" needs: veneerctl camera list has it", file, needed));
-  // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
-  // first.
   if (std::int64_t{out.width} * out.height > kMostCameraPixels)
     errors.push_back(
         fmt::format("{}: camera.width = {} and camera.height = {} make more than {} million pixels: use a "
                     "smaller size that veneerctl camera list has",
                     file, out.width, out.height, kMostCameraPixels / 1'000'000));
+  // udev names cameras there and nothing else, least of all a laser; and "/dev/video0" goes to whichever is found
+  // first.
   if (camera.has("device") && !is_name_of_camera(out.device, true))
     errors.push_back(
         fmt::format("{}: camera.device = \"{}\" is no lasting name of a camera: use one below /dev/v4l/by-id "

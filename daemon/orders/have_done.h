@@ -28,8 +28,9 @@ Result<Answer> have_done(WorkRunner& runner, WorkOrder order, const Request& req
   }
 }
 
-// The same, and asked once more when the process was killed or crashed, which says nothing about what was asked for:
-// for what a run needs, which should not wait for people on that account.
+// The same, and asked once more when it could not be done: kInternal and kUnavailable, as when the process was killed
+// or crashed, or the device was away for a moment. For what a run needs, which should not wait for people on that
+// account.
 template <class Answer, class Request>
 Result<Answer> have_done_despite_a_death(WorkRunner& runner, const WorkOrder& order, const Request& request,
                                          const TaskProgress& progress, const std::stop_token& stop) {

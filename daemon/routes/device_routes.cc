@@ -177,9 +177,8 @@ AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
   if (kind != "v4l2") belongs("trial", asked.trial.has_value(), false);
   if (kind == "v4l2" && !asked.trial)
     refuse(
-        "trial is missing: take a picture with the camera (veneerctl camera try NAME), look at it, and give its "
-        "number, "
-        "with veneerctl by --trial");
+        "trial is missing: take a picture with the camera (veneerctl camera try DEVICE), look at it, and give its "
+        "number (veneerctl: --trial)");
   ChosenDevices& wanted = asked.wanted;
   if (of.device == "laser")
     wanted.laser = {kind, port.value_or(""), board.value_or("m2"), Millimetres(travel_x.value_or(300)),

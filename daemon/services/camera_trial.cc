@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <filesystem>
-#include <string_view>
 
 #include "daemon/orders/capture_json.h"
 #include "daemon/orders/have_done.h"
@@ -17,25 +15,6 @@ namespace {
 // Twice what its automatics and a look may take, for a machine that is busy.
 constexpr std::chrono::seconds kTrialDeadline{40};
 constexpr std::uintmax_t kMostTrialBytes = 8 << 20;
-
-// A driver's sentences speak to whoever writes the configuration; nothing is written here yet, and what they say to set
-// is set where the camera is tried.
-Error for_whoever_tries(Error error) {
-  const auto put = [&](std::string_view words, std::string_view instead) {
-    for (std::size_t at = 0; (at = error.message.find(words, at)) != std::string::npos; at += instead.size())
-      error.message.replace(at, words.size(), instead);
-  };
-  put("write device = \"", "use \"");
-  put(", and calibrate it again", "");
-  put("write options = { ", "set ");
-  put(" } under [camera]", "");
-  put("take it out of [camera]", "leave it out");
-  put(" in options under [camera]", "");
-  put("take options out of [camera] one by one", "leave settings out one by one");
-  put(", fewer frames or", " or");  // it takes as many as it takes
-  put(" under [camera]", "");
-  return error;
-}
 
 }  // namespace
 
@@ -55,8 +34,7 @@ Status may_be_tried(const DeviceRoots& roots, const std::string& device) {
                  "that is no lasting name of a camera: see veneerctl camera list, and take one from it"};
   CameraConfig camera;
   camera.kind = "v4l2", camera.device = device;
-  const Status one = means_one_camera(roots, camera);
-  return one ? one : Status(for_whoever_tries(one.error()));
+  return means_one_camera(roots, camera);
 }
 
 Result<CameraTrial> try_camera(WorkRunner& workers, const Config& config, const DeviceRoots& roots,
@@ -71,8 +49,7 @@ Result<CameraTrial> try_camera(WorkRunner& workers, const Config& config, const 
       workers, camera_order(TryCamera::kKind, "trying a camera", *folder, {wanted.device}, kTrialDeadline), asked,
       progress, stop);
   if (!tried)
-    return tried.error().code == ErrorCode::kTimeout ? camera_hangs(wanted.device, kTrialDeadline)
-                                                     : for_whoever_tries(tried.error());
+    return tried.error().code == ErrorCode::kTimeout ? camera_hangs(wanted.device, kTrialDeadline) : tried.error();
   auto jpeg = folder->made(kShownPicture, kMostTrialBytes);
   if (!jpeg || jpeg->empty())
     return Error{ErrorCode::kInternal,

@@ -218,10 +218,10 @@ Status means_one_camera(const DeviceRoots& roots, const CameraConfig& camera) {
     if (fs::weakly_canonical(found.node, none) != leads_to || found.named_by == NamedBy::kSerialNumber) continue;
     return Error{ErrorCode::kRefused,
                  fmt::format("{} is any camera of that make, since this one has no serial number that no other has: "
-                             "{}, and calibrate it again",
+                             "{}",
                              camera.device,
                              found.device.empty() ? "leave only this one in, and use its name below /dev/v4l/by-path"
-                                                  : fmt::format("write device = \"{}\" under [camera]", found.device))};
+                                                  : fmt::format("use \"{}\"", found.device))};
   }
   return Ok();
 }

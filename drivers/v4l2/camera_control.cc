@@ -59,7 +59,7 @@ Result<std::int64_t> fitting_value(const CameraControl& control, const std::stri
                  fmt::format("the camera {} does not take {} = {}: {}", camera, control.name, wanted, why)};
   };
   if (!control.settable || control.kind == CameraControl::Kind::kOther)
-    return refuse("it cannot be set by a program, so take it out of [camera]");
+    return refuse("it cannot be set by a program, so leave it out");
   if (control.kind == CameraControl::Kind::kYesNo && (wanted == "true" || wanted == "false"))
     return std::int64_t{wanted == "true"};
   const auto number = number_of(wanted);

@@ -41,13 +41,12 @@ Status has_format(OpenCamera& camera, const CameraSettings& settings) {
                              camera.camera(), fmt::join(readable_formats(), ", "))};
   if (codes.empty())
     return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the camera {} has no pictures of {} x {} pixels: set width and height under [camera] to "
-                             "one of {}",
+                 fmt::format("the camera {} has no pictures of {} x {} pixels: set width and height to one of {}",
                              camera.camera(), settings.width, settings.height, fmt::join(sizes, ", "))};
   if (codes.contains(settings.format)) return Ok();
   return Error{ErrorCode::kInvalidArgument,
-               fmt::format("the camera {} has no format {} at {} x {} pixels: set format under [camera] to one of {}",
-                           camera.camera(), settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
+               fmt::format("the camera {} has no format {} at {} x {} pixels: set format to one of {}", camera.camera(),
+                           settings.format, settings.width, settings.height, fmt::join(codes, ", "))};
 }
 
 }  // namespace
@@ -85,17 +84,16 @@ Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settin
   auto format = camera.set_format(code, settings.width, settings.height);
   if (!format) return format.error();
   if (format->code != code || format->width != settings.width || format->height != settings.height)
-    return Error{
-        ErrorCode::kRefused,
-        fmt::format("the camera {} makes {} x {} pixels, {}, of {} x {}, {}: set width, height and format under "
-                    "[camera] to what it keeps",
-                    camera.camera(), format->width, format->height, format->code, settings.width, settings.height,
-                    code)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the camera {} makes {} x {} pixels, {}, of {} x {}, {}: set width, height and format to "
+                             "what it keeps",
+                             camera.camera(), format->width, format->height, format->code, settings.width,
+                             settings.height, code)};
   if (!has_whole_lines(*format))
     return Error{
         ErrorCode::kRefused,
         fmt::format("the driver of the camera {} says that its pictures of {} x {} pixels, {}, have lines of {} "
-                    "bytes, which is too few: set another format under [camera], update the kernel or use "
+                    "bytes, which is too few: set another format, update the kernel or use "
                     "another camera",
                     camera.camera(), format->width, format->height, format->code, format->bytes_per_line)};
   return format;

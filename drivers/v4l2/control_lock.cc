@@ -132,7 +132,7 @@ class Lock {
     if (const CameraControl* control = find(name)) return *control;
     return Error{ErrorCode::kRefused,
                  fmt::format("the camera {} has no {} any more since another setting was changed, so it cannot be "
-                             "locked: take options out of [camera] one by one, or use another camera",
+                             "locked: leave settings out one by one, or use another camera",
                              camera_.camera(), name)};
   }
   bool is_set(const std::string& name) const {
@@ -156,8 +156,7 @@ class Lock {
       if (control.id == V4L2_CID_FOCUS_ABSOLUTE && control.settable && !is_stated(control.name))
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a motor sets the focus of the camera {0}, and its calibration is good for one focus: "
-                                 "write options = {{ {1} = {2} }} under [camera], where {2} is what it has now and it "
-                                 "takes {3}",
+                                 "set {1} = {2}, which is what it has now (it takes {3})",
                                  camera_.camera(), control.name, control.value, what_it_takes(control))};
     return Ok();
   }
@@ -181,7 +180,7 @@ class Lock {
       if (*wanted != *off)
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("{} = {} lets the camera {} change by itself, and such pictures cannot be compared: "
-                                 "take it out of [camera]",
+                                 "leave it out",
                                  name, text, camera_.camera())};
     }
     return set_to(automatic, *off);
@@ -201,8 +200,8 @@ class Lock {
     if (!value) return value.error();
     if (!control->active)
       return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("{} of the camera {} does not count as its other settings are: take it out of [camera]",
-                               name, camera_.camera())};
+                   fmt::format("{} of the camera {} does not count as its other settings are: leave it out", name,
+                               camera_.camera())};
     return set_to(*control, *value);
   }
 
@@ -236,8 +235,8 @@ Status still_locked(OpenCamera& camera, const LockedControls& locked) {
     if (now != controls->end() && now->value == value) continue;
     return Error{
         ErrorCode::kRefused,
-        fmt::format("the camera {} has {} = {} where {} was set, so it is not locked: write a value that it "
-                    "keeps in options under [camera], and close other programs that use it",
+        fmt::format("the camera {} has {} = {} where {} was set, so it is not locked: set a value that it "
+                    "keeps, and close other programs that use it",
                     camera.camera(), name, now == controls->end() ? "nothing" : std::to_string(now->value), value)};
   }
   return Ok();

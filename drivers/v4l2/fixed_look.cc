@@ -118,7 +118,7 @@ class Looker {
     if (came_ > 0)
       return {ErrorCode::kUnavailable,
               fmt::format("the camera {} gave {} pictures within {:g} s, which is too slow: set a smaller width and "
-                          "height, fewer frames or a shorter exposure under [camera]",
+                          "height or a shorter exposure (and fewer frames, where their number was set)",
                           source_.camera(), came_, seconds)};
     return {
         ErrorCode::kUnavailable,
@@ -134,7 +134,7 @@ class Looker {
       return "its driver cannot tell old pictures from new ones, so use another camera or a newer kernel";
     if (last_reason_ == kRepeated) return "uncover its lens, or unplug it and plug it in again";
     if (last_reason_ == kDamaged || last_reason_ == kShort || last_reason_ == kBroken)
-      return "plug it into a socket of the computer itself, by a short cable, or set another format under [camera]";
+      return "plug it into a socket of the computer itself, by a short cable, or set another format";
     return "unplug it and plug it in again";
   }
   Error slept() const {
@@ -149,7 +149,7 @@ class Looker {
             fmt::format(
                 "pictures that the camera {} took right after one another differ, so something moves in its sight or "
                 "the light flickers: keep hands and smoke away, and set exposure_time_absolute to a multiple of "
-                "100 under [camera] (of 83 where mains have 60 Hz)",
+                "100 (of 83 where mains have 60 Hz)",
                 source_.camera())};
   }
 

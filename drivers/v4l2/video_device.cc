@@ -206,8 +206,8 @@ class VideoDevice final : public OpenCamera {
     if (call(fd_, VIDIOC_S_CTRL, &to) == 0) return Ok();
     if (errno == ENODEV) return gone();
     return Error{ErrorCode::kRefused,
-                 fmt::format("the camera {} does not take {} = {} ({}): write another value in options under [camera] "
-                             "(veneerctl camera list)",
+                 fmt::format("the camera {} does not take {} = {} ({}): set another value (veneerctl camera "
+                             "list has its range)",
                              name_, control.name, value, std::generic_category().message(errno))};
   }
 
@@ -266,7 +266,7 @@ class VideoDevice final : public OpenCamera {
     if (why == ENOSPC)
       return {ErrorCode::kUnavailable,
               fmt::format("there is no room on the USB bus for pictures of the camera {}: plug it into another socket, "
-                          "or set a smaller width and height under [camera]",
+                          "or set a smaller width and height",
                           name_)};
     return {ErrorCode::kDeviceFault, fmt::format("the camera {} failed while {} ({}): unplug it and plug it in again",
                                                  name_, doing, std::generic_category().message(why))};

@@ -18,11 +18,10 @@ struct TileRaster {
   double patch_pixels, pixels;
 };
 constexpr TileRaster kRoughTiles{10, 7e4}, kFineTiles{kPatchPixels, 4e5};  // some 0.3 and 1 to 4 s of processor time
-constexpr double kLeastPatchPixels = 6;
 
 double patch_pixels(GridEffort effort, double patches) {
   const TileRaster& most = effort == GridEffort::kCoarse ? kRoughTiles : kFineTiles;
-  return std::clamp(std::sqrt(most.pixels / patches), kLeastPatchPixels, most.patch_pixels);
+  return std::min(std::sqrt(most.pixels / patches), most.patch_pixels);
 }
 
 // Without the points that nobody sees: a plan's borders have several a millimetre.

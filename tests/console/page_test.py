@@ -810,6 +810,36 @@ class Mosaic(Page):
         self.keys("canvas.cells", Keys.DELETE)
         self.assertEqual(self.at("return [curves(), sheet('#cells-said').innerText]"), ["0", "The curve is erased."])
 
+    def test_erasing_a_curve_by_keyboard_leaves_the_open_one_open(self):
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        self.over("canvas.cells", (.2, .2))
+        self.keys("canvas.cells", Keys.DELETE)  # the crosshair is in the middle, on the first
+        self.assertEqual(self.at("return sheet('#cells-said').innerText"), "The curve is erased.")
+        self.over("canvas.cells", (.5, .2))
+        self.near(*self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines")), (2000, 2000), (5000, 2000))
+
+    # How bright the canvas is there, from 0 to 1; the darkest of what lies around it. The picture is white.
+    BRIGHT = """
+        const brightAround = (x, y, far) => { const canvas = sheet('canvas.cells'), {data} = canvas.getContext('2d').getImageData(Math.round(x * canvas.width) - far, Math.round(y * canvas.height) - far, 2 * far + 1, 2 * far + 1); return Math.min(...Array.from({length: data.length / 4}, (_, i) => (data[4 * i] + data[4 * i + 1] + data[4 * i + 2]) / 765)); };
+        const bright = (x, y) => brightAround(x, y, 0);
+        window.answers['/plans/mosaic'] = {width_mm: 60, height_mm: 40, cells: 2, lines: [[[0, 10], [60, 10]]]};"""
+
+    def test_cells_lie_where_the_cell_says_from_the_lower_left(self):
+        seen = self.at(self.BRIGHT + "type('#slide-cell_aspect', '1.5'); await fine(); await until(() => sheet('canvas.cells').dataset.cells === '2'); draw(); return [.75, .25, .5].map((y) => brightAround(.3, y, 4))")
+        self.assertLess(seen[0], .6, "a line with dark rims, a quarter from below")
+        self.assertGreater(min(seen[1:]), .9, seen)
+
+    def test_a_cross_to_erase_by_lies_on_the_part_that_is_seen(self):
+        self.over("canvas.cells", (.2, .5), (.3, .5), (.9, .5))
+        seen = self.at(self.BRIGHT + """
+            type('#slide-closer', '.5'); type('#slide-across', '0'); type('#slide-down', '.5');
+            await fine();
+            press('#cells-erase');
+            draw();
+            return [bright(.7 + 12 / 720, .5), bright(.7, .5)]""")
+        self.assertGreater(seen[0], .9, "the disc of the cross, in the middle of what is seen of the curve")
+        self.assertLess(seen[1], .2, "the cross itself")
+
     def test_curves_beside_the_edges_or_instead_of_them(self):
         self.assertIsNone(self.at("return sheet('#cells-instead')"), "instead of nothing they are not")
         self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))

@@ -102,7 +102,7 @@ TEST_F(V4l2OrderTest, WhatIsSetAlreadyIsNotSetAgain) {
 TEST_F(V4l2OrderTest, TheFocusOfAMotorMustBeStated) {
   settings.options.clear();
   EXPECT_THAT(refusal(ErrorCode::kInvalidArgument),
-              AllOf(HasSubstr("options = { focus_absolute = 35 }"), HasSubstr("0 to 250 in steps of 5")));
+              AllOf(HasSubstr("set focus_absolute = 35"), HasSubstr("0 to 250 in steps of 5")));
   EXPECT_THAT(camera.sets, IsEmpty());
   std::erase_if(camera.has, [](const CameraControl& one) { return one.name.starts_with("focus"); });
   EXPECT_TRUE(take().ok()) << "one whose focus is fixed has none to state";

@@ -354,7 +354,7 @@ TEST_F(TriedCamera, WhatKeepsItFromAPictureIsTold) {
   EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), Not(HasSubstr("[camera]"))) << "nothing is written yet";
   device.change([](CameraFile::Play& play) { play.fails.clear(); });
   EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {{"auto_exposure", "1"}}}),
-              HasSubstr("good for one focus: set focus_absolute = 17, where 17 is what it has now"));
+              HasSubstr("good for one focus: set focus_absolute = 17, which is what it has now"));
   device.change([](CameraFile::Play& play) { play.driver = "v4l2 loopback"; });
   EXPECT_THAT(refused({CameraFile::kDevice, 0, 0, "", {}}), HasSubstr("what a program makes up (v4l2 loopback)"));
   device.change([](CameraFile::Play& play) {
@@ -453,7 +453,7 @@ TEST_F(FoundCameras, ANameThatMeansAnyOfAMakeIsRefused) {
   EXPECT_EQ(refusal("by-id/usb-Maker_Cam_A1B2C3D4-video-index0"), "");
   EXPECT_THAT(refusal("by-id/usb-Cheap_Cam-video-index0"),
               AllOf(HasSubstr("is any camera of that make"),
-                    HasSubstr("device = \"" + (root / "dev/v4l/by-path/pci-1-2-index0").string() + "\"")));
+                    HasSubstr("use \"" + (root / "dev/v4l/by-path/pci-1-2-index0").string() + "\"")));
   const Status tried = may_be_tried(roots(), config.device);
   ASSERT_FALSE(tried.ok());
   EXPECT_THAT(tried.error().message,
