@@ -8,12 +8,16 @@
 #
 # A test is a unit test unless LABELS say otherwise. './dev test' runs unit tests under sanitizers, which see all that an
 # optimised build would and more; AS_SHIPPED ones, whose subject is not the same there (kernels that are compiled for
-# each processor, limits of memory), in the optimised build as well.
+# each processor, limits of memory), in the optimised build as well. A slow one (LABELS slow) computes so long that
+# './dev test' runs it as shipped only, and './dev soak sanitizers' under sanitizers: other tests of the same code are
+# unit tests.
 #
 # DEPS are what a folder may include (docs/ARCHITECTURE.md: rooms include base and never each other).
 
 # Every test with the label unit; what a sanitizer run builds.
 add_custom_target(veneer_unit_tests)
+# Every test with the label slow.
+add_custom_target(veneer_slow_tests)
 # Every program, and the tests that './dev test' runs in the optimised build.
 add_custom_target(veneer_as_shipped)
 
@@ -216,6 +220,9 @@ function(veneer_add_tests name)
   endif()
   if("unit" IN_LIST arg_LABELS)
     add_dependencies(veneer_unit_tests ${name})
+  endif()
+  if("slow" IN_LIST arg_LABELS)
+    add_dependencies(veneer_slow_tests ${name})
   endif()
   if("unit" IN_LIST arg_LABELS AND NOT arg_AS_SHIPPED)
     list(APPEND arg_LABELS sanitizers_suffice)

@@ -35,7 +35,8 @@
 #   package      the packages of `./dev package` in a bare Debian 12: installed, started by their units' lines, purged; as root
 #   units        the same packages where a systemd runs: their units started, hung and killed in burns and beside a cut, their
 #                limits, devices, network, backups and drop-ins; as root, which may make namespaces; also as units.json
-# ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
+# ./dev soak adds two of its own, sanitizers: the slow tests under AddressSanitizer and UBSan; threads: every unit test under
+# ThreadSanitizer.
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
 set -euo pipefail
 build=$1 out=$2 name=${3-}
