@@ -178,7 +178,7 @@ void jog(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
   const auto dx = body.number("dx_mm", ranges::kPlace), dy = body.number("dy_mm", ranges::kPlace);
   const auto speed = body.number("speed_mm_s", ranges::kJogSpeed);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  s.unit.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
+  s.unit.jogging().jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
              asked.caller.who, [reply](const Status& taken) { reply(answer(taken)); });
 }
 
@@ -188,11 +188,11 @@ void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply&
              power = body.whole("power", ranges::kPowerOverride);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   // What is not named stays as it was asked for last: the machine may still be on its way there.
-  LaserOverrides wanted = s.unit.overrides_wanted();
+  LaserOverrides wanted = s.unit.overrides().wanted();
   if (feed) wanted.feed = static_cast<int>(*feed);
   if (rapid) wanted.rapid = static_cast<int>(*rapid);
   if (power) wanted.power = static_cast<int>(*power);
-  if (const Status set = s.unit.set_overrides(wanted); !set) return reply(ApiReply::error(set.error()));
+  if (const Status set = s.unit.overrides().set(wanted); !set) return reply(ApiReply::error(set.error()));
   reply(ApiReply::json(
       {{"taken", true},
        {"overrides_wanted", {{"feed", wanted.feed}, {"rapid", wanted.rapid}, {"power", wanted.power}}}}));
@@ -259,10 +259,10 @@ void bind_laser_routes(Router& router, const LaserServices& s) {
   router.bind("laserTestPattern",
               [s](const ApiRequest& request, const Reply& reply) { test_pattern(s, request, reply); });
   router.bind("laserRun", [s](const ApiRequest& request, const Reply& reply) { run_strokes(s, request, reply); });
-  router.bind("laserCorner", [s](const ApiRequest&, const Reply& reply) { reply(answer(s.unit.corner_is_here())); });
+  router.bind("laserCorner", [s](const ApiRequest&, const Reply& reply) { reply(answer(s.unit.jogging().corner_is_here())); });
   router.bind("laserJog", [s](const ApiRequest& request, const Reply& reply) { jog(s, request, reply); });
   router.bind("laserJogStop", [s](const ApiRequest&, const Reply& reply) {
-    s.unit.stop_jog();
+    s.unit.jogging().stop();
     reply(answer(Ok()));
   });
   router.bind("laserOverrides",

@@ -12,7 +12,6 @@
 #include "daemon/unit/frame_trace.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/unit/open_job.h"
-#include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/preflight.h"
@@ -42,7 +41,10 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
             on_change_();
           },
           [this](JobId job, const std::string& why) { doubted(job, why); }),
-      record_(parts.database) {}
+      record_(parts.database),
+      jogging_(
+          {parts.laser, limits_, view_, options_.keep_out, epoch(), record_, audit_log_, [this] { owed_.disturb(); }}),
+      overrides_(parts.laser, view_, [this] { on_change_(); }) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -72,7 +74,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   ++states_entered_;
   view_.state = state;
   view_.reason = std::move(reason);
-  end_overrides();
+  overrides_.state_entered();
   if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
@@ -139,7 +141,7 @@ void JobRunner::reset(Reply reply) {
   homing_ = false;
   record_.begin(WorkRecord::Work::kHoming, "while the laser was homed",
                 while_current([this, given = consent().lid_openings](const Status& written) {
-                  if (const Status may = written ? lid_stayed(given) : written; !may) {
+                  if (const Status may = written ? check_lid_stayed(given, parts().laser.status()) : written; !may) {
                     record_.end(WorkRecord::Work::kHoming);
                     const Error why{may.error().code, fmt::format("the laser is not homed: {}", may.error().message)};
                     enter(CellState::kStopping);
@@ -235,10 +237,7 @@ void JobRunner::hold(Reply reply) {
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
-      if (proof_.give_up()) {
-        jogging_ = true;
-        parts().laser.stop_jog();
-      }
+      if (proof_.give_up()) jogging_.stop_for_others();
       refused({ErrorCode::kCancelled, "held before anything was burnt"});
       return reply(Ok());
     case CellState::kUnholding:
@@ -331,14 +330,6 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
 
 Error JobRunner::no_panel_yet() const {
   return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
-}
-
-// A word is given over a closed lid. Between it and what moves there is a write, which may take a while.
-Status JobRunner::lid_stayed(int openings) const {
-  if (parts().laser.status().lid_openings == openings) return Ok();
-  return Error{ErrorCode::kRefused,
-               "the lid was opened since this was asked for: look at what lies on the bed, close it, and ask for it "
-               "again"};
 }
 
 Status JobRunner::still_holds(const Consent& given) const {
@@ -457,51 +448,6 @@ void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply 
   check_reply_ = std::move(reply);
 }
 
-Status JobRunner::may_jog(Millimetres dx, Millimetres dy) const {
-  if (view_.state != CellState::kIdle && view_.state != CellState::kComplete)
-    return Error{
-        ErrorCode::kConflict,
-        fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
-  const LaserStatus laser = parts().laser.status();
-  if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
-    return free;
-  return Ok();
-}
-
-void JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply) {
-  if (const Status may = may_jog(dx, dy); !may) return reply(may);
-  audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
-  owed_.disturb();
-  const auto go = [this, dx, dy, speed, stopped = jogs_stopped_, moment = moment(),
-                   given = consent().lid_openings]() -> Status {
-    if (!moment.is_current() || stopped != jogs_stopped_)
-      return Error{ErrorCode::kCancelled, "the head was stopped before it moved"};
-    if (Status may = may_jog(dx, dy); !may) return may;  // others may have come first
-    if (Status may = lid_stayed(given); !may) return may;
-    owed_.disturb();  // whoever looked meanwhile saw the head elsewhere
-    return parts().laser.jog(dx, dy, speed);
-  };
-  ++jogs_coming_;
-  record_.begin(WorkRecord::Work::kJog, "while the head was jogged",
-                [this, go, reply = std::move(reply), alive = std::weak_ptr<int>(alive_)](const Status& written) {
-                  if (alive.expired()) return;
-                  --jogs_coming_;
-                  const Status taken = written ? go() : written;
-                  if (taken) jogging_ = true;
-                  note_jogged();
-                  reply(taken);
-                });
-}
-
-void JobRunner::note_jogged() {
-  if (!jogging_ && jogs_coming_ == 0) record_.end(WorkRecord::Work::kJog);
-}
-
-void JobRunner::stop_jog() {
-  ++jogs_stopped_;
-  parts().laser.stop_jog();
-}
-
 Status JobRunner::all_is_booked() const {
   if (!breaking_ && !unwritten_ && !committing()) return Ok();
   return Error{ErrorCode::kConflict,
@@ -523,7 +469,8 @@ Status JobRunner::at_rest() const {
   }
   const LaserStatus laser = parts().laser.status();
   if (activity_ || laser.beam_on) return refuse("the laser is at work: let it end, or Stop it");
-  if (jogging_ || record_.any() || !stands_still(laser)) return refuse("the head moves: wait until it stands still");
+  if (jogging_.under_way() || record_.any() || !stands_still(laser))
+    return refuse("the head moves: wait until it stands still");
   if (check_reply_) return refuse("the laser's controller reads strokes just now: wait until it has");
   return Ok();
 }
@@ -544,29 +491,9 @@ Status JobRunner::may_be_watched() const {
       return refuse(fmt::format("the cell is {}, and the head may move: wait until it rests", to_string(view_.state)));
   }
   const LaserStatus laser = parts().laser.status();
-  if (activity_ || jogging_ || laser.beam_on || !stands_still(laser))
+  if (activity_ || jogging_.under_way() || laser.beam_on || !stands_still(laser))
     return refuse("the head moves: wait until it stands still");
   return Ok();
-}
-
-Status JobRunner::set_overrides(const LaserOverrides& wanted) {
-  if (!overrides_belong_to(view_.state)) {
-    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
-    if (Status none = parts().laser.set_overrides({}); !none) return none;
-    return Error{
-        ErrorCode::kConflict,
-        fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
-                    to_string(view_.state))};
-  }
-  if (Status allowed = check_overrides(wanted, view_.job || view_.recutting); !allowed) return allowed;
-  Status taken = parts().laser.set_overrides(wanted);
-  on_change_();
-  return taken;
-}
-
-void JobRunner::end_overrides() {
-  if (overrides_belong_to(view_.state) || parts().laser.status().overrides_wanted == LaserOverrides{}) return;
-  static_cast<void>(parts().laser.set_overrides({}));  // a laser that is being reset forgets them itself
 }
 
 // Before any run begins: the database is asked in order.

@@ -35,7 +35,9 @@
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/cell_view.h"
 #include "daemon/unit/consent.h"
+#include "daemon/unit/jogging.h"
 #include "daemon/unit/kept_cuts.h"
+#include "daemon/unit/overrides.h"
 #include "daemon/unit/owed_proof.h"
 #include "daemon/unit/panel_wait.h"
 #include "daemon/unit/runner_options.h"
@@ -90,15 +92,8 @@ class JobRunner : private ActivityHost {
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
   // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
-  // Moves the head dark; only when Idle or Complete. The reply comes when the laser has taken it, the way takes its
-  // time.
-  void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply);
-  void stop_jog();
-  // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
-  Status corner_is_here() { return parts().laser.corner_is_here(); }
-  // Overrides of what runs, within what was stated (override_rules.h). They end with it.
-  Status set_overrides(const LaserOverrides& wanted);
-  LaserOverrides overrides_wanted() const { return parts().laser.status().overrides_wanted; }
+  Jogging& jogging() { return jogging_; }
+  Overrides& overrides() { return overrides_; }
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
   // The process ends in order. As abort(), but that is no abort of a cell at_rest(): the next start finds it Stopped.
@@ -144,9 +139,6 @@ class JobRunner : private ActivityHost {
   bool may_look_for_owed() const;
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
-  Status may_jog(Millimetres dx, Millimetres dy) const;
-  Status lid_stayed(int openings) const;
-  void note_jogged();
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -189,7 +181,6 @@ class JobRunner : private ActivityHost {
   void owe_clear(const std::string& reason);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
-  void end_overrides();
   void recall_cuts();
   void show_cuts();
   void forget_cuts();
@@ -221,15 +212,14 @@ class JobRunner : private ActivityHost {
   OwedProof owed_;
   KeptCuts kept_;
   WorkRecord record_;
+  Jogging jogging_;
+  Overrides overrides_;
 
   std::unique_ptr<Activity> activity_;
   CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
   std::string reason_from_;
   bool at_laser_ = false;    // the laser has strokes of it and has not told their end
   bool laser_held_ = false;  // in the middle of them
-  bool jogging_ = false;     // a jog that no activity waits for has not told its end
-  int jogs_coming_ = 0;      // that are not on record yet
-  int jogs_stopped_ = 0;     // how often stop_jog() was called: one that is coming does not go then
   bool homing_ = false;      // it is on record that the laser is homed, and may be
   bool recording_ = false;   // the activity is not on record yet
 

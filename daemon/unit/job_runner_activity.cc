@@ -28,7 +28,7 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
   record_.begin(WorkRecord::Work::kActivity, recorded,
                 while_current([this, doing, given = consent().lid_openings](const Status& written) {
                   recording_ = false;
-                  const Status may = written ? lid_stayed(given) : written;
+                  const Status may = written ? check_lid_stayed(given, parts().laser.status()) : written;
                   may ? prove_first(doing) : refused(may.error());
                 }));
 }
@@ -157,8 +157,8 @@ bool JobRunner::may_look_for_owed() const {
                        view_.state == CellState::kIdle || view_.state == CellState::kSuspended ||
                        view_.state == CellState::kComplete;
   const LaserStatus laser = parts().laser.status();
-  return owed_.any() && at_rest && !activity_ && !jogging_ && jogs_coming_ == 0 && !breaking_ && !unwritten_ &&
-         !laser.beam_on;
+  return owed_.any() && at_rest && !activity_ && !jogging_.under_way() && !jogging_.coming() && !breaking_ &&
+         !unwritten_ && !laser.beam_on;
 }
 
 void JobRunner::doubted(JobId job, const std::string& why) {
@@ -286,7 +286,7 @@ void JobRunner::owe_clear(const std::string& reason) {
 
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest) {
-  jogging_ = false;
+  jogging_.forget();
   if (!after(view_.state, CellCommand::kAbort)) return;
   const bool laser_will_tell = at_laser_ && told == nullptr;
   auto activity = retire();
