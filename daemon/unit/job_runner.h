@@ -30,16 +30,18 @@
 #include "base/log.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
+#include "daemon/unit/at_rest.h"
 #include "daemon/unit/bed_proof.h"
-#include "daemon/unit/broken_run.h"
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/cell_view.h"
 #include "daemon/unit/consent.h"
+#include "daemon/unit/job_progress.h"
 #include "daemon/unit/jogging.h"
-#include "daemon/unit/kept_cuts.h"
 #include "daemon/unit/overrides.h"
+#include "daemon/unit/owed_end.h"
 #include "daemon/unit/owed_proof.h"
 #include "daemon/unit/panel_wait.h"
+#include "daemon/unit/recut_memory.h"
 #include "daemon/unit/runner_options.h"
 #include "daemon/unit/work_record.h"
 
@@ -115,12 +117,9 @@ class JobRunner : private ActivityHost {
   bool may_move() const {
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
-  // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an
-  // abort that nobody has cleared: what a program that ends now would break off or forget.
-  Status at_rest() const;
-  // kConflict, with a sentence, while the head moves or may move, and while the unit looks at the bed again and again
-  // by itself: no pictures for people who only watch then.
-  Status may_be_watched() const;
+  // at_rest.h
+  Status at_rest() const { return check_at_rest(doings()); }
+  Status may_be_watched() const { return check_may_be_watched(doings()); }
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }
@@ -134,9 +133,9 @@ class JobRunner : private ActivityHost {
   bool looks_again() const override { return options_.look_every > 0; }
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
-  Status all_is_booked() const;  // kConflict while what was cut last is not
-  Status may_book() const;       // whether what a run cuts could be
-  bool may_look_for_owed() const;
+  Doings doings() const;
+  Status may_book() const;  // whether what a run cuts could be
+  bool may_look_for_owed() const { return owed_.any() && allows_owed_look(doings()); }
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
   bool is_aside() const { return activity_ && activity_->is_aside(); }
@@ -173,19 +172,14 @@ class JobRunner : private ActivityHost {
   std::unique_ptr<Activity> retire();
   void bury(std::unique_ptr<Activity> activity);
   Status check(std::span<const PieceBurn> burns) const override;
-  void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
+  void show_piece(JobId job, const std::string& mark, double eta_seconds) override {
+    progress_.show_piece(job, mark, eta_seconds);
+  }
   void piece_booked(const PieceBurn& burn) override;
   void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest = false);
   void owe_clear(const std::string& reason);
-  void end_broken(std::function<void(int)> then);
-  void write_end(BrokenRun run, std::function<void(Result<int>)> then);
-  void recall_cuts();
-  void show_cuts();
-  void forget_cuts();
-  void refresh_job(std::function<void()> then);
-  void refresh_rest(JobId job);
 
   // job_runner_laser.cc: what the laser says
   void on_laser(const LaserEvent& event);
@@ -210,7 +204,9 @@ class JobRunner : private ActivityHost {
   PanelWait wait_;
   BedProof proof_;
   OwedProof owed_;
-  KeptCuts kept_;
+  OwedEnd owed_end_;
+  JobProgress progress_;
+  RecutMemory recuts_;
   WorkRecord record_;
   Jogging jogging_;
   Overrides overrides_;
@@ -223,10 +219,8 @@ class JobRunner : private ActivityHost {
   bool homing_ = false;      // it is on record that the laser is homed, and may be
   bool recording_ = false;   // the activity is not on record yet
 
-  std::vector<Reply> pending_;          // the command whose acting state is on
-  Reply check_reply_;                   // while the controller reads a pattern
-  std::optional<BrokenRun> breaking_;   // broken off in this turn of the reactor; the laser has yet to tell how
-  std::optional<BrokenRun> unwritten_;  // broken off, and the database could not take it; Clear tries again
+  std::vector<Reply> pending_;                             // the command whose acting state is on
+  Reply check_reply_;                                      // while the controller reads a pattern
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // the laser's events hold it weakly
 };
 

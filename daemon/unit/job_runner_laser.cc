@@ -25,7 +25,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
   if (const auto* connected = std::get_if<Connected>(&event)) {
     laser_connected_ = true;
     limits_ = connected->limits;
-    if (!kept_.empty() && kept_.basis().laser != limits_.identity) forget_cuts();
+    recuts_.laser_connected();
     // A file that stands for a machine is none.
     if (limits_.burns)
       parts().database.async(
@@ -61,7 +61,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
     break_off(fault->error.message, nullptr);
   } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
     if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
-    if (breaking_) return breaking_->take(*aborted);
+    if (owed_end_.take(*aborted)) return;
     break_off(aborted->error.message, aborted);
   }
 }
