@@ -311,7 +311,8 @@ TEST_F(WorkUnderWay, NorOneThatWasStoppedBeforeItMoved) {
   Status taken = Ok();
   {
     const SlowDatabase slow(*database_);
-    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [&](const Status& s) { taken = s; });
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test",
+                           [&](const Status& s) { taken = s; });
     poll();
     runner_->jogging().stop();
     poll();
@@ -375,7 +376,7 @@ TEST_F(WorkUnderWay, EachOfSeveralJogsIsOnRecord) {
     laser_.can_jog = false;
     const auto drop = [](const Status&) {};
     runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test",
-                 [&](const Status&) { laser_.can_jog = true; });
+                           [&](const Status&) { laser_.can_jog = true; });
     runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", drop);
   }
   settle();
