@@ -178,7 +178,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   };
   auto server = HttpServer::open(
       reactor, std::move(options), router, c.hub, accounts,
-      [&c](const WhoAsks& who_asks) { return stop_at_once(*c.runner, c.metrics, who_asks); }, log);
+      [&c](const WhoAsks& who_asks) { return stop_at_once(*c.runner, *c.runner, c.metrics, who_asks); }, log);
   if (!server) return fail(server.error());
   console_url = (*server)->console_url();
   c.connections = [&server] { return (*server)->connections(); };

@@ -15,8 +15,8 @@ void bind_routes(Router& router, Cell& cell) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
     return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
   });
-  bind_unit_routes(router, {*c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks, *c.queries,
-                            [&c](Role told) { return c.status(told); }});
+  bind_unit_routes(router, {*c.runner, *c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks,
+                            *c.queries, [&c](Role told) { return c.status(told); }});
   const auto panel_changed = [&c, on_reactor](const std::optional<PanelId>& panel) {
     on_reactor([&c, panel] {
       c.refresh_counts();
@@ -37,7 +37,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks,
                               *c.pictures, c.camera_trials});
   bind_calibration_routes(
-      router, {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
+      router, {*c.calibrations, *c.runner, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }, on_reactor});
   bind_setup_routes(router, {*c.calibrations, *c.runner, *c.bed, *c.camera_worker, c.tasks, *c.pictures, c.config,
                              c.devices.hands ? &*c.devices.hands : nullptr,
@@ -53,6 +53,7 @@ void bind_routes(Router& router, Cell& cell) {
       *c.planner_worker,
       c.config.planner,
       c.tasks,
+      *c.runner,
       *c.runner,
       *c.database,
       *c.queries,
@@ -72,8 +73,9 @@ void bind_routes(Router& router, Cell& cell) {
   bind_plan_piece_routes(router, jobs);
   bind_map_routes(router, jobs);
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
-  bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
-  bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log,
+  bind_laser_routes(router, {*c.runner, *c.runner, c.runner->jogging(), c.runner->overrides(), c.tasks, c.config.recipe,
+                             *c.pictures, on_reactor});
+  bind_recipe_routes(router, {*c.runner, *c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log,
                               [panel_changed](const PanelId& panel) { panel_changed(panel); }});
   bind_metrics_routes(
       router, {c.metrics, [&c] {

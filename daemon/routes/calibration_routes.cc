@@ -37,8 +37,8 @@ void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, co
               thickness, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token()));
     });
   };
-  s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed),
-                      [task] { return not_cancelled(task); });
+  s.patterns.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed),
+                          [task] { return not_cancelled(task); });
 }
 
 // What a laser's calibration was asked for, and by whom.
@@ -77,7 +77,7 @@ void burn_where_it_lies(const CalibrationServices& s, const TaskReporter& task, 
 void home_and_burn(const CalibrationServices& s, const TaskReporter& task, const PatternOrder& order,
                    const Consent& given) {
   look_first(s, task, order, given, [s, task, order, given] {
-    home_for_pattern(s.unit, task, {order.who, order.confirmed, true, given},
+    home_for_pattern(s.unit, s.patterns, task, {order.who, order.confirmed, true, given},
                      [s, task, order](const Consent& homed) { burn_where_it_lies(s, task, order, homed); });
   });
 }
@@ -88,7 +88,7 @@ void calibrate_laser(const CalibrationServices& s, PatternOrder order, const std
   const auto strokes = s.calibrations.pattern_for(s.unit.limits().travel, order.board);
   if (!strokes) return reply(ApiReply::error(strokes.error()));
   if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
-  if (const Status may = s.unit.may_burn_pattern(*strokes, order.confirmed); !may)
+  if (const Status may = s.patterns.may_burn_pattern(*strokes, order.confirmed); !may)
     return reply(ApiReply::error(may.error()));
   const TaskReporter task = s.tasks.start(kind, waiting);
   reply(ApiReply::task(task.id()));

@@ -12,7 +12,7 @@
 #include "daemon/services/remnants.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
-#include "daemon/unit/job_runner.h"
+#include "daemon/unit/cell_view.h"
 
 namespace veneer::daemon {
 

@@ -15,6 +15,7 @@
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
+#include "daemon/routes/pattern_word.h"
 #include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_disk.h"
 #include "daemon/services/backup_service.h"
@@ -35,7 +36,12 @@
 #include "daemon/services/scan_service.h"
 #include "daemon/services/sim_hands.h"
 #include "daemon/store/database_thread.h"
-#include "daemon/unit/job_runner.h"
+#include "daemon/unit/cell_commands.h"
+#include "daemon/unit/job_commands.h"
+#include "daemon/unit/jogging.h"
+#include "daemon/unit/overrides.h"
+#include "daemon/unit/pattern_commands.h"
+#include "daemon/unit/unit_state.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/laser_driver.h"
 
@@ -43,7 +49,8 @@ namespace veneer::daemon {
 
 // Status, commands, the bed's picture, the check of the database.
 struct UnitServices {
-  JobRunner& unit;
+  const UnitState& unit;
+  CellCommands& commands;
   Metrics& metrics;
   BedWatcher& bed;
   BedGlances& glances;
@@ -55,7 +62,7 @@ struct UnitServices {
 };
 void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before anybody asks who wants it, and before the reply is made.
-ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const WhoAsks& who_asks);
+ApiReply stop_at_once(CellCommands& commands, const UnitState& unit, Metrics& metrics, const WhoAsks& who_asks);
 
 // Panels.
 struct StockServices {
@@ -101,7 +108,7 @@ nlohmann::json to_json(NamedBy named_by);
 nlohmann::json settings_json(const std::vector<std::pair<std::string, std::string>>& settings);
 // The same of cameras.
 struct CameraServices {
-  JobRunner& unit;
+  const UnitState& unit;
   WorkRunner& workers;
   const Config& config;
   DeviceRoots roots;
@@ -114,7 +121,8 @@ void bind_camera_routes(Router& router, const CameraServices& services);
 
 struct CalibrationServices {
   CalibrationService& calibrations;
-  JobRunner& unit;
+  const UnitState& unit;
+  PatternCommands& patterns;
   Worker& scanner;
   Worker& camera;
   TaskRegistry& tasks;
@@ -126,12 +134,12 @@ struct CalibrationServices {
 void bind_calibration_routes(Router& router, const CalibrationServices& services);
 // A run looks at the bed with the same camera and on the same thread, so that a calibration which takes its time, or
 // hangs, would hold the run: kConflict then. What was asked for before a job was started is done before its first look.
-Status camera_is_free(const JobRunner& unit);
+Status camera_is_free(const UnitState& unit);
 
 // The first day: devices, the bed as the camera sees it, and a simulated cell's hands.
 struct SetupServices {
   CalibrationService& calibrations;
-  JobRunner& unit;
+  const UnitState& unit;
   BedWatcher& bed;
   Worker& camera;
   TaskRegistry& tasks;
@@ -144,7 +152,7 @@ void bind_setup_routes(Router& router, const SetupServices& services);
 
 // Which devices there are, and choosing them for the next start.
 struct DeviceServices {
-  JobRunner& unit;
+  const UnitState& unit;
   DatabaseCheck& integrity;
   TaskRegistry& tasks;
   QueryPool& pictures;  // where the disk is waited for
@@ -178,7 +186,8 @@ struct JobServices {
   Worker& planner;
   PlannerConfig planning;
   TaskRegistry& tasks;
-  JobRunner& unit;
+  const UnitState& unit;
+  JobCommands& commands;
   DatabaseThread& database;
   QueryPool& queries;
   QueryPool& pictures;
@@ -205,34 +214,15 @@ void bind_piece_routes(Router& router, const PieceServices& services);
 
 // Test pattern, drawings, jog, overrides.
 struct LaserServices {
-  JobRunner& unit;
+  const UnitState& unit;
+  PatternCommands& patterns;
+  Jogging& jogging;
+  Overrides& overrides;
   TaskRegistry& tasks;
   const RecipeConfig& recipe;
   QueryPool& pictures;  // large drawings are read there
   std::function<void(std::function<void()>)> on_reactor;
 };
-// The laser on its own: homes it first unless the cell is Idle, then goes on. Refused at once where a Reset is not
-// possible; an operator's command must stand behind it. A task that was cancelled homes nothing.
-Status may_home(const JobRunner& unit);
-Status not_cancelled(const TaskReporter& task);  // kCancelled once its stop is requested
-void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then);
-
-// An operator's word that something is to be burnt on the laser alone, as it was given.
-struct PatternWord {
-  std::string who;
-  std::vector<std::string> confirmed;  // by name
-  bool burns = true;                   // false: with the beam off
-  Consent given;                       // when it was asked for
-};
-// What is refused of strokes that are to be burnt, as far as it can be known before the machine homes for nothing.
-// Without strokes, of a laser that was never there, what does not depend on them.
-Status may_begin_pattern(const JobRunner& unit, const LaserJob& strokes, const PatternWord& word);
-// Looks and homing take their time: kCancelled, or kRefused, once the word does not hold any more.
-Status still_wanted(const JobRunner& unit, const TaskReporter& task, const Consent& given);
-// As when_homed(), for strokes that are burnt then: nothing is homed where wood of the stock may lie on the bed.
-// `homed` is what the word stands on afterwards; a lid that was opened meanwhile ends the task.
-void home_for_pattern(JobRunner& unit, const TaskReporter& task, const PatternWord& word,
-                      std::function<void(const Consent& homed)> then);
 void bind_laser_routes(Router& router, const LaserServices& services);
 
 // Backups.
@@ -256,7 +246,8 @@ void bind_fact_routes(Router& router, const FactServices& services);
 
 // Recipes, the wood of zones, test cards, cut files.
 struct RecipeServices {
-  JobRunner& unit;
+  const UnitState& unit;
+  PatternCommands& patterns;
   TaskRegistry& tasks;
   DatabaseThread& database;
   QueryPool& queries;

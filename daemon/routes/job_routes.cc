@@ -207,8 +207,8 @@ void recut(const JobServices& s, const ApiRequest& request, const Reply& reply) 
     return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("the panel that was cut last was cut for job {}, "
                                                                     "and only its pieces can be cut again",
                                                                     s.unit.view().recut_job.value)}));
-  s.unit.recut(std::move(*pieces), std::move(confirmed).value_or(std::vector<std::string>()), request.caller.who,
-               [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
+  s.commands.recut(std::move(*pieces), std::move(confirmed).value_or(std::vector<std::string>()), request.caller.who,
+                   [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
 }
 
 // Lost pieces get other wood, under their marks.
@@ -351,8 +351,8 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("startJob", [s](const ApiRequest& request, const Reply& reply) {
     auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
-    s.unit.start_job(JobId{*id}, request.caller.who,
-                     [s, reply](const Status& started) { reply(state_reply(s, started)); });
+    s.commands.start_job(JobId{*id}, request.caller.who,
+                         [s, reply](const Status& started) { reply(state_reply(s, started)); });
   });
   router.bind("recut", [s](const ApiRequest& request, const Reply& reply) { recut(s, request, reply); });
   router.bind("redo", [s](const ApiRequest& request, const Reply& reply) { redo(s, request, reply); });

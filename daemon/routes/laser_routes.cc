@@ -42,9 +42,9 @@ Result<PatternRequest> read_pattern(const ApiRequest& asked) {
 }
 
 // Nothing moves while a controller only reads strokes, but for the homing before it.
-Status may_check(const JobRunner& unit) {
-  if (const Status able = may_home(unit); !able) return able;
-  return unit.view().state == CellState::kIdle ? Ok() : unit.may_burn_pattern({}, {});
+Status may_check(const LaserServices& s) {
+  if (const Status able = may_home(s.unit); !able) return able;
+  return s.unit.view().state == CellState::kIdle ? Ok() : s.patterns.may_burn_pattern({}, {});
 }
 
 void burn(const LaserServices& s, const PatternRequest& request, const TaskReporter& task, const std::string& who) {
@@ -57,10 +57,10 @@ void burn(const LaserServices& s, const PatternRequest& request, const TaskRepor
   };
   if (request.check) {
     task.progress(0.3, "the controller reads the pattern, nothing moves");
-    return s.unit.check_pattern(std::move(*strokes), who, done);
+    return s.patterns.check_pattern(std::move(*strokes), who, done);
   }
   task.progress(0.3, request.options.dark ? "running the pattern with the beam off" : "burning the pattern");
-  s.unit.burn_pattern(std::move(*strokes), who, done, request.confirmed, [task] { return not_cancelled(task); });
+  s.patterns.burn_pattern(std::move(*strokes), who, done, request.confirmed, [task] { return not_cancelled(task); });
 }
 
 // The command is an operator's word for all it takes: homing, then the pattern.
@@ -74,13 +74,13 @@ void test_pattern(const LaserServices& s, const ApiRequest& asked, const Reply& 
     if (!strokes) return reply(ApiReply::error(strokes.error()));
     known = *std::move(strokes);
   }
-  if (const Status may = request->check ? may_check(s.unit) : may_begin_pattern(s.unit, known, word); !may)
+  if (const Status may = request->check ? may_check(s) : may_begin_pattern(s.unit, s.patterns, known, word); !may)
     return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("laser test-pattern", "getting ready");
   reply(ApiReply::task(task.id()));
   const auto go_on = [s, request = *request, task, who = word.who] { burn(s, request, task, who); };
-  if (request->check) return when_homed(s.unit, task, word.who, go_on);
-  home_for_pattern(s.unit, task, word, [go_on](const Consent&) { go_on(); });
+  if (request->check) return when_homed(s.unit, s.patterns, task, word.who, go_on);
+  home_for_pattern(s.unit, s.patterns, task, word, [go_on](const Consent&) { go_on(); });
 }
 
 struct RunRequest {
@@ -128,10 +128,10 @@ void burn_run(const LaserServices& s, RunRequest run, const TaskReporter& task, 
   };
   if (run.check) {
     task.progress(0.3, "the controller reads it, nothing moves");
-    return s.unit.check_pattern(std::move(run.job), who, done);
+    return s.patterns.check_pattern(std::move(run.job), who, done);
   }
   task.progress(0.3, run.dry ? "running it with the beam off" : "burning it");
-  s.unit.burn_pattern(std::move(run.job), who, done, run.confirmed, [task] { return not_cancelled(task); });
+  s.patterns.burn_pattern(std::move(run.job), who, done, run.confirmed, [task] { return not_cancelled(task); });
 }
 
 void begin_run(const LaserServices& s, RunRequest run, const std::string& who, const Reply& reply) {
@@ -139,7 +139,7 @@ void begin_run(const LaserServices& s, RunRequest run, const std::string& who, c
   const LaserLimits& limits = s.unit.limits();
   if (const Status fits = limits.travel.empty() ? Ok() : check_fits(run.job, limits); !fits)
     return reply(ApiReply::error(fits.error()));
-  if (const Status may = run.check ? may_check(s.unit) : may_begin_pattern(s.unit, run.job, word); !may)
+  if (const Status may = run.check ? may_check(s) : may_begin_pattern(s.unit, s.patterns, run.job, word); !may)
     return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("laser run", "getting ready");
   reply(ApiReply::task(task.id()));
@@ -147,8 +147,8 @@ void begin_run(const LaserServices& s, RunRequest run, const std::string& who, c
   const auto go_on = [s, run = std::make_shared<RunRequest>(std::move(run)), task, who] {
     burn_run(s, std::move(*run), task, who);
   };
-  if (checks) return when_homed(s.unit, task, who, go_on);
-  home_for_pattern(s.unit, task, word, [go_on](const Consent&) { go_on(); });
+  if (checks) return when_homed(s.unit, s.patterns, task, who, go_on);
+  home_for_pattern(s.unit, s.patterns, task, word, [go_on](const Consent&) { go_on(); });
 }
 
 // A dense drawing is megabytes: only a small one is read here.
@@ -178,8 +178,8 @@ void jog(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
   const auto dx = body.number("dx_mm", ranges::kPlace), dy = body.number("dy_mm", ranges::kPlace);
   const auto speed = body.number("speed_mm_s", ranges::kJogSpeed);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  s.unit.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
-             asked.caller.who, [reply](const Status& taken) { reply(answer(taken)); });
+  s.jogging.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
+                asked.caller.who, [reply](const Status& taken) { reply(answer(taken)); });
 }
 
 void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
@@ -188,11 +188,11 @@ void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply&
              power = body.whole("power", ranges::kPowerOverride);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   // What is not named stays as it was asked for last: the machine may still be on its way there.
-  LaserOverrides wanted = s.unit.overrides_wanted();
+  LaserOverrides wanted = s.overrides.wanted();
   if (feed) wanted.feed = static_cast<int>(*feed);
   if (rapid) wanted.rapid = static_cast<int>(*rapid);
   if (power) wanted.power = static_cast<int>(*power);
-  if (const Status set = s.unit.set_overrides(wanted); !set) return reply(ApiReply::error(set.error()));
+  if (const Status set = s.overrides.set(wanted); !set) return reply(ApiReply::error(set.error()));
   reply(ApiReply::json(
       {{"taken", true},
        {"overrides_wanted", {{"feed", wanted.feed}, {"rapid", wanted.rapid}, {"power", wanted.power}}}}));
@@ -200,69 +200,14 @@ void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply&
 
 }  // namespace
 
-Status may_home(const JobRunner& unit) {
-  const CellState state = unit.view().state;
-  if (state == CellState::kIdle || after(state, CellCommand::kReset)) return Ok();
-  return Error{ErrorCode::kConflict,
-               fmt::format("the cell is {}, so the laser cannot be homed: {}", to_string(state),
-                           state == CellState::kAborted ? "Clear it first" : "end what it is about first")};
-}
-
-Status not_cancelled(const TaskReporter& task) {
-  if (!task.stop_token().stop_requested()) return Ok();
-  return Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
-}
-
-void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then) {
-  if (const Status wanted = not_cancelled(task); !wanted) return task.fail(wanted.error());
-  if (unit.view().state == CellState::kIdle) return then();
-  task.progress(0.1, "homing the laser");
-  unit.command(CellCommand::kReset, who,
-               [task, then = std::move(then)](const Status& homed) { homed ? then() : task.fail(homed.error()); });
-}
-
-Status may_begin_pattern(const JobRunner& unit, const LaserJob& strokes, const PatternWord& word) {
-  if (const Status given = word.burns ? unit.require_confirmed(word.confirmed) : Ok(); !given) return given;
-  if (const Status able = may_home(unit); !able) return able;
-  return unit.may_burn_pattern(strokes, word.confirmed);
-}
-
-Status still_wanted(const JobRunner& unit, const TaskReporter& task, const Consent& given) {
-  const Status wanted = not_cancelled(task);
-  return wanted ? unit.still_holds(given) : wanted;
-}
-
-void home_for_pattern(JobRunner& unit, const TaskReporter& task, const PatternWord& word,
-                      std::function<void(const Consent& homed)> then) {
-  // A laser that was not connected tells of its lid for the first time when it is homed.
-  const bool told_of_the_lid = unit.is_connected();
-  const auto home = [&unit, task, word, told_of_the_lid, then = std::move(then)] {
-    when_homed(unit, task, word.who, [&unit, task, given = word.given, told_of_the_lid, then] {
-      Consent homed = unit.consent();
-      if (told_of_the_lid) homed.lid_openings = given.lid_openings;
-      if (const Status wanted = still_wanted(unit, task, homed); !wanted) return task.fail(wanted.error());
-      then(homed);
-    });
-  };
-  // What is burnt on a laser that is homed already looks by itself, before anything moves.
-  if (!word.burns || unit.view().state == CellState::kIdle) return home();
-  task.progress(0.05, "looking whether a panel of the stock lies on the bed");
-  unit.look_for_stock(word.confirmed, [&unit, task, given = word.given, home](const Status& clear) {
-    // A look that was cancelled may fail as well: then that it was cancelled is what is told.
-    if (const Status wanted = still_wanted(unit, task, given); !wanted) return task.fail(wanted.error());
-    if (!clear) return task.fail(clear.error());
-    home();
-  });
-}
-
 void bind_laser_routes(Router& router, const LaserServices& s) {
   router.bind("laserTestPattern",
               [s](const ApiRequest& request, const Reply& reply) { test_pattern(s, request, reply); });
   router.bind("laserRun", [s](const ApiRequest& request, const Reply& reply) { run_strokes(s, request, reply); });
-  router.bind("laserCorner", [s](const ApiRequest&, const Reply& reply) { reply(answer(s.unit.corner_is_here())); });
+  router.bind("laserCorner", [s](const ApiRequest&, const Reply& reply) { reply(answer(s.jogging.corner_is_here())); });
   router.bind("laserJog", [s](const ApiRequest& request, const Reply& reply) { jog(s, request, reply); });
   router.bind("laserJogStop", [s](const ApiRequest&, const Reply& reply) {
-    s.unit.stop_jog();
+    s.jogging.stop();
     reply(answer(Ok()));
   });
   router.bind("laserOverrides",

@@ -195,7 +195,7 @@ void burn_card(const RecipeServices& s, const TaskReporter& task, CardRequest re
   if (!card) return task.fail(card.error());
   task.progress(0.3, request.dry ? "running the card with the beam off" : "burning the card");
   const std::size_t strokes = card->labels.size() + card->fields.size();
-  s.unit.burn_pattern(
+  s.patterns.burn_pattern(
       job_of(*card, request.dry), who,
       [task, strokes, dry = request.dry](const Status& burnt) {
         if (!burnt) return task.fail(burnt.error());
@@ -215,10 +215,11 @@ void burn_card(const RecipeServices& s, const ApiRequest& request, const Reply& 
     if (!card) return reply(ApiReply::error(card.error()));
     known = job_of(*card, asked->dry);
   }
-  if (const Status may = may_begin_pattern(s.unit, known, word); !may) return reply(ApiReply::error(may.error()));
+  if (const Status may = may_begin_pattern(s.unit, s.patterns, known, word); !may)
+    return reply(ApiReply::error(may.error()));
   auto task = s.tasks.start("test card", "getting ready");
   reply(ApiReply::task(task.id()));
-  home_for_pattern(s.unit, task, word, [s, card = *std::move(asked), task, who = word.who](const Consent&) {
+  home_for_pattern(s.unit, s.patterns, task, word, [s, card = *std::move(asked), task, who = word.who](const Consent&) {
     burn_card(s, task, card, who);
   });
 }

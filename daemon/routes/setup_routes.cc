@@ -60,7 +60,7 @@ Error no_hands() {
 }
 
 // Where hands would be caught, as at a real machine.
-Status hands_may_go_in(const JobRunner& unit) {
+Status hands_may_go_in(const UnitState& unit) {
   switch (const CellState state = unit.view().state) {
     case CellState::kStopped:
     case CellState::kIdle:
@@ -143,7 +143,7 @@ void list_sheets(const SetupServices& s, const ApiRequest& request, const Reply&
 
 }  // namespace
 
-Status camera_is_free(const JobRunner& unit) {
+Status camera_is_free(const UnitState& unit) {
   switch (const CellState state = unit.view().state) {
     case CellState::kStopped:
     case CellState::kResetting:

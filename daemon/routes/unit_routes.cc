@@ -9,11 +9,11 @@
 namespace veneer::daemon {
 namespace {
 
-ApiReply taken(const JobRunner& unit) {
+ApiReply taken(const UnitState& unit) {
   return ApiReply::json({{"state", to_string(unit.view().state)}, {"reason", unit.view().reason}});
 }
 
-JobRunner::Reply reply_with_state(const JobRunner& unit, Reply reply) {
+CellCommands::Reply reply_with_state(const UnitState& unit, Reply reply) {
   return [&unit, reply = std::move(reply)](const Status& done) {
     reply(done ? taken(unit) : ApiReply::error(done.error()));
   };
@@ -38,15 +38,15 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   auto with_state = reply_with_state(s.unit, reply);
   const std::string& who = request.caller.who;
-  if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
-  if (word == "write-off-look") return s.unit.write_off_look(who, with_state);
+  if (word == "stop-after-piece") return s.commands.stop_after_piece(who, with_state);
+  if (word == "write-off-look") return s.commands.write_off_look(who, with_state);
   if (word == "frame")
-    return s.unit.frame(PowerFraction(power.value_or(0)), who, with_state,
-                        std::move(confirmed).value_or(std::vector<std::string>()));
+    return s.commands.frame(PowerFraction(power.value_or(0)), who, with_state,
+                            std::move(confirmed).value_or(std::vector<std::string>()));
   const auto command = command_from_string(word);
   if (!command || *command == CellCommand::kStart || *command == CellCommand::kRecut)
     return reply(ApiReply::error(no_such_command(word)));
-  s.unit.command(*command, who, std::move(with_state), std::move(confirmed).value_or(std::vector<std::string>()));
+  s.commands.command(*command, who, std::move(with_state), std::move(confirmed).value_or(std::vector<std::string>()));
 }
 
 // Large, and made elsewhere: copied beside the reactor, where it gets its ETag too. `made` may be called from any
@@ -81,11 +81,11 @@ void glance(const UnitServices& s, const ApiRequest& request, const Reply& reply
 
 }  // namespace
 
-ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const WhoAsks& who_asks) {
+ApiReply stop_at_once(CellCommands& commands, const UnitState& unit, Metrics& metrics, const WhoAsks& who_asks) {
   const SteadyClock clock;
   const auto read = clock.now();
-  unit.stop_by([&who_asks] { return who_asks().who; });
-  metrics.stop_taken(unit.stop_given() - read);
+  commands.stop_by([&who_asks] { return who_asks().who; });
+  metrics.stop_taken(commands.stop_given() - read);
   return taken(unit);
 }
 
@@ -95,7 +95,7 @@ void bind_unit_routes(Router& router, const UnitServices& s) {
   });
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
   router.bind("stop", [s](const ApiRequest& request, const Reply& reply) {
-    reply(stop_at_once(s.unit, s.metrics, [&request]() -> const Caller& { return request.caller; }));
+    reply(stop_at_once(s.commands, s.unit, s.metrics, [&request]() -> const Caller& { return request.caller; }));
   });
   router.bind("getBedPicture", [s](const ApiRequest& request, const Reply& reply) {
     reply_large(

@@ -3,28 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <span>
 
 #include "base/clock.h"
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/journal.h"
-#include "base/json_depth.h"
 #include "daemon/orders/advice_json.h"
 #include "daemon/orders/grid_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_json.h"
 #include "daemon/orders/plan_work.h"
-#include "daemon/orders/records_json.h"
 #include "daemon/orders/sketch_json.h"
+#include "daemon/services/made_plan.h"
 #include "daemon/services/plan_stock.h"
 #include "daemon/services/plan_web.h"
+#include "daemon/services/redo_marks.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/work_folder.h"
 #include "planner/plan_options.h"
@@ -77,103 +75,6 @@ Result<StockToday> stock_today(DatabaseThread& database, Repositories& r, const 
     }
     return StockToday{std::move(*stock), *calibration->kerf};
   });
-}
-
-Error is_good(const std::string& mark, JobId job) {
-  return {ErrorCode::kConflict,
-          fmt::format("piece {0} of job {1} is cut, and would be given up for another one: if it is lost, say so with "
-                      "veneerctl job redo {1} {0} --lost",
-                      mark, job.value)};
-}
-
-// Whoever called a piece lost may have found it while other wood was looked for.
-Status none_is_good(const std::vector<db::PieceRecord>& pieces, JobId job, const std::vector<std::string>& marks) {
-  for (const db::PieceRecord& piece : pieces)
-    if (piece.state == db::PieceState::kCut && std::ranges::find(marks, piece.mark) != marks.end())
-      return is_good(piece.mark, job);
-  return Ok();
-}
-
-// Which pieces of a job are made again. kInvalidArgument: none is missing.
-Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord>& pieces,
-                                               const PlanService::Redo& asked) {
-  const JobId job = asked.job;
-  const std::set<std::string> wanted(asked.pieces.begin(), asked.pieces.end());
-  std::set<std::string> unknown = wanted;
-  std::vector<std::string> out;
-  for (const db::PieceRecord& piece : pieces) {
-    unknown.erase(piece.mark);
-    const bool missing = piece.state == db::PieceState::kScrap || piece.state == db::PieceState::kReleased ||
-                         piece.state == db::PieceState::kUnfilled;
-    if (wanted.empty() ? !missing : !wanted.contains(piece.mark)) continue;
-    if (piece.state == db::PieceState::kSuspect)
-      return Error{ErrorCode::kConflict,
-                   fmt::format("piece {} of job {} is suspect: say first what became of it with veneerctl job settle",
-                               piece.mark, job.value)};
-    if (!missing && piece.state != db::PieceState::kCut)
-      return Error{ErrorCode::kConflict,
-                   fmt::format("piece {} of job {} has its wood and is still to be cut: veneerctl job start {}",
-                               piece.mark, job.value, job.value)};
-    if (!missing && !asked.lost) return is_good(piece.mark, job);
-    out.push_back(piece.mark);
-  }
-  if (!unknown.empty())
-    return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}: see veneerctl job pieces {}", job.value,
-                                                   *unknown.begin(), job.value)};
-  if (out.empty())
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("no piece of job {0} is missing: name those that were lost after they were cut, with veneerctl job "
-                    "redo {0} PIECE --lost",
-                    job.value)};
-  return out;
-}
-
-Result<std::string> read_made(const std::filesystem::path& file, std::uintmax_t most = 512 << 20) {
-  std::error_code failed;
-  if (std::filesystem::symlink_status(file, failed).type() != std::filesystem::file_type::regular ||
-      std::filesystem::file_size(file, failed) > most)
-    return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
-  auto out = read_whole(file);
-  if (!out || out->empty())
-    return Error{ErrorCode::kStorage,
-                 fmt::format("cannot read {}: make room on the disk, then plan again", file.string())};
-  return *std::move(out);
-}
-
-constexpr std::size_t kMostPieces = 200'000;
-
-// Of what a worker process answers: could it be a piece at all? What is beyond all measure would keep the database's
-// thread, or be no number for the polygons.
-bool can_be(const db::PlannedPatch& piece) {
-  constexpr std::size_t kLongestMark = 40, kMostPoints = 5'000;
-  constexpr double kFarthest = 100'000;  // mm
-  const auto near = [](const auto& p) {
-    return std::abs(p.x.count()) <= kFarthest && std::abs(p.y.count()) <= kFarthest;
-  };
-  std::size_t points = piece.artwork_outline.size() + piece.panel_outline.size();
-  bool good = std::all_of(piece.artwork_outline.begin(), piece.artwork_outline.end(), near) &&
-              std::all_of(piece.panel_outline.begin(), piece.panel_outline.end(), near) &&
-              near(piece.panel_from_artwork.shift()) && (!piece.lead_in || near(*piece.lead_in));
-  for (const auto& ring : piece.allocation.rings()) {
-    points += ring.size();
-    good = good && std::all_of(ring.begin(), ring.end(), near);
-  }
-  return good && piece.mark.size() <= kLongestMark && points <= kMostPoints;
-}
-
-Result<std::vector<db::PlannedPatch>> read_pieces(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMostBytes = 64 << 20;  // some ten times as much in memory, once it is parsed
-  const auto text = read_made(file, kMostBytes);
-  if (!text) return text.error();
-  try {
-    if (!nested_too_deeply(*text)) {
-      auto pieces = nlohmann::json::parse(*text).get<std::vector<db::PlannedPatch>>();
-      if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
-    }
-  } catch (const nlohmann::json::exception&) {
-  }
-  return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
 }
 
 std::map<std::string, std::string> option_texts(const planner::PlanOptions& options) {
@@ -282,9 +183,9 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   }
   made->warnings.insert(made->warnings.end(), not_planned.begin(), not_planned.end());
 
-  auto pieces = read_pieces(folder->path() / kMadePieces);
+  auto pieces = read_made_pieces(folder->path() / kMadePieces);
   if (!pieces) return pieces.error();
-  auto plan_json = read_made(folder->path() / kMadePlan);
+  auto plan_json = read_made_file(folder->path() / kMadePlan);
   if (!plan_json) return plan_json.error();
   const auto preview_file = library_.adopt(folder->path() / kMadePreview, "previews", "preview");
   if (!preview_file) return preview_file.error();
@@ -511,7 +412,7 @@ Result<PlanService::ToRedo> PlanService::what_to_redo(const Redo& wanted) {
       return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", wanted.job.value)};
     const auto pieces = r.jobs.pieces(wanted.job);
     if (!pieces) return pieces.error();
-    auto marks = marks_to_redo(*pieces, wanted);
+    auto marks = marks_to_redo(*pieces, wanted.job, wanted.pieces, wanted.lost);
     if (!marks) return marks.error();
     auto plan_json = r.jobs.plan_json(wanted.job);
     if (!plan_json) return plan_json.error();

@@ -9,89 +9,17 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
-#include "base/json_depth.h"
 #include "calib/april_grid.h"
 #include "calib/hole_tie.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/scan_json.h"
+#include "daemon/services/plausible_read.h"
+#include "daemon/services/sheet_doubts.h"
 
 namespace veneer::daemon {
 namespace {
 
-// Of what a worker process answers: could it be what was asked for? It is kept, and read again whenever somebody asks.
-bool can_be(const PanelRead& read, std::size_t tiles, std::size_t suspects) {
-  constexpr std::size_t kMostTags = 2'000, kMostZones = 10'000, kMostPoints = 10'000, kMostDifferences = 10'000;
-  constexpr std::size_t kMostWarnings = 1'000, kLongestWarning = 1'000, kLongestName = 40;
-  constexpr std::size_t kLongestLattice = 2 << 20;
-  constexpr Millimetres kSmallest{1}, kLargest{20'000};
-  const auto is_lattice = [](const std::string& text) {
-    if (text.size() > kLongestLattice || nested_too_deeply(text)) return false;
-    const auto lattice = nlohmann::json::parse(text, nullptr, false);
-    return lattice.is_object() && lattice.contains("panel_mm") && lattice["panel_mm"].is_array();
-  };
-  constexpr std::size_t kMostCorners = 1'000'000;  // of all shapes together
-  std::size_t corners = 0;
-  const auto is_near = [&](const calib::Difference& difference) {
-    const auto near = [&](const Point<PanelFrame>& p) {
-      return p.x >= -kLargest && p.x <= kLargest && p.y >= -kLargest && p.y <= kLargest;
-    };
-    const auto rings = difference.shape.rings();
-    for (const auto& ring : rings) corners += ring.size();
-    return near(difference.place) && !rings.empty() && corners <= kMostCorners &&
-           std::ranges::all_of(rings, [&](const auto& ring) { return std::ranges::all_of(ring, near); });
-  };
-  const auto is_side = [&](Millimetres side) { return side >= kSmallest && side <= kLargest; };
-  return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
-         (read.sheet.empty() || (is_side(read.sheet.width()) && is_side(read.sheet.height()))) &&
-         read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
-         std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
-         read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
-         (!read.differences ||
-          (read.differences->size() <= kMostDifferences && std::ranges::all_of(*read.differences, is_near))) &&
-         read.suspects_gone.size() == suspects &&
-         std::ranges::all_of(read.suspects_gone, [](double share) { return share >= 0 && share <= 1; }) &&
-         read.warnings.size() <= kMostWarnings &&
-         std::ranges::all_of(read.warnings,
-                             [](const auto& warning) {
-                               return !warning.name.empty() && warning.name.size() <= kLongestName &&
-                                      warning.text.size() <= kLongestWarning;
-                             }) &&
-         read.lost >= SquareMillimetres(0) && read.lost <= kLargest * kLargest && read.gained >= SquareMillimetres(0) &&
-         read.gained <= kLargest * kLargest;
-}
-
 constexpr const char* kProposals = "proposals";  // their pictures, until they are decided
-
-// Whether a new sheet is one that is in stock: its holes lie as that one's, one way round or the other.
-std::vector<ScanWarning> doubts_about_sheet(const calib::PanelFiducials& sheet,
-                                            const std::map<PanelId, calib::PanelFiducials>& stock) {
-  constexpr double kSame = 0.04;  // mm RMS, of two scans of one sheet
-  const auto places = [](const calib::PanelFiducials& fiducials) {
-    std::vector<Point<PanelFrame>> out;
-    for (const auto& hole : fiducials.holes) out.push_back(hole.centre);
-    return out;
-  };
-  std::vector<ScanWarning> out;
-  const auto here = places(sheet);
-  for (const auto& [id, known] : stock) {
-    const auto there = places(known);
-    const auto tie = calib::match_holes<PanelFrame, PanelFrame>(there, here);
-    if (!tie || tie->residual.rms > kSame || tie->pairs.size() < here.size()) continue;
-    if (tie->to_from.handedness() == Handedness::kImproper)
-      out.push_back(
-          {"wrong-face",
-           fmt::format("its holes lie as those of panel {0} seen from the other side: this is the back of that "
-                       "panel, or a sheet drilled with it. Refuse this, and run `veneerctl panel scan --face "
-                       "back --panel {0}`",
-                       id.value)});
-    else
-      out.push_back({"same-sheet", fmt::format("its holes lie as those of panel {}, which is in stock with other tags: "
-                                               "is this the same sheet? Then `veneerctl panel merge` makes them one",
-                                               id.value)});
-    break;
-  }
-  return out;
-}
 
 Error picture_of_series(const std::string& device) {
   return {
@@ -486,7 +414,7 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
       if (!(known->face == Face::kBack && is_of_sharpness(warning.name)) &&
           std::ranges::find(read->warnings, warning.name, &ScanWarning::name) == read->warnings.end())
         read->warnings.push_back(warning);
-  if (!can_be(*read, tiles_.size(), known->suspects.size()))
+  if (!is_plausible(*read, tiles_.size(), known->suspects.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "noting what was seen");
   if (known->face == Face::kBack) return add_back(*known, *read);

@@ -126,6 +126,7 @@ class ActivityHost {
 
  protected:
   explicit ActivityHost(const UnitParts& parts) : parts_(parts) {}
+  const Epoch& epoch() const { return epoch_; }
   bool committing() const { return commits_ > 0; }
   void end_epoch() { epoch_.end(), commits_ = 0; }
 

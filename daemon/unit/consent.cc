@@ -6,6 +6,13 @@
 
 namespace veneer::daemon {
 
+Status check_lid_stayed(int openings, const LaserStatus& laser) {
+  if (laser.lid_openings == openings) return Ok();
+  return Error{ErrorCode::kRefused,
+               "the lid was opened since this was asked for: look at what lies on the bed, close it, and ask for it "
+               "again"};
+}
+
 Status check_consent(const Consent& given, const Consent& now, const LaserStatus& laser) {
   const char* meanwhile = now.lid_openings != given.lid_openings
                               ? "the lid was opened since this was asked for: look at what lies on the bed, close it"

@@ -15,6 +15,10 @@ struct Consent {
   std::int64_t states = 0;  // how often the unit went to another state
 };
 
+// kRefused once the lid was opened since: a word is given over a closed lid, and between it and what moves there is a
+// write, which may take a while. `openings` is LaserStatus::lid_openings when it was given.
+Status check_lid_stayed(int openings, const LaserStatus& laser);
+
 // kRefused once the lid was opened since, or is open, or the unit went anywhere.
 Status check_consent(const Consent& given, const Consent& now, const LaserStatus& laser);
 

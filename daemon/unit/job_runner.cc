@@ -12,7 +12,6 @@
 #include "daemon/unit/frame_trace.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/unit/open_job.h"
-#include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/preflight.h"
@@ -42,7 +41,15 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
             on_change_();
           },
           [this](JobId job, const std::string& why) { doubted(job, why); }),
-      record_(parts.database) {}
+      owed_end_(*this, log_),
+      progress_(*this, view_, [this] { on_change_(); }),
+      recuts_(
+          parts.database, view_, log_, [this] { return laser_connected_ ? &limits_ : nullptr; },
+          [this] { on_change_(); }),
+      record_(parts.database),
+      jogging_(
+          {parts.laser, limits_, view_, options_.keep_out, epoch(), record_, audit_log_, [this] { owed_.disturb(); }}),
+      overrides_(parts.laser, view_, [this] { on_change_(); }) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -50,7 +57,7 @@ JobRunner::~JobRunner() {
 }
 
 void JobRunner::begin(const db::Recovery& recovery) {
-  recall_cuts();
+  recuts_.recall();
   parts().database.async([](Repositories& r) { return r.jobs.unproven(); },
                          [this](Result<std::optional<db::UnprovenCuts>> cuts) {
                            if (!cuts) return log_->warn("{}", cuts.error().message);
@@ -60,7 +67,7 @@ void JobRunner::begin(const db::Recovery& recovery) {
                          });
   if (!recovery.clear_owed) return;
   view_.state = CellState::kAborted;
-  if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
+  if (!recovery.aborted_jobs.empty()) progress_.refresh_rest(recovery.aborted_jobs.front());
   view_.reason = recovery_words(recovery);
 }
 
@@ -72,7 +79,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   ++states_entered_;
   view_.state = state;
   view_.reason = std::move(reason);
-  end_overrides();
+  overrides_.state_entered();
   if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
@@ -139,7 +146,7 @@ void JobRunner::reset(Reply reply) {
   homing_ = false;
   record_.begin(WorkRecord::Work::kHoming, "while the laser was homed",
                 while_current([this, given = consent().lid_openings](const Status& written) {
-                  if (const Status may = written ? lid_stayed(given) : written; !may) {
+                  if (const Status may = written ? check_lid_stayed(given, parts().laser.status()) : written; !may) {
                     record_.end(WorkRecord::Work::kHoming);
                     const Error why{may.error().code, fmt::format("the laser is not homed: {}", may.error().message)};
                     enter(CellState::kStopping);
@@ -163,9 +170,9 @@ void JobRunner::clear(const std::string& who, Reply reply) {
     enter(CellState::kStopped, "Reset homes the laser");
     answer(Ok());
   };
-  if (!unwritten_) return cleared();
-  write_end(*unwritten_, [this, reason, cleared](const Result<int>& written) {
-    if (!unwritten_) return refresh_job(cleared);
+  if (!owed_end_.unwritten()) return cleared();
+  owed_end_.try_again([this, reason, cleared](const Result<int>& written) {
+    if (!owed_end_.unwritten()) return progress_.refresh(cleared);
     enter(CellState::kAborted, reason);
     answer(written.error());
   });
@@ -200,7 +207,7 @@ void JobRunner::prepare_job(JobId job, const std::function<void(const Error&)>& 
                                                                       give_up](Result<std::vector<RunSetup>> setups) {
                                                          if (!setups) return give_up(setups.error());
                                                          wait_.take_job(std::move(*setups), to_cut);
-                                                         refresh_job([this] {
+                                                         progress_.refresh([this] {
                                                            enter(CellState::kSuspending);
                                                            await_panel();
                                                            answer(Ok());
@@ -235,10 +242,7 @@ void JobRunner::hold(Reply reply) {
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
-      if (proof_.give_up()) {
-        jogging_ = true;
-        parts().laser.stop_jog();
-      }
+      if (proof_.give_up()) jogging_.stop_for_others();
       refused({ErrorCode::kCancelled, "held before anything was burnt"});
       return reply(Ok());
     case CellState::kUnholding:
@@ -333,14 +337,6 @@ Error JobRunner::no_panel_yet() const {
   return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
 }
 
-// A word is given over a closed lid. Between it and what moves there is a write, which may take a while.
-Status JobRunner::lid_stayed(int openings) const {
-  if (parts().laser.status().lid_openings == openings) return Ok();
-  return Error{ErrorCode::kRefused,
-               "the lid was opened since this was asked for: look at what lies on the bed, close it, and ask for it "
-               "again"};
-}
-
 Status JobRunner::still_holds(const Consent& given) const {
   return check_consent(given, consent(), parts().laser.status());
 }
@@ -349,7 +345,7 @@ void JobRunner::write_off_look(const std::string& who, const Reply& reply) {
   if (!owed_.any())
     return reply(Error{ErrorCode::kConflict, "the camera has seen all that was cut: there is no look to write off"});
   // A piece that is still to be booked would be booked as cut after this.
-  if (const Status booked = all_is_booked(); !booked) return reply(booked);
+  if (const Status booked = check_booked(doings()); !booked) return reply(booked);
   audit(who, "cell.write-off-look", view_.owed_look->panel.value);
   owed_.write_off(who);
   reply(Ok());
@@ -362,7 +358,7 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
   if (const Status may = may_book(); !may) return reply(may);
   owed_.judge(*wait_.found());  // none is owed beyond the next run
   auto run = std::make_unique<PanelRun>(host(), view_.job->id, who, *wait_.found(), wait_.setup_pieces(),
-                                        !wait_.is_last_setup(), kept_);
+                                        !wait_.is_last_setup(), recuts_.cuts());
   from_ = CellState::kSuspended;
   enter(CellState::kUnsuspending, "proving the pose once more");
   undertake(std::move(run), {}, std::move(reply));
@@ -372,26 +368,16 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
                       Reply reply) {
   if (!after(view_.state, CellCommand::kRecut) || check_reply_) return reply(refusal(view_.state, CellCommand::kRecut));
   if (is_aside()) return reply(busy_aside());
-  if (kept_.empty())
-    return reply(Error{ErrorCode::kConflict,
-                       "nothing can be cut again but pieces of the panel that was cut last, while it lies as it did"});
-  std::vector<PieceBurn> burns;
-  for (const auto& mark : marks) {
-    const PieceBurn* cut = kept_.find(mark);
-    if (cut == nullptr)
-      return reply(Error{ErrorCode::kNotFound, fmt::format("piece {} was not cut from panel {} as it lies now", mark,
-                                                           kept_.pose().panel.value)});
-    burns.push_back(*cut);
-  }
-  if (burns.empty()) return reply(Error{ErrorCode::kInvalidArgument, "name the pieces that are not through"});
+  auto burns = recuts_.find(marks);
+  if (!burns) return reply(burns.error());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
-  if (const Status checked = check(burns); !checked) return reply(checked);
+  if (const Status checked = check(*burns); !checked) return reply(checked);
   audit(who, "job.recut", fmt::format("{}; confirmed: {}", fmt::join(marks, ", "), fmt::join(confirmed, ", ")));
   from_ = view_.state;
   reason_from_ = view_.reason;
   view_.recutting = true;
   enter(CellState::kUnsuspending, "proving that the panel has not moved");
-  undertake(std::make_unique<Recut>(host(), kept_.pose(), kept_.basis(), std::move(burns)),
+  undertake(std::make_unique<Recut>(host(), recuts_.cuts().pose(), recuts_.cuts().basis(), std::move(*burns)),
             "cutting again what was not through", std::move(reply));
 }
 
@@ -457,146 +443,20 @@ void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply 
   check_reply_ = std::move(reply);
 }
 
-Status JobRunner::may_jog(Millimetres dx, Millimetres dy) const {
-  if (view_.state != CellState::kIdle && view_.state != CellState::kComplete)
-    return Error{
-        ErrorCode::kConflict,
-        fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
+Doings JobRunner::doings() const {
   const LaserStatus laser = parts().laser.status();
-  if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
-    return free;
-  return Ok();
-}
-
-void JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply) {
-  if (const Status may = may_jog(dx, dy); !may) return reply(may);
-  audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
-  owed_.disturb();
-  const auto go = [this, dx, dy, speed, stopped = jogs_stopped_, moment = moment(),
-                   given = consent().lid_openings]() -> Status {
-    if (!moment.is_current() || stopped != jogs_stopped_)
-      return Error{ErrorCode::kCancelled, "the head was stopped before it moved"};
-    if (Status may = may_jog(dx, dy); !may) return may;  // others may have come first
-    if (Status may = lid_stayed(given); !may) return may;
-    owed_.disturb();  // whoever looked meanwhile saw the head elsewhere
-    return parts().laser.jog(dx, dy, speed);
-  };
-  ++jogs_coming_;
-  record_.begin(WorkRecord::Work::kJog, "while the head was jogged",
-                [this, go, reply = std::move(reply), alive = std::weak_ptr<int>(alive_)](const Status& written) {
-                  if (alive.expired()) return;
-                  --jogs_coming_;
-                  const Status taken = written ? go() : written;
-                  if (taken) jogging_ = true;
-                  note_jogged();
-                  reply(taken);
-                });
-}
-
-void JobRunner::note_jogged() {
-  if (!jogging_ && jogs_coming_ == 0) record_.end(WorkRecord::Work::kJog);
-}
-
-void JobRunner::stop_jog() {
-  ++jogs_stopped_;
-  parts().laser.stop_jog();
-}
-
-Status JobRunner::all_is_booked() const {
-  if (!breaking_ && !unwritten_ && !committing()) return Ok();
-  return Error{ErrorCode::kConflict,
-               "what was cut last is still to be booked: wait, or make room on the disk and Clear"};
-}
-
-Status JobRunner::at_rest() const {
-  const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
-  if (Status booked = all_is_booked(); !booked) return booked;
-  switch (view_.state) {
-    case CellState::kStopped:
-    case CellState::kIdle:
-    case CellState::kComplete:
-      break;
-    case CellState::kAborted:
-      return refuse("the cell is Aborted: look at why, then Clear it");
-    default:
-      return refuse(fmt::format("the cell is {}: let it end, or Stop it", to_string(view_.state)));
-  }
-  const LaserStatus laser = parts().laser.status();
-  if (activity_ || laser.beam_on) return refuse("the laser is at work: let it end, or Stop it");
-  if (jogging_ || record_.any() || !stands_still(laser)) return refuse("the head moves: wait until it stands still");
-  if (check_reply_) return refuse("the laser's controller reads strokes just now: wait until it has");
-  return Ok();
-}
-
-Status JobRunner::may_be_watched() const {
-  const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
-  switch (view_.state) {
-    case CellState::kHeld:
-      return Ok();
-    case CellState::kStopped:
-    case CellState::kIdle:
-    case CellState::kComplete:
-    case CellState::kAborted:
-      break;
-    case CellState::kSuspended:
-      return refuse("the cell waits for a panel and looks at the bed by itself: its last look is GET /bed.jpg");
-    default:
-      return refuse(fmt::format("the cell is {}, and the head may move: wait until it rests", to_string(view_.state)));
-  }
-  const LaserStatus laser = parts().laser.status();
-  if (activity_ || jogging_ || laser.beam_on || !stands_still(laser))
-    return refuse("the head moves: wait until it stands still");
-  return Ok();
-}
-
-Status JobRunner::set_overrides(const LaserOverrides& wanted) {
-  if (!overrides_belong_to(view_.state)) {
-    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
-    if (Status none = parts().laser.set_overrides({}); !none) return none;
-    return Error{
-        ErrorCode::kConflict,
-        fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
-                    to_string(view_.state))};
-  }
-  if (Status allowed = check_overrides(wanted, view_.job || view_.recutting); !allowed) return allowed;
-  Status taken = parts().laser.set_overrides(wanted);
-  on_change_();
-  return taken;
-}
-
-void JobRunner::end_overrides() {
-  if (overrides_belong_to(view_.state) || parts().laser.status().overrides_wanted == LaserOverrides{}) return;
-  static_cast<void>(parts().laser.set_overrides({}));  // a laser that is being reset forgets them itself
-}
-
-// Before any run begins: the database is asked in order.
-void JobRunner::recall_cuts() {
-  parts().database.async([](Repositories& r) { return KeptCuts::read(r); },
-                         [this](Result<KeptCuts> known) {
-                           if (!known) return log_->warn("{}", known.error().message);
-                           if (kept_.begun() || known->empty()) return;
-                           kept_ = std::move(*known);
-                           if (laser_connected_ && kept_.basis().laser != limits_.identity) return forget_cuts();
-                           show_cuts();
-                           on_change_();
-                         });
-}
-
-void JobRunner::show_cuts() {
-  view_.can_recut = kept_.count();
-  view_.recut_panel = kept_.pose().panel;
-  view_.recut_job = kept_.basis().job;
-}
-
-void JobRunner::forget_cuts() {
-  parts().database.async([](Repositories& r) { return r.jobs.forget_cuts(); },
-                         [log = log_](const Status& forgotten) {
-                           if (!forgotten) log->debug("{}", forgotten.error().message);
-                         });
-  kept_.forget();
-  view_.can_recut = 0;
-  view_.recut_panel = {};
-  view_.recut_job = {};
+  Doings now;
+  now.state = view_.state;
+  now.activity = activity_ != nullptr;
+  now.jogging = jogging_.under_way();
+  now.jog_coming = jogging_.coming();
+  now.on_record = record_.any();
+  now.reading = check_reply_ != nullptr;
+  now.committing = committing();
+  now.end_owed = owed_end_.any();
+  now.beam_on = laser.beam_on;
+  now.stands_still = stands_still(laser);
+  return now;
 }
 
 }  // namespace veneer::daemon

@@ -14,6 +14,11 @@
 // Before a run ends the camera looks once more, so that every booked piece stands between two proofs. What is broken
 // off owes that look (owed_proof.h).
 //
+// Who asks or commands sees no more of it than he needs: unit_state.h, cell_commands.h, job_commands.h,
+// pattern_commands.h, jogging.h, overrides.h. What goes on beside the states is told of them and has its own files:
+// the wait for a panel, the proof of the bed, looks and ends that are owed, cuts that can be met again, the record of
+// what is under way.
+//
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
 
@@ -30,20 +35,32 @@
 #include "base/log.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
+#include "daemon/unit/at_rest.h"
 #include "daemon/unit/bed_proof.h"
-#include "daemon/unit/broken_run.h"
+#include "daemon/unit/cell_commands.h"
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/cell_view.h"
 #include "daemon/unit/consent.h"
-#include "daemon/unit/kept_cuts.h"
+#include "daemon/unit/job_commands.h"
+#include "daemon/unit/job_progress.h"
+#include "daemon/unit/jogging.h"
+#include "daemon/unit/overrides.h"
+#include "daemon/unit/owed_end.h"
 #include "daemon/unit/owed_proof.h"
 #include "daemon/unit/panel_wait.h"
+#include "daemon/unit/pattern_commands.h"
+#include "daemon/unit/recut_memory.h"
 #include "daemon/unit/runner_options.h"
+#include "daemon/unit/unit_state.h"
 #include "daemon/unit/work_record.h"
 
 namespace veneer::daemon {
 
-class JobRunner : private ActivityHost {
+class JobRunner : public UnitState,
+                  public CellCommands,
+                  public JobCommands,
+                  public PatternCommands,
+                  private ActivityHost {
  public:
   using Reply = std::function<void(Status)>;
 
@@ -55,50 +72,41 @@ class JobRunner : private ActivityHost {
   // After a crash: the state the recovery left behind. To be called once, before any command.
   void begin(const db::Recovery& recovery);
 
-  // Refused with a sentence when the state does not allow it. The reply comes when the command is accepted and its
-  // acting state has begun; Hold's when the machine rests, Unhold's and Unsuspend's when the pose is proven again and
-  // motion goes on. `confirmed` is what the operator confirms by name before the beam comes on (Unsuspend).
-  void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
-  // The command Abort by somebody who is asked for only once the laser has its reset byte: to find out who it is may
-  // take time and memory.
-  void stop_by(const std::function<std::string()>& who);
-  // When the last Abort had been given to the laser: its byte was on its way then. By the steady clock.
-  TimePoint stop_given() const { return stop_given_; }
-  void start_job(JobId job, const std::string& who, Reply reply);
-  void stop_after_piece(const std::string& who, const Reply& reply);
-  // The camera cannot look any more at what was cut last (view().owed_look): its pieces are suspect.
-  void write_off_look(const std::string& who, const Reply& reply);
-  // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
-  // sight. The reply comes when it is burnt. Strokes that are all dark need no confirmation and no look.
-  // `wanted` is asked once more when the camera has looked, which takes up to a minute: nothing is burnt unless it says
-  // Ok.
-  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
-                    std::function<Status()> wanted = Ok);
-  // Whether burn_pattern() would be refused once the laser is homed, as far as that is known now: nothing is to move
-  // for a pattern that is refused afterwards. Strokes of a laser that was not connected yet are not held against its
-  // travel.
-  Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const;
-  // The same of what the camera sees of the stock; it looks now, and nothing moves.
-  void look_for_stock(std::vector<std::string> confirmed, Reply reply);
-  // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0; else
-  // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
-  // again.
+  // CellCommands
+  void command(CellCommand command, const std::string& who, Reply reply,
+               std::vector<std::string> confirmed = {}) override;
+  void stop_by(const std::function<std::string()>& who) override;
+  TimePoint stop_given() const override { return stop_given_; }
+  void stop_after_piece(const std::string& who, const Reply& reply) override;
+  void write_off_look(const std::string& who, const Reply& reply) override;
   void frame(PowerFraction power, const std::string& who, const Reply& reply,
-             const std::vector<std::string>& confirmed = {});
-  // Cuts these pieces again (marks of view().recut_job), their cut strokes only, after proving that the panel has not
-  // moved since they were cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
-  void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
-  // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
-  void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
-  // Moves the head dark; only when Idle or Complete. The reply comes when the laser has taken it, the way takes its
-  // time.
-  void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply);
-  void stop_jog();
-  // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
-  Status corner_is_here() { return parts().laser.corner_is_here(); }
-  // Overrides of what runs, within what was stated (override_rules.h). They end with it.
-  Status set_overrides(const LaserOverrides& wanted);
-  LaserOverrides overrides_wanted() const { return parts().laser.status().overrides_wanted; }
+             const std::vector<std::string>& confirmed = {}) override;
+
+  // JobCommands
+  void start_job(JobId job, const std::string& who, Reply reply) override;
+  void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who,
+             Reply reply) override;
+
+  // PatternCommands
+  Status require_confirmed(const std::vector<std::string>& confirmed) const override;
+  Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const override;
+  void look_for_stock(std::vector<std::string> confirmed, Reply reply) override;
+  void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply)); }
+  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
+                    std::function<Status()> wanted = Ok) override;
+  void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) override;
+
+  Jogging& jogging() { return jogging_; }
+  Overrides& overrides() { return overrides_; }
+
+  // UnitState
+  const CellView& view() const override { return view_; }
+  bool is_connected() const override { return laser_connected_; }
+  const LaserLimits& limits() const override { return limits_; }
+  Consent consent() const override { return {parts().laser.status().lid_openings, states_entered_}; }
+  Status still_holds(const Consent& given) const override;
+  Status at_rest() const override { return check_at_rest(doings()); }
+
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
   // The process ends in order. As abort(), but that is no abort of a cell at_rest(): the next start finds it Stopped.
@@ -106,29 +114,13 @@ class JobRunner : private ActivityHost {
   // `then` comes when the database has taken, or refused, what an abort before this call had to tell it.
   void when_written(std::function<void()> then);
 
-  // kRefused, naming what is missing, unless everything of RunnerOptions::confirm and LaserLimits::to_confirm is among
-  // them.
-  Error no_panel_yet() const;
-  Status require_confirmed(const std::vector<std::string>& confirmed) const;
-  // What an operator's word stands on now (consent.h), and whether it still does.
-  Consent consent() const { return {parts().laser.status().lid_openings, states_entered_}; }
-  Status still_holds(const Consent& given) const;
-
-  const CellView& view() const { return view_; }
-  bool is_connected() const { return laser_connected_; }
   // May the machine move, at once or without another word: homing, or an activity that is not held.
   bool may_move() const {
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
-  // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an
-  // abort that nobody has cleared: what a program that ends now would break off or forget.
-  Status at_rest() const;
-  // kConflict, with a sentence, while the head moves or may move, and while the unit looks at the bed again and again
-  // by itself: no pictures for people who only watch then.
-  Status may_be_watched() const;
+  // May people who only watch have pictures of the bed (at_rest.h)?
+  Status may_be_watched() const { return check_may_be_watched(doings()); }
   const RunnerOptions& options() const { return options_; }
-  // Of the laser, since it was connected last; empty travel before.
-  const LaserLimits& limits() const override { return limits_; }
   // Somebody else said something of the job's pieces: what the view tells of them is read again.
   void job_changed(JobId job);
   // Looks at the bed once more while Suspended, and at rest while a look is owed; called by a timer of the owner.
@@ -139,14 +131,12 @@ class JobRunner : private ActivityHost {
   bool looks_again() const override { return options_.look_every > 0; }
   void proven(db::RunId run) override;
   void ends_unproven(db::UnprovenCuts cuts) override;
-  Status all_is_booked() const;  // kConflict while what was cut last is not
-  Status may_book() const;       // whether what a run cuts could be
-  bool may_look_for_owed() const;
+  Doings doings() const;
+  Error no_panel_yet() const;
+  Status may_book() const;  // whether what a run cuts could be
+  bool may_look_for_owed() const { return owed_.any() && allows_owed_look(doings()); }
   bool is_unproven_at_the_end() const;
   void doubted(JobId job, const std::string& why);
-  Status may_jog(Millimetres dx, Millimetres dy) const;
-  Status lid_stayed(int openings) const;
-  void note_jogged();
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -181,20 +171,14 @@ class JobRunner : private ActivityHost {
   std::unique_ptr<Activity> retire();
   void bury(std::unique_ptr<Activity> activity);
   Status check(std::span<const PieceBurn> burns) const override;
-  void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
+  void show_piece(JobId job, const std::string& mark, double eta_seconds) override {
+    progress_.show_piece(job, mark, eta_seconds);
+  }
   void piece_booked(const PieceBurn& burn) override;
   void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest = false);
   void owe_clear(const std::string& reason);
-  void end_broken(std::function<void(int)> then);
-  void write_end(BrokenRun run, std::function<void(Result<int>)> then);
-  void end_overrides();
-  void recall_cuts();
-  void show_cuts();
-  void forget_cuts();
-  void refresh_job(std::function<void()> then);
-  void refresh_rest(JobId job);
 
   // job_runner_laser.cc: what the laser says
   void on_laser(const LaserEvent& event);
@@ -219,24 +203,23 @@ class JobRunner : private ActivityHost {
   PanelWait wait_;
   BedProof proof_;
   OwedProof owed_;
-  KeptCuts kept_;
+  OwedEnd owed_end_;
+  JobProgress progress_;
+  RecutMemory recuts_;
   WorkRecord record_;
+  Jogging jogging_;
+  Overrides overrides_;
 
   std::unique_ptr<Activity> activity_;
   CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
   std::string reason_from_;
   bool at_laser_ = false;    // the laser has strokes of it and has not told their end
   bool laser_held_ = false;  // in the middle of them
-  bool jogging_ = false;     // a jog that no activity waits for has not told its end
-  int jogs_coming_ = 0;      // that are not on record yet
-  int jogs_stopped_ = 0;     // how often stop_jog() was called: one that is coming does not go then
   bool homing_ = false;      // it is on record that the laser is homed, and may be
   bool recording_ = false;   // the activity is not on record yet
 
-  std::vector<Reply> pending_;          // the command whose acting state is on
-  Reply check_reply_;                   // while the controller reads a pattern
-  std::optional<BrokenRun> breaking_;   // broken off in this turn of the reactor; the laser has yet to tell how
-  std::optional<BrokenRun> unwritten_;  // broken off, and the database could not take it; Clear tries again
+  std::vector<Reply> pending_;                             // the command whose acting state is on
+  Reply check_reply_;                                      // while the controller reads a pattern
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // the laser's events hold it weakly
 };
 

@@ -28,7 +28,7 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
   record_.begin(WorkRecord::Work::kActivity, recorded,
                 while_current([this, doing, given = consent().lid_openings](const Status& written) {
                   recording_ = false;
-                  const Status may = written ? lid_stayed(given) : written;
+                  const Status may = written ? check_lid_stayed(given, parts().laser.status()) : written;
                   may ? prove_first(doing) : refused(may.error());
                 }));
 }
@@ -106,16 +106,9 @@ Status JobRunner::check(std::span<const PieceBurn> burns) const {
   return check_strokes(burns, limits_, options_.keep_out, laser.position);
 }
 
-void JobRunner::show_piece(JobId job, const std::string& mark, double eta_seconds) {
-  if (!view_.job || view_.job->id != job) return;
-  view_.job->current_piece = mark;
-  view_.job->eta_seconds = eta_seconds;
-  on_change_();
-}
-
 void JobRunner::piece_booked(const PieceBurn& burn) {
   wait_.piece_done(burn.piece);
-  show_cuts();
+  recuts_.show();
   ++view_.job->cut;
   const LogAbout about({.job = std::to_string(view_.job->id.value), .piece = burn.mark});
   log_->info("piece {} of job {} is cut", burn.mark, view_.job->id.value);
@@ -124,8 +117,8 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
 }
 
 void JobRunner::recount(std::function<void()> then) {
-  view_.can_recut = kept_.count();
-  refresh_job([this, then = std::move(then)] {
+  recuts_.count();
+  progress_.refresh([this, then = std::move(then)] {
     on_change_();
     then();
   });
@@ -151,16 +144,6 @@ void JobRunner::ends_unproven(db::UnprovenCuts cuts) {
   if (looks_again()) owed_.owe(std::move(cuts));
 }
 
-// The beam is off, nothing moves, and what an abort proved is booked.
-bool JobRunner::may_look_for_owed() const {
-  const bool at_rest = view_.state == CellState::kAborted || view_.state == CellState::kStopped ||
-                       view_.state == CellState::kIdle || view_.state == CellState::kSuspended ||
-                       view_.state == CellState::kComplete;
-  const LaserStatus laser = parts().laser.status();
-  return owed_.any() && at_rest && !activity_ && !jogging_ && jogs_coming_ == 0 && !breaking_ && !unwritten_ &&
-         !laser.beam_on;
-}
-
 void JobRunner::doubted(JobId job, const std::string& why) {
   log_->warn("{}", why);
   // Where nothing else is going on it is the reason to look here; of a run that is on, the alarm tells.
@@ -168,7 +151,7 @@ void JobRunner::doubted(JobId job, const std::string& why) {
                        view_.state == CellState::kComplete || view_.state == CellState::kIdle ||
                        view_.state == CellState::kSuspended;
   if (is_told) view_.reason += view_.reason.empty() ? why : "; " + why;
-  forget_cuts();  // what lies elsewhere is not met again
+  recuts_.forget();  // what lies elsewhere is not met again
   job_changed(job);
   on_change_();
 }
@@ -202,13 +185,13 @@ void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
       go_back(*activity, reason);
       break;
     case Afterwards::kStopped:
-      refresh_job([this, reason] { enter(CellState::kStopped, reason); });
+      progress_.refresh([this, reason] { enter(CellState::kStopped, reason); });
       break;
     case Afterwards::kNextPanel:
-      refresh_job([this] { await_panel(); });
+      progress_.refresh([this] { await_panel(); });
       break;
     case Afterwards::kComplete:
-      refresh_job([this, reason] { enter(CellState::kComplete, reason); });
+      progress_.refresh([this, reason] { enter(CellState::kComplete, reason); });
       break;
   }
   activity->over(Ok());
@@ -286,7 +269,7 @@ void JobRunner::owe_clear(const std::string& reason) {
 
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest) {
-  jogging_ = false;
+  jogging_.forget();
   if (!after(view_.state, CellCommand::kAbort)) return;
   const bool laser_will_tell = at_laser_ && told == nullptr;
   auto activity = retire();
@@ -300,11 +283,11 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);
   const auto finish = [this, reason = why_aborted](int neighbours) {
-    refresh_job([this, reason, neighbours] {
+    progress_.refresh([this, reason, neighbours] {
       std::string words = reason;
       if (neighbours > 0)
         words += fmt::format("; {} piece(s) beside it may have been hit and are suspect as well", neighbours);
-      if (unwritten_) words += "; the end of the run is not written yet: make room on the disk, then Clear";
+      if (owed_end_.unwritten()) words += "; the end of the run is not written yet: make room on the disk, then Clear";
       enter(CellState::kAborted, words);
     });
   };
@@ -312,14 +295,14 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
     broken->reason = reason;
     if (!broken->id && view_.job && wait_.has_pieces()) broken->waiting_job = view_.job->id;
     if (told != nullptr) broken->take(*told);
-    breaking_ = std::move(broken);
+    owed_end_.begin(*std::move(broken));
     // What a laser tells of its abort is in the reactor's queue already (drivers/laser_driver.h), before this.
     if (laser_will_tell)
       boost::asio::post(reactor_, [this, finish, moment = moment()] {
-        if (moment.is_current()) end_broken(finish);
+        if (moment.is_current()) owed_end_.write(finish);
       });
     else
-      end_broken(finish);
+      owed_end_.write(finish);
   } else if (view_.job && wait_.has_pieces()) {
     parts().database.owe([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
                          [finish, moment = moment()] {
@@ -333,59 +316,9 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   bury(std::move(activity));
 }
 
-void JobRunner::end_broken(std::function<void(int)> then) {
-  write_end(*std::exchange(breaking_, std::nullopt),
-            [then = std::move(then)](const Result<int>& written) { then(written ? *written : 0); });
-}
-
-// A piece that was proven is booked all the same. What the database does not take is kept for the next Clear: without
-// its end no run could begin after this one until the daemon is restarted. It is kept until it is known to be written,
-// for a STOP may come between (writing it twice changes nothing).
-void JobRunner::write_end(BrokenRun run, std::function<void(Result<int>)> then) {
-  unwritten_ = run;
-  parts().database.async([run = std::move(run)](Repositories& r) { return write_down(r, run, utc_timestamp()); },
-                         while_current([this, then = std::move(then)](const Result<int>& written) {
-                           if (!written)
-                             log_->error("the end of the run could not be written: {}", written.error().message);
-                           if (is_written(written)) {
-                             unwritten_.reset();
-                             return then(written);
-                           }
-                           then(Error{written.error().code, fmt::format("the end of the run is not written yet: {}",
-                                                                        written.error().message)});
-                         }));
-}
-
 void JobRunner::job_changed(JobId job) {
-  if (view_.job && view_.job->id == job && activity_ == nullptr) return refresh_job([this] { on_change_(); });
-  if (view_.rest && view_.rest->id == job) refresh_rest(job);
-}
-
-// Whatever goes on.
-void JobRunner::refresh_rest(JobId job) {
-  parts().database.async([job](Repositories& r) { return r.jobs.find(job); },
-                         [this, alive = std::weak_ptr<int>(alive_)](const Result<db::JobRecord>& record) {
-                           if (alive.expired() || !record) return;
-                           view_.rest = rest_of(*record);
-                           on_change_();
-                         });
-}
-
-void JobRunner::refresh_job(std::function<void()> then) {
-  if (!view_.job) return then();
-  parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.find(job); },
-                         while_current([this, then = std::move(then)](const Result<db::JobRecord>& record) {
-                           if (record && view_.job) {
-                             JobView& job = *view_.job;
-                             view_.rest = rest_of(*record);
-                             job.pieces = view_.rest->pieces;
-                             job.cut = view_.rest->cut;
-                             job.suspect = view_.rest->suspect;
-                             job.current_piece.clear();
-                             job.eta_seconds = 0;
-                           }
-                           then();
-                         }));
+  if (view_.job && view_.job->id == job && activity_ == nullptr) return progress_.refresh([this] { on_change_(); });
+  if (view_.rest && view_.rest->id == job) progress_.refresh_rest(job);
 }
 
 }  // namespace veneer::daemon

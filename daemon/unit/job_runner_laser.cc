@@ -25,7 +25,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
   if (const auto* connected = std::get_if<Connected>(&event)) {
     laser_connected_ = true;
     limits_ = connected->limits;
-    if (!kept_.empty() && kept_.basis().laser != limits_.identity) forget_cuts();
+    recuts_.laser_connected();
     // A file that stands for a machine is none.
     if (limits_.burns)
       parts().database.async(
@@ -39,7 +39,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
   } else if (std::holds_alternative<Homed>(event)) {
     if (view_.state != CellState::kResetting) return;
     proof_.homed_at(parts().laser.status().position);
-    jogging_ = false;
+    jogging_.forget();
     record_.end_all();
     // Idle is told when it is written that the cell rests, so that a kill after that finds it so.
     parts().database.async([](Repositories&) { return 0; }, while_current([this](int) {
@@ -61,7 +61,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
     break_off(fault->error.message, nullptr);
   } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
     if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
-    if (breaking_) return breaking_->take(*aborted);
+    if (owed_end_.take(*aborted)) return;
     break_off(aborted->error.message, aborted);
   }
 }
@@ -125,10 +125,9 @@ void JobRunner::on_done(const std::string& remark) {
 }
 
 void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
-  jogging_ = false;
   // A jog that ended in a reset has lost the position.
   if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
-  note_jogged();
+  jogging_.ended();
   if (proof_.jog_ended()) return;
   if (view_.state != CellState::kHolding || at_laser_) return;
   enter(CellState::kHeld, "held between two pieces");

@@ -109,7 +109,7 @@ TEST_F(CalibrateLaserUnhomed, ATaskThatWasCancelledHomesNothing) {
   const TaskReporter task = cell->tasks.start("calibrate laser", "looking at the bed");
   ASSERT_TRUE(cell->tasks.cancel(task.id()).ok());
   bool homed = false;
-  when_homed(*cell->runner, task, "uid 1000", [&homed] { homed = true; });
+  when_homed(*cell->runner, *cell->runner, task, "uid 1000", [&homed] { homed = true; });
   reactor.restart(), reactor.poll();
   EXPECT_EQ(cell->tasks.find(task.id())->state, TaskState::kCancelled);
   EXPECT_FALSE(homed);

@@ -130,5 +130,65 @@ TEST_F(MayBeWatchedTest, NotWhileTheUnitLooksByItselfOrCutsButWhileItIsHeldAndAf
   EXPECT_EQ(refusal(), "");
 }
 
+// ---- what each thing that goes on is in the way of ------------------------------------------------------------------
+
+std::string words(const Status& status) { return status ? "" : status.error().message; }
+
+struct GoesOn {
+  const char* what;
+  void (*set)(Doings&);
+  bool ends, is_watched, looks;  // what may be done all the same
+};
+constexpr GoesOn kGoesOn[] = {
+    {"an activity", [](Doings& now) { now.activity = true; }, false, false, false},
+    {"a jog", [](Doings& now) { now.jogging = true; }, false, false, false},
+    {"a jog that is coming", [](Doings& now) { now.jog_coming = true; }, true, true, false},
+    {"something on record", [](Doings& now) { now.on_record = true; }, false, true, true},
+    {"the controller's reading", [](Doings& now) { now.reading = true; }, false, true, true},
+    {"a write that is waited for", [](Doings& now) { now.committing = true; }, false, true, true},
+    {"an end that is owed", [](Doings& now) { now.end_owed = true; }, false, true, false},
+    {"the beam", [](Doings& now) { now.beam_on = true; }, false, false, false},
+    {"a head that moves by itself", [](Doings& now) { now.stands_still = false; }, false, false, true},
+};
+
+TEST(Doings, AloneEachIsInTheWayOfWhatItWouldSpoil) {
+  for (const CellState state : {CellState::kStopped, CellState::kIdle, CellState::kComplete}) {
+    Doings rests;
+    rests.state = state;
+    EXPECT_EQ(words(check_booked(rests)), "");
+    EXPECT_EQ(words(check_at_rest(rests)), "");
+    EXPECT_EQ(words(check_may_be_watched(rests)), "");
+    EXPECT_TRUE(allows_owed_look(rests));
+    for (const GoesOn& one : kGoesOn) {
+      Doings now = rests;
+      one.set(now);
+      EXPECT_EQ(check_at_rest(now).ok(), one.ends) << one.what;
+      EXPECT_EQ(check_may_be_watched(now).ok(), one.is_watched) << one.what;
+      EXPECT_EQ(allows_owed_look(now), one.looks) << one.what;
+      EXPECT_EQ(check_booked(now).ok(), !now.committing && !now.end_owed) << one.what;
+    }
+  }
+}
+
+TEST(Doings, WhereTheHeadMayMoveNobodyEndsWatchesOrLooks) {
+  for (const CellState state : {CellState::kResetting, CellState::kStarting, CellState::kExecute, CellState::kHolding,
+                                CellState::kUnholding, CellState::kUnsuspending, CellState::kStopping}) {
+    Doings now;
+    now.state = state;
+    EXPECT_FALSE(check_at_rest(now).ok()) << to_string(state);
+    EXPECT_FALSE(check_may_be_watched(now).ok()) << to_string(state);
+    EXPECT_FALSE(allows_owed_look(now)) << to_string(state);
+  }
+}
+
+TEST(Doings, HeldIsWatchedWhateverRestsAndNothingElse) {
+  Doings held;
+  held.state = CellState::kHeld;
+  held.activity = true;
+  EXPECT_FALSE(check_at_rest(held).ok());
+  EXPECT_TRUE(check_may_be_watched(held).ok());
+  EXPECT_FALSE(allows_owed_look(held));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

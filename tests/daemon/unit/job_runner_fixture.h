@@ -131,8 +131,8 @@ class JobRunnerTest : public ::testing::Test {
   }
   Status jog(double dx_mm, double dy_mm = 0) {
     std::optional<Status> out;
-    runner_->jog(Millimetres(dx_mm), Millimetres(dy_mm), MmPerSecond(50), "test",
-                 [&](Status s) { out = std::move(s); });
+    runner_->jogging().jog(Millimetres(dx_mm), Millimetres(dy_mm), MmPerSecond(50), "test",
+                           [&](Status s) { out = std::move(s); });
     settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
   }

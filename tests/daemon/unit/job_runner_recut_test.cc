@@ -63,11 +63,11 @@ TEST_F(JobRunnerTest, WhatIsCutAgainAfterResetKeepsToTheBookedKerf) {
   static_cast<void>(recut({"A1-3"}));
   ASSERT_EQ(state(), CellState::kExecute);
   ASSERT_TRUE(laser_.burning());
-  const Status slow = runner_->set_overrides({25, 100, 100});
+  const Status slow = runner_->overrides().set({25, 100, 100});
   ASSERT_FALSE(slow.ok());
   EXPECT_THAT(slow.error().message, HasSubstr("kerf"));
   EXPECT_EQ(laser_.overrides, LaserOverrides{});
-  EXPECT_TRUE(runner_->set_overrides({50, 100, 50}).ok());
+  EXPECT_TRUE(runner_->overrides().set({50, 100, 50}).ok());
 }
 
 // What was cut is in the database, with the strokes that cut it.

@@ -296,7 +296,7 @@ TEST_F(WorkUnderWay, AJogThatWasAskedForBeforeAStopDoesNotFollowIt) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   {
     const SlowDatabase slow(*database_);
-    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [](const Status&) {});
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [](const Status&) {});
     poll();
     runner_->command(CellCommand::kAbort, "test", [](const Status&) {});
     poll();
@@ -311,9 +311,10 @@ TEST_F(WorkUnderWay, NorOneThatWasStoppedBeforeItMoved) {
   Status taken = Ok();
   {
     const SlowDatabase slow(*database_);
-    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [&](const Status& s) { taken = s; });
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test",
+                           [&](const Status& s) { taken = s; });
     poll();
-    runner_->stop_jog();
+    runner_->jogging().stop();
     poll();
   }
   settle();
@@ -345,7 +346,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   {
     const SlowDatabase slow(*database_);
-    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", note);
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", note);
     lid_moves();
   }
   settle();
@@ -374,9 +375,9 @@ TEST_F(WorkUnderWay, EachOfSeveralJogsIsOnRecord) {
     const SlowDatabase slow(*database_);
     laser_.can_jog = false;
     const auto drop = [](const Status&) {};
-    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test",
-                 [&](const Status&) { laser_.can_jog = true; });
-    runner_->jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", drop);
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test",
+                           [&](const Status&) { laser_.can_jog = true; });
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", drop);
   }
   settle();
   ASSERT_EQ(laser_.calls.back(), "jog");

@@ -1,0 +1,62 @@
+// Which cuts can be met again (kept_cuts.h): as the database remembers them after a restart, as the view tells them,
+// and until they are forgotten on disk, too.
+//
+// Bound to the reactor.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/store/database_thread.h"
+#include "daemon/unit/cell_view.h"
+#include "daemon/unit/kept_cuts.h"
+#include "drivers/laser_driver.h"
+
+namespace veneer::daemon {
+
+class RecutMemory {
+ public:
+  // `laser`: the limits of the one that is connected, or nullptr. `on_change` comes when the database was heard.
+  // Database and view outlive this.
+  RecutMemory(DatabaseThread& database, CellView& view, Logger log, std::function<const LaserLimits*()> laser,
+              std::function<void()> on_change)
+      : database_(database),
+        view_(view),
+        log_(std::move(log)),
+        laser_(std::move(laser)),
+        on_change_(std::move(on_change)) {}
+
+  // What runs keep, and what a recut stands on.
+  KeptCuts& cuts() { return cuts_; }
+  // These, by their marks. kConflict when nothing can be met again, kNotFound for another piece, kInvalidArgument for
+  // none.
+  Result<std::vector<PieceBurn>> find(const std::vector<std::string>& marks) const;
+
+  // As a run before this program's start left them. Once, before any run begins: the database is asked in order.
+  void recall();
+  // Another laser tells places otherwise.
+  void laser_connected();
+  // What a run has kept since stands in the view: all of it, or how many.
+  void show();
+  void count() { view_.can_recut = cuts_.count(); }
+  // They are not met again.
+  void forget();
+
+ private:
+  bool another_laser() const;
+
+  DatabaseThread& database_;
+  CellView& view_;
+  Logger log_;
+  std::function<const LaserLimits*()> laser_;
+  std::function<void()> on_change_;
+  KeptCuts cuts_;
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);
+};
+
+}  // namespace veneer::daemon
