@@ -183,14 +183,4 @@ Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t pict
   return out;
 }
 
-Status check_flow_page(const std::string& file, const planner::DrawingPoint& page, int width, int height) {
-  constexpr double kAlike = 0.02;  // as of masks
-  const double stretch = page[0] / page[1] * height / width;
-  if (std::abs(stretch - 1) <= kAlike) return Ok();
-  return unusable(
-      fmt::format("--flow-lines {}: the drawing has a page of {:.6g} x {:.6g} mm, and the picture {} x {} pixels: draw "
-                  "over the picture, on a page of its shape",
-                  file, page[0], page[1], width, height));
-}
-
 }  // namespace veneer::cli

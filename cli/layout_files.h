@@ -29,7 +29,7 @@ struct LayoutFilesOf {
   std::string importance, segmentation, large_edges, fine_edges, cell_sizes;
   std::vector<planner::PinnedVertex> vertices;
   std::vector<planner::FlowLine> flow_lines;
-  planner::DrawingPoint flow_page{};  // of their drawing, in its millimetres; it lies over the whole picture
+  planner::DrawingPoint flow_page{};  // of their drawing, in its millimetres; stretched over the whole picture
 };
 
 // `files` outlives the command; `laid_over` is what masks are stretched over: "the target". Importance counts whatever
@@ -45,8 +45,5 @@ Status check_layout_files(const LayoutFiles& files, std::size_t pictures, std::s
 // kInvalidArgument: it is no such file, or guides and an option name edges of one kind; which vertices the grid has,
 // the planner says.
 Result<LayoutFilesOf> layout_files_of(const LayoutFiles& files, std::size_t picture);
-
-// kInvalidArgument: the page of this drawing of flow lines would be drawn out of shape over so many pixels.
-Status check_flow_page(const std::string& file, const planner::DrawingPoint& page, int width, int height);
 
 }  // namespace veneer::cli

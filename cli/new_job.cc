@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -78,31 +77,7 @@ struct SentFiles {
   std::string drawing;  // goes behind the picture
 };
 
-struct Sides {
-  int width = 0, height = 0;
-};
-
-// Of what a drawing lies over, as far as that is known without decoding the picture: of a crop, or of a PNG.
-std::optional<Sides> sides_of(const NewJob& wanted, const std::string& picture) {
-  if (!wanted.crop.empty()) {
-    Sides out;
-    int x = 0, y = 0, end = 0;
-    const bool read = std::sscanf(wanted.crop.c_str(), "%d,%d,%d,%d%n", &x, &y, &out.width, &out.height, &end) == 4 &&
-                      wanted.crop.size() == static_cast<std::size_t>(end);
-    return read && out.width > 0 && out.height > 0 ? std::optional(out) : std::nullopt;
-  }
-  constexpr std::string_view kBegin("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16);
-  if (!picture.starts_with(kBegin) || picture.size() < kBegin.size() + 8) return std::nullopt;
-  const auto number = [&](std::size_t at) {
-    std::uint32_t out = 0;
-    for (std::size_t i = 0; i < 4; ++i) out = out << 8 | static_cast<std::uint8_t>(picture[at + i]);
-    return static_cast<int>(std::min<std::uint32_t>(out, std::numeric_limits<int>::max()));
-  };
-  const Sides out{number(kBegin.size()), number(kBegin.size() + 4)};
-  return out.width > 0 && out.height > 0 ? std::optional(out) : std::nullopt;
-}
-
-Result<SentFiles> sent_files(const NewJob& wanted, const std::string& picture) {
+Result<SentFiles> sent_files(const NewJob& wanted) {
   if (const Status good = check_layout_files(wanted.files, 1, wanted.layout()); !good) return good.error();
   const auto files = layout_files_of(wanted.files, 0);
   if (!files) return files.error();
@@ -122,11 +97,7 @@ Result<SentFiles> sent_files(const NewJob& wanted, const std::string& picture) {
                             pin.at.y.count());
   if (!vertices.empty()) out.query += "&pinned_vertices=" + url_encode(vertices);
   if (!files->flow_lines.empty())
-    if (const auto sides = sides_of(wanted, picture))
-      if (Status good = check_flow_page(wanted.files.flow_lines.front(), files->flow_page, sides->width, sides->height);
-          !good)
-        return good.error();
-  if (!files->flow_lines.empty()) out.query += "&flow_lines=" + url_encode(planner::flow_text(files->flow_lines));
+    out.query += "&flow_lines=" + url_encode(planner::flow_text({files->flow_lines, files->flow_page}));
   if (files->segmentation.empty()) return out;
   auto drawing = read_file(files->segmentation);
   if (!drawing) return drawing.error();
@@ -173,8 +144,12 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
 // Masks are sent as a few cells, and a veneerctl that starts at once reads PNG alone.
 constexpr const char* kLaidOver = "the picture or its crop (PNG)";
 
-// The daemon knows a picture by its name in the lists; who sent it knows the file.
+// The daemon knows a picture by its name in the lists, and a drawing by its parameter; who sent them knows the files.
 Error of_the_file(Error error, const NewJob& wanted) {
+  constexpr std::string_view kLines = "flow_lines: ";
+  if (error.message.starts_with(kLines) && !wanted.files.flow_lines.empty())
+    error.message =
+        fmt::format("--flow-lines {}: {}", wanted.files.flow_lines.front(), error.message.substr(kLines.size()));
   for (const std::string before : {"", "the picture "})
     if (const std::string begin = before + wanted.title(); error.message.starts_with(begin + " is "))
       error.message = before + wanted.picture + error.message.substr(begin.size());
@@ -186,7 +161,7 @@ void plan_picture(const CommandContext& context, const char* path, const NewJob&
                   const CommandContext::Render& render) {
   const auto picture = read_file(wanted.picture);
   if (!picture) return context.finish(picture.error(), render, kUnusableArguments);
-  const auto files = sent_files(wanted, *picture);
+  const auto files = sent_files(wanted);
   if (!files) return context.finish(files.error(), render, kUnusableArguments);
   const auto started = context.client().request("POST", path + wanted.query() + files->query, *picture + files->drawing,
                                                 content_type_of(wanted.picture));

@@ -116,7 +116,8 @@ Status add_layout_files(const LayoutFiles& files, std::size_t index, Artwork& ar
   artwork.guides.flow_lines = std::move(own->flow_lines);
   const cv::Size picture = artwork.picture.size();
   if (!artwork.guides.flow_lines.empty())
-    if (Status status = check_flow_page(files.flow_lines[index], own->flow_page, picture.width, picture.height);
+    if (Status status = planner::check_flow_page("--flow-lines " + files.flow_lines[index], own->flow_page,
+                                                 picture.width, picture.height);
         !status.ok())
       return status;
   // Before anything is cropped.

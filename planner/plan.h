@@ -80,6 +80,8 @@ struct KeptPiece {
   bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
   bool held = false;                   // its wood is taken for it already, or cut: it stays there, free or not
   Ring<ArtworkFrame> outline{};        // of a curved piece; empty: its layout's
+  // Where it was, of a piece that a person moved: changes no choice, but is told where a limit of wood is broken.
+  std::optional<Placement> moved_from{};
 };
 
 // No more of the pictures' area is of this wood.

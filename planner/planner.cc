@@ -11,6 +11,7 @@
 
 #include "planner/boundaries/refinement.h"
 #include "planner/edits/kept_pieces.h"
+#include "planner/edits/other_places.h"
 #include "planner/files/plan_journal.h"
 #include "planner/global/global_plan.h"
 #include "planner/greedy/adaptive.h"
@@ -23,9 +24,11 @@
 #include "planner/pictures/features.h"
 #include "planner/plan.h"
 #include "planner/poses/fine_rotation.h"
+#include "planner/problem/material_shares.h"
 #include "planner/problem/problem.h"
 #include "planner/problem/shared_work.h"
 #include "planner/problem/shortage.h"
+#include "planner/problem/taken_wood.h"
 #include "planner/stopwatch.h"
 
 namespace veneer::planner {
@@ -183,35 +186,15 @@ std::vector<Partition> layouts_of(const Problem& problem, const PlanOptions& opt
   return out;
 }
 
-// Whoever moved pieces since they were placed, from now on the matcher knows what the plan takes. kCancelled: a stop
-// was requested, and the matcher must not be asked any more.
-Status take_anew(Matcher& matcher, const Problem& problem, const PatchPlacements& placements, int threads,
-                 const std::stop_token& stop) {
-  if (Status free = matcher.give_back(threads, stop); !free.ok()) return free;
-  for (std::size_t i = 0; i < placements.size(); ++i) {
-    if (stop.stop_requested()) return cancelled();
-    if (placements[i])
-      matcher.take(placements[i]->panel, placements[i]->panel_from_artwork * problem.queue[i].match.outline);
-  }
-  return Ok();
-}
-
-// `matcher` knows what the plan takes. Pieces are those of the queue, in reading order. kCancelled: a stop was
-// requested, and not all pieces have their list.
-Status add_alternatives(std::span<const StockPanel> stock, const Problem& problem, const Matcher& matcher,
-                        std::size_t count, int threads, const std::stop_token& stop, Plan& plan) {
+// To pieces as add_pieces() adds them; see other_places().
+Status add_alternatives(std::span<const StockPanel> stock, const Problem& problem, Matcher& matcher,
+                        const PatchPlacements& placements, std::size_t taken, const PlanOptions& options, int threads,
+                        const std::stop_token& stop, Plan& plan) {
+  auto places = other_places(stock, problem, matcher, placements, taken, options.alternatives, threads, stop);
+  if (!places.ok()) return places.error();
   const std::vector<std::size_t> order = reading_order(problem);
-  return run_parallel(order.size(), threads, stop, [&](std::size_t i) -> Status {
-    const Problem::Task& task = problem.queue[order[i]];
-    Result<std::vector<LatticeCandidate>> candidates = matcher.candidates(task.match, count, stop);
-    if (!candidates.ok()) return candidates.error();
-    std::sort(candidates->begin(), candidates->end());  // the shortlist's are in order but for its rounding
-    for (const LatticeCandidate& candidate : *candidates)
-      plan.pieces[i].alternatives.push_back(
-          {{stock[static_cast<std::size_t>(candidate.panel)].id, matcher.panel_from_artwork(task.match, candidate)},
-           candidate.cost});
-    return Ok();
-  });
+  for (std::size_t i = 0; i < order.size(); ++i) plan.pieces[i].alternatives = std::move((*places)[order[i]]);
+  return Ok();
 }
 
 SquareMillimetres least_area(const PlanOptions& options) {
@@ -269,35 +252,6 @@ void note_turning_cells(const MosaicReport& report, std::span<const Artwork> art
 std::pair<LimitSet, SquareMillimetres> limited_wood(const Problem& problem, const Ring<ArtworkFrame>& outline,
                                                     const PatchPlacement& placement) {
   return {problem.limits.at(placement.panel, placement.panel_from_artwork * middle_of(outline)), area_of(outline)};
-}
-
-// What limits on woods came to. `patches`: of the whole queue; `refused`: limits that refused wood to a patch.
-void note_material_shares(const Problem& problem, const PatchPlacements& patches, LimitSet refused, Plan& plan) {
-  if (problem.limits.empty()) return;
-  MaterialUse use(problem.limits);
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    if (!patches[i]) continue;
-    const auto& [under, area] = limited_wood(problem, problem.queue[i].match.outline, *patches[i]);
-    use.add(under, area);
-  }
-  const bool is_missing = plan.shortage && plan.shortage->behind_limits > 0;
-  for (std::size_t i = 0; i < problem.limits.size(); ++i) {
-    const MaterialLimit& limit = problem.limits.limit(i);
-    const double share = use.used(i) / problem.limits.whole();
-    plan.material_shares.push_back({limit, share, refused.has(i)});
-    if (use.is_exceeded(i)) {
-      plan.warnings.push_back(
-          fmt::format("{} is {:.1f} % of the pictures, more than it may be ({:g} %), because pieces that stay are of "
-                      "it: let go of some of them, or raise its limit (--material-limit)",
-                      limit.material, 100 * share, 100 * limit.share));
-    } else if (refused.has(i)) {
-      plan.warnings.push_back(fmt::format(
-          "{} is {:.1f} % of the pictures, as much as it may be ({:g} %): {}", limit.material, 100 * share,
-          100 * limit.share,
-          is_missing ? fmt::format("raise its limit (--material-limit), since {} pieces have no wood", unfilled(plan))
-                     : "other wood stands where more of it would have been chosen"));
-    }
-  }
 }
 
 // Areas that were drawn and are no pieces.
@@ -438,7 +392,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   Status listed;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
   if (options.alternatives > 0 && (plan.global || plan.fine))
     listed = take_anew(*matcher, *problem, patches, threads, stop);
-  const bool index_stands = listed.ok();
+  const std::size_t searched = problem->queue.size();
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->placements.begin(), staying->placements.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
@@ -447,19 +401,18 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   else if (has_layouts(*problem, options))
     plan.layouts = layouts_of(*problem, options, plan);
   plan.shortage = shortage;
-  note_material_shares(*problem, patches, refused, plan);
+  note_material_shares(artworks, stock, *problem, options, patches, refused, plan);
   for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   note_unfit_pieces(options, threads, plan);
   if (options.alternatives > 0) {
-    if (listed.ok()) listed = add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);
+    if (listed.ok())
+      listed = add_alternatives(stock, *problem, *matcher, patches, searched, options, threads, stop, plan);
     // The plan itself is whole: it is not thrown away for want of a list.
-    if (!listed.ok()) {
-      for (Piece& piece : plan.pieces) piece.alternatives.clear();
+    if (!listed.ok())
       plan.warnings.emplace_back("other places for the pieces are not listed, because planning was stopped");
-    }
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
-  if (shared != nullptr && index_stands) shared->keep(std::move(matcher), *problem, options);
+  if (shared != nullptr && listed.ok()) shared->keep(std::move(matcher), *problem, options);
   report(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
   return plan;
 }

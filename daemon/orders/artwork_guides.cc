@@ -24,9 +24,13 @@ Status guide_a_mosaic(const std::string& cell_sizes, const std::string& flow_lin
   const auto sizes = cell_size_mask("cell_sizes", cell_sizes);
   if (!sizes) return sizes.error();
   if (Status good = planner::check_painted_sizes(*sizes, artwork.picture.size(), artwork.name); !good) return good;
-  auto lines = planner::flow_lines_of("flow_lines", flow_lines);
-  if (!lines) return lines.error();
-  artwork.guides.cell_sizes = *sizes, artwork.guides.flow_lines = std::move(*lines);
+  auto drawn = planner::flow_drawing_of("flow_lines", flow_lines);
+  if (!drawn) return drawn.error();
+  const cv::Size picture = artwork.picture.size();
+  if (drawn->page)
+    if (Status good = planner::check_flow_page("flow_lines", *drawn->page, picture.width, picture.height); !good)
+      return good;
+  artwork.guides.cell_sizes = *sizes, artwork.guides.flow_lines = std::move(drawn->lines);
   return Ok();
 }
 

@@ -12,7 +12,7 @@ namespace veneer::daemon {
 // Of a morphed grid: edge_mask() of both (picture_paint.h), and planner::pinned_vertices_of() of what is pinned.
 Status guide_a_grid(const std::string& large_edges, const std::string& fine_edges, const std::string& pinned_vertices,
                     planner::Artwork& artwork);
-// Of a mosaic: cell_size_mask(), which suits the artwork's picture, and planner::flow_lines_of().
+// Of a mosaic: cell_size_mask() and planner::flow_drawing_of(), both of which must suit the artwork's picture.
 Status guide_a_mosaic(const std::string& cell_sizes, const std::string& flow_lines, planner::Artwork& artwork);
 Status weigh(const std::string& importance, planner::Artwork& artwork);  // importance_mask()
 

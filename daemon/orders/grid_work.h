@@ -47,7 +47,7 @@ struct DrawMosaic {
   Millimetres size{0};                         // shorter side
   std::map<std::string, std::string> options;  // planner::kNamedOptions
   std::string cell_sizes = "salient";          // cell_size_mask() of it
-  std::string flow_lines;                      // planner::flow_lines_of() it
+  std::string flow_lines;                      // planner::flow_drawing_of() it
   std::string importance = "even";             // importance_mask() of it
   bool fine = false;                           // planner::GridEffort
 };

@@ -28,7 +28,7 @@ struct MakePlan {
   std::string large_edges = "all", fine_edges = "all";  // edge_mask() of it; heeded by a morphed grid
   std::string pinned_vertices;                          // pinned_vertices_of() of it; heeded by a morphed grid
   std::string cell_sizes = "salient";                   // cell_size_mask() of it; heeded by a mosaic
-  std::string flow_lines;                               // planner::flow_lines_of() it; heeded by a mosaic
+  std::string flow_lines;                               // planner::flow_drawing_of() it; heeded by a mosaic
   std::string segmentation;                             // file of the drawing whose regions become pieces; "": none
   std::string importance = "even";                      // importance_mask() of it
   int threads = 0;

@@ -100,11 +100,12 @@ json why_none(const db::PlanRecord& plan, const PickedPiece& picked) {
   const json options = json::parse(plan.options_json, nullptr, false);
   const json asked = options.is_object() ? options.value("alternatives", json(0)) : json(0);
   if (!picked.piece.alternatives.empty()) return nullptr;
+  const json limits = options.is_object() ? options.value("wood_limit", json::object()) : json::object();
   if (asked.is_number() && asked.get<double>() > 0)
     return fmt::format(
-        "no other place was found for piece {} in the wood that plan {} leaves free: take wood of another piece "
+        "no other place was found for piece {} in the wood that plan {} leaves free{}: take wood of another piece "
         "(swap), or scan more wood and plan the picture anew",
-        picked.piece.mark, plan.id.value);
+        picked.piece.mark, plan.id.value, limits.empty() ? "" : " within the limits of its woods");
   return fmt::format(
       "plan {0} was made without other places: have them looked for with veneerctl job change {0} --alternatives 6, "
       "which makes the same plan with them",

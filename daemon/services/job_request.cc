@@ -76,7 +76,7 @@ void read_paint(RequestReader& query, JobRequest& job) {
     job.cell_sizes = *text;
   }
   if (const auto text = query.text("flow_lines")) {
-    if (const auto lines = planner::flow_lines_of("flow_lines", *text); !lines) query.refuse(lines.error());
+    if (const auto lines = planner::flow_drawing_of("flow_lines", *text); !lines) query.refuse(lines.error());
     job.flow_lines = *text;
   }
   if (const auto text = query.text("pinned_vertices")) {

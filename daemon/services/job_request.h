@@ -36,7 +36,7 @@ struct JobRequest {
   std::string large_edges = "all", fine_edges = "all";  // that a morphed grid follows, as edge_mask() reads it
   std::string pinned_vertices;                          // of a morphed grid, as planner::pinned_vertices_of() reads it
   std::string cell_sizes = "salient";                   // of a mosaic, as cell_size_mask() reads it
-  std::string flow_lines;                               // of a mosaic, as planner::flow_lines_of() reads it
+  std::string flow_lines;                               // of a mosaic, as planner::flow_drawing_of() reads it
   std::string importance = "even";                      // of parts of the picture, as importance_mask() reads it
   std::vector<PanelId> panels;                          // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named

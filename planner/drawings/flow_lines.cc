@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 namespace veneer::planner {
 namespace {
@@ -40,6 +41,20 @@ std::optional<FlowLine> line_of(std::string_view text) {
     from = end + 1;
   }
   if (out.size() < 2) return std::nullopt;
+  return out;
+}
+
+// "210x140".
+std::optional<DrawingPoint> page_of(std::string_view text) {
+  constexpr double kLongest = 1e6;
+  const std::size_t by = std::min(text.find('x'), text.size());
+  if (by == text.size()) return std::nullopt;
+  DrawingPoint out{};
+  for (const auto& [side, number] : {std::pair(&out[0], text.substr(0, by)), std::pair(&out[1], text.substr(by + 1))}) {
+    const auto [end, fault] = std::from_chars(number.data(), number.data() + number.size(), *side);
+    if (fault != std::errc() || end != number.data() + number.size()) return std::nullopt;
+    if (!(*side >= 1 / kLongest && *side <= kLongest)) return std::nullopt;
+  }
   return out;
 }
 
@@ -107,8 +122,17 @@ bool meets_picture(const FlowLine& line) {
   return any_meets_picture(points);
 }
 
-Result<std::vector<FlowLine>> flow_lines_of(std::string_view name, std::string_view text) {
-  std::vector<FlowLine> out;
+Result<FlowDrawing> flow_drawing_of(std::string_view name, std::string_view text) {
+  FlowDrawing out;
+  if (const std::size_t colon = text.find(':'); colon != std::string_view::npos) {
+    out.page = page_of(text.substr(0, colon));
+    if (!out.page)
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("{} must have the page's width and height in mm before the colon, like 210x140, not "
+                               "\"{}\": correct them, or leave them out",
+                               name, text.substr(0, std::min<std::size_t>(colon, 40)))};
+    text.remove_prefix(colon + 1);
+  }
   std::size_t points = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(';'), text.size());
@@ -122,20 +146,31 @@ Result<std::vector<FlowLine>> flow_lines_of(std::string_view name, std::string_v
     if (points > kMostFlowPoints)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("{} has more than {} points: draw fewer lines, or simpler ones", name, kMostFlowPoints)};
-    out.push_back(*std::move(line));
+    out.lines.push_back(*std::move(line));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return out;
 }
 
-std::string flow_text(const std::vector<FlowLine>& lines) {
+std::string flow_text(const FlowDrawing& drawing) {
   std::string out;
-  for (const FlowLine& line : lines) {
-    if (!out.empty()) out += ';';
+  if (drawing.page) out = fmt::format("{:.6g}x{:.6g}:", (*drawing.page)[0], (*drawing.page)[1]);
+  for (const FlowLine& line : drawing.lines) {
+    if (&line != &drawing.lines.front()) out += ';';
     for (std::size_t i = 0; i < line.size(); ++i)
       out += fmt::format("{}{},{}", i == 0 ? "" : " ", line[i].x, line[i].y);
   }
   return out;
+}
+
+Status check_flow_page(std::string_view named, const DrawingPoint& page, int width, int height) {
+  constexpr double kAlike = 0.02;  // as of masks
+  const double stretch = page[0] / page[1] * height / width;
+  if (std::abs(stretch - 1) <= kAlike) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("{}: the drawing has a page of {:.6g} x {:.6g} mm, and the picture {} x {} pixels: draw "
+                           "over the picture, on a page of its shape",
+                           named, page[0], page[1], width, height)};
 }
 
 Result<std::vector<FlowLine>> flow_lines_of_drawing(const Drawing& drawing) {

@@ -84,7 +84,7 @@ std::string text_of(const LayoutGuides& guides) {
   std::string out = fmt::format(" {} {}", hash_of(guides.large), hash_of(guides.fine));
   for (const PinnedVertex& it : guides.vertices)
     out += fmt::format(" {} {} {} {}", it.row, it.column, it.at.x.count(), it.at.y.count());
-  if (guides.guide_a_mosaic()) out += fmt::format(" {} {}", hash_of(guides.cell_sizes), flow_text(guides.flow_lines));
+  if (guides.guide_a_mosaic()) out += fmt::format(" {} {}", hash_of(guides.cell_sizes), flow_text({guides.flow_lines}));
   return out;
 }
 

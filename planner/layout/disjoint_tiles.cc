@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
 
@@ -11,7 +12,10 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kFiner = 3;  // places a pixel's side at which overlap is looked at
+constexpr int kFiner = 3;             // places a pixel's side at which overlap is looked at
+constexpr double kMostBeyond = 0.05;  // share of a tile beyond its cell
+constexpr int kLeastTenths = 6;       // of a tile's sides, for the sake of that
+constexpr int kFarthestTenths = 3;    // of its sides it is moved, for the same
 
 // A tile with its axes.
 class TileArea {
@@ -43,6 +47,39 @@ class TileArea {
   double cos_, sin_;
 };
 
+double share_beyond(const DisjointTile& tile, const cv::Mat& labels, int cell) {
+  int within = 0, all = 0;
+  TileArea(tile).for_each(labels.size(), 1,
+                          [&](int c, int r) { ++all, within += labels.at<int>(r, c) == cell ? 1 : 0; });
+  // What lies beyond the raster is beyond the cell, too.
+  return 1 - within / std::max(static_cast<double>(all), tile.length * tile.width);
+}
+
+// The largest tile that lies in its cell, nearest to where it was; or the smallest that is looked at, where least of it
+// lies beyond.
+DisjointTile kept_in_cell(const DisjointTile& tile, const cv::Mat& labels, int cell) {
+  if (share_beyond(tile, labels, cell) <= kMostBeyond) return tile;
+  DisjointTile best = tile;
+  for (int tenths = 10; tenths >= kLeastTenths; --tenths) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = -kFarthestTenths; i <= kFarthestTenths; ++i)
+      for (int j = -kFarthestTenths; j <= kFarthestTenths; ++j) {
+        const double along = i / 10.0 * tile.length, across = j / 10.0 * tile.width;
+        const double cos = std::cos(tile.angle), sin = std::sin(tile.angle);
+        const DisjointTile moved{
+            {tile.middle.x + cos * along - sin * across, tile.middle.y + sin * along + cos * across},
+            tile.angle,
+            tile.length * tenths / 10,
+            tile.width * tenths / 10};
+        const double near = 1e-6 * (i * i + j * j);  // of those that are as good, the nearest
+        if (const double beyond = share_beyond(moved, labels, cell) + near; beyond < least)
+          least = beyond, best = moved;
+      }
+    if (least <= kMostBeyond) break;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<DisjointTile> disjoint_tiles(const cv::Mat& labels, const VoronoiField& field, double aspect) {
@@ -58,14 +95,16 @@ std::vector<DisjointTile> disjoint_tiles(const cv::Mat& labels, const VoronoiFie
       cell.x += c + 0.5, cell.y += r + 0.5, ++cell.area;
     }
   std::vector<DisjointTile> out;
-  for (const Cell& cell : cells) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
     if (cell.area == 0) continue;
     const PlanePoint middle{cell.x / cell.area, cell.y / cell.area};
     const int r = static_cast<int>(middle.y), c = static_cast<int>(middle.x);
     const double side = kTileShare * std::min(static_cast<double>(field.size.at<float>(r, c)), std::sqrt(cell.area));
     // The field's axis lies across the edge, along which a tile is long.
     const double along = static_cast<double>(field.angle.at<float>(r, c)) + std::numbers::pi / 2;
-    out.push_back({middle, along, side * std::sqrt(aspect), side / std::sqrt(aspect)});
+    out.push_back(
+        kept_in_cell({middle, along, side * std::sqrt(aspect), side / std::sqrt(aspect)}, labels, static_cast<int>(i)));
   }
   return out;
 }

@@ -25,7 +25,9 @@ inline constexpr double kTileShare = 0.8;
 
 // One in the middle of each cell, in the order of their numbers. Cells end at edges, so their middles lie beside them,
 // where a site, which joints drew back, may lie on one. A tile whose cell came out smaller than was wished is as small
-// as that. `labels`: CV_32SC1, the number of each pixel's cell. `aspect`: length to width, as the cells were made with.
+// as that. One of which more than a twentieth lies beyond its cell is moved, and made smaller, until that is so, to no
+// less than three fifths of its sides. `labels`: CV_32SC1, the number of each pixel's cell. `aspect`: length to width,
+// as the cells were made with.
 std::vector<DisjointTile> disjoint_tiles(const cv::Mat& labels, const VoronoiField& field, double aspect);
 
 // An edge that runs farther than this inside a cell or tile, in its narrow sides, for so long, in sides of a square as

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <map>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -15,6 +16,8 @@ namespace {
 constexpr int kMendingRounds = 12;  // of mending; what is still wrong then is left to the caller, holes are filled
 constexpr double kSharpTip = 0.7;   // of a corner of 45 degrees, in widths beyond the body; fabrication.h allows 0.81
 constexpr double kInPixel = 0.5;    // a pixel's centre lies so far from its border
+// One pixel's side of a border beside a barrier, in sides on it: longer than any border.
+constexpr std::int64_t kOpenBorder = std::int64_t{1} << 32;
 
 // Disjoint sets of numbers; the lowest stands for the others.
 class Unions {
@@ -53,18 +56,23 @@ std::vector<RegionBox> boxes_of(const cv::Mat& labels, int count) {
 // Regions as a graph whose edges are shared borders.
 class RegionGraph {
  public:
-  RegionGraph(const cv::Mat& labels, int count) : regions_(static_cast<std::size_t>(count)) {
-    const auto meet = [&](int a, int b) {
+  // However long a border is on `barrier` (CV_8UC1, not 0; may be empty), a shorter one beside it counts more.
+  explicit RegionGraph(const cv::Mat& labels, int count, const cv::Mat& barrier = {})
+      : regions_(static_cast<std::size_t>(count)) {
+    const auto is_open = [&](int r, int c) { return barrier.empty() || barrier.at<std::uint8_t>(r, c) == 0; };
+    const auto meet = [&](int a, int b, bool open) {
       if (a == b) return;
-      ++regions_[static_cast<std::size_t>(a)].borders[b];
-      ++regions_[static_cast<std::size_t>(b)].borders[a];
+      const std::int64_t length = open ? kOpenBorder : 1;
+      regions_[static_cast<std::size_t>(a)].borders[b] += length;
+      regions_[static_cast<std::size_t>(b)].borders[a] += length;
     };
     for (int r = 0; r < labels.rows; ++r)
       for (int c = 0; c < labels.cols; ++c) {
         const int here = labels.at<int>(r, c);
         ++regions_[static_cast<std::size_t>(here)].area;
-        if (c + 1 < labels.cols) meet(here, labels.at<int>(r, c + 1));
-        if (r + 1 < labels.rows) meet(here, labels.at<int>(r + 1, c));
+        const bool open = is_open(r, c);
+        if (c + 1 < labels.cols) meet(here, labels.at<int>(r, c + 1), open && is_open(r, c + 1));
+        if (r + 1 < labels.rows) meet(here, labels.at<int>(r + 1, c), open && is_open(r + 1, c));
       }
     for (int i = 0; i < count; ++i) regions_[static_cast<std::size_t>(i)].into = i;
   }
@@ -76,7 +84,8 @@ class RegionGraph {
   template <class May>
   int absorb(int region, const May& may) {
     Region& gone = at(region);
-    int best = -1, longest = 0;
+    int best = -1;
+    std::int64_t longest = 0;
     for (const bool all : {false, true})
       for (const auto& [other, length] : gone.borders)
         if ((best < 0 || !all) && (all || may(other)) && length > longest) best = other, longest = length;
@@ -109,7 +118,7 @@ class RegionGraph {
   struct Region {
     std::int64_t area = 0;
     int into = 0;
-    std::map<int, int> borders;
+    std::map<int, std::int64_t> borders;
   };
   Region& at(int region) { return regions_[static_cast<std::size_t>(region)]; }
   const Region& at(int region) const { return regions_[static_cast<std::size_t>(region)]; }
@@ -379,7 +388,7 @@ void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier) {
     if (!fresh && parts[static_cast<std::size_t>(i)].area > parts[static_cast<std::size_t>(it->second)].area)
       it->second = i;
   }
-  RegionGraph graph(labels, count);
+  RegionGraph graph(labels, count, is_parted ? barrier : cv::Mat());
   for (int i = 0; i < count; ++i) {
     const int own = label_of[static_cast<std::size_t>(i)];
     if (parts[static_cast<std::size_t>(i)].area == 0 || largest[own] == i) continue;

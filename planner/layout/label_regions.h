@@ -24,7 +24,8 @@ int number_regions(cv::Mat& labels);
 void part_regions(cv::Mat& labels, const cv::Mat& barrier);
 
 // Parts that do not hang together with the largest part of their label go to their neighbours. Over pixels of `barrier`
-// (CV_8UC1, not 0; may be empty) nothing hangs together; they go to whatever lies beside them.
+// (CV_8UC1, not 0; may be empty) nothing hangs together; they go to whatever lies beside them, and over the barrier
+// only where nothing else does.
 void absorb_stray_parts(cv::Mat& labels, const cv::Mat& barrier);
 
 // Regions that `drop` names, by number, go to their neighbours, but for those that took in another one of them on the

@@ -10,6 +10,7 @@
 #include "planner/cancelled.h"
 #include "planner/layout/centroidal_voronoi.h"
 #include "planner/layout/direction_field.h"
+#include "planner/layout/edge_ends.h"
 #include "planner/layout/label_regions.h"
 #include "planner/layout/quarter_turns.h"
 
@@ -20,6 +21,7 @@ constexpr double kEdgeWidth = 0.3;   // tiles: how thick edges are drawn that ti
 constexpr double kSmoothing = 0.35;  // tiles: see direction_field()
 constexpr double kRough = 0.5;       // pixels: rest of the first iterations, before edges are drawn
 constexpr int kClosing = 4;          // iterations without edges, which close the joints (section 6)
+constexpr double kLongerEnds = 0.5;  // tiles: so far a loose end cuts cells through that it reaches into
 constexpr double kBesideLine = 0.5;  // tiles: an edge that is nearer to a drawn line is what that one traces
 
 // The edges that tiles heed.
@@ -223,8 +225,8 @@ Result<Mosaic> decorative_mosaic(const cv::Mat& bgr, const cv::Mat& size, const 
   out.figures.iterations += diagram->iterations;
   out.figures.deviation_deg = median_deviation(*diagram, field.angle);
   out.labels = diagram->labels;
-  // Cells end at the edges that cut them through, and hang together.
-  absorb_stray_parts(out.labels, edges);
+  // Cells end at the edges that cut them through, or nearly do, and hang together.
+  absorb_stray_parts(out.labels, with_longer_ends(edges, kLongerEnds * tile));
   if (options.with_joints) {
     out.tiles = disjoint_tiles(out.labels, field, options.aspect);
     Result<TileFigures> figures = tile_figures(out.tiles, field.angle, edges, stop);

@@ -28,6 +28,7 @@ class LimitSet {
   bool empty() const { return bits_ == 0; }
   bool has(std::size_t number) const { return (bits_ >> number & 1) != 0; }
   std::size_t first() const { return static_cast<std::size_t>(std::countr_zero(bits_)); }  // of one that is not empty
+  bool meets(LimitSet other) const { return (bits_ & other.bits_) != 0; }
   void add(std::size_t number) { bits_ |= std::uint64_t{1} << number; }
   friend LimitSet operator|(LimitSet a, LimitSet b) { return LimitSet(a.bits_ | b.bits_); }
   friend bool operator==(LimitSet, LimitSet) = default;

@@ -242,7 +242,8 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
       ask(server, {"job", "plan", "--layout", "segmentation", "--segmentation", file("d.svg"), file("p.png")}).status,
       0);
   EXPECT_EQ(ask(server, {"job", "new", file("p.png"), "--layout", "morph", "--guides", file("g.json")}).status, 0);
-  std::ofstream(file("l.svg")) << "<svg viewBox='0 0 8 4'><path d='M0 2H8' fill='none'/></svg>";
+  std::ofstream(file("l.svg"))
+      << "<svg width='8mm' height='4mm' viewBox='0 0 8 4'><path d='M0 2H8' fill='none'/></svg>";
   EXPECT_EQ(ask(server, {"job", "new", file("p.png"), "--layout", "mosaic", "--cell-sizes", file("m.png"),
                          "--flow-lines", file("l.svg")})
                 .status,
@@ -252,7 +253,7 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
                                       "/api/v1/jobs a picture layout=morph fine_edges=2x1:8 "
                                       "pinned_vertices=1,2,30.5,4;2,2,1,2",
                                       "/api/v1/jobs a picture layout=mosaic cell_sizes=2x1:f0 "
-                                      "flow_lines=0,5000 10000,5000"}));
+                                      "flow_lines=8x4:0,5000 10000,5000"}));
 
   const auto refusal = [&](const std::vector<std::string>& options) {
     std::vector<std::string> command{"job", "new", file("p.png")};
@@ -270,14 +271,24 @@ TEST(VeneerctlJobs, FilesOfALayoutAreReadAsPlanReadsThem) {
   std::ofstream(file("empty.svg")) << "";
   EXPECT_THAT(refusal({"--layout", "segmentation", "--segmentation", file("empty.svg")}),
               HasSubstr("empty.svg is empty: save it again"));
-  // What is drawn over the picture has its shape, as far as that can be seen.
-  const std::vector<std::string> lines{"--layout", "mosaic", "--flow-lines", file("l.svg")};
-  std::vector<std::string> cropped = lines;
-  cropped.insert(cropped.end(), {"--crop", "5,5,30,40"});
-  EXPECT_THAT(refusal(cropped), HasSubstr("and the picture 30 x 40 pixels: draw over the picture"));
-  ASSERT_TRUE(cv::imwrite(file("p.png"), cv::Mat(12, 12, CV_8UC1, cv::Scalar(0))));
-  EXPECT_THAT(refusal(lines), HasSubstr("and the picture 12 x 12 pixels: draw over the picture"));
   EXPECT_EQ(server.on_reactor([&] { return asked.size(); }), 3U) << "nothing was sent";
+}
+
+// The daemon reads the picture, and so sees whether a drawing has its shape; who sent them is told of the file.
+TEST(VeneerctlJobs, ADrawingThatTheDaemonRefusesIsNamedByItsFile) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("newJob", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::error({ErrorCode::kInvalidArgument, "flow_lines: the drawing has a page of 8 x 4 mm"}));
+    });
+  });
+  const auto file = [&](const char* name) { return (server.folder() / name).string(); };
+  std::ofstream(file("p.jpg")) << "a picture";
+  std::ofstream(file("l.svg")) << "<svg viewBox='0 0 8 4'><path d='M0 2H8' fill='none'/></svg>";
+  const Outcome outcome =
+      ask(server, {"job", "new", file("p.jpg"), "--layout", "mosaic", "--flow-lines", file("l.svg")});
+  EXPECT_NE(outcome.status, 0);
+  EXPECT_THAT(outcome.err,
+              ::testing::HasSubstr("--flow-lines " + file("l.svg") + ": the drawing has a page of 8 x 4 mm"));
 }
 
 TEST(VeneerctlJobs, AMissingPictureIsNamed) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
 #include "planner/pictures/resample.h"
@@ -431,6 +432,100 @@ TEST_F(WoodLimits, ThatLeavesHolesIsNamed) {
   EXPECT_THAT(said(*plan), HasSubstr("within the limits"));
   EXPECT_THAT(said(*plan), Not(HasSubstr("enough for them")));
   EXPECT_LT(plan->shortage->left->count(), 1);
+}
+
+// Other places are offered to be taken: none of them may break a limit, each piece's own wood being free then.
+TEST_F(WoodLimits, AreHeededByOtherPlacesThatAreListed) {
+  options_.material_limits = {{"dark", 0.3}}, options_.alternatives = 3;
+  for (const bool on_one_panel : {false, true}) {
+    if (on_one_panel) lay_both_on_one_panel();
+    const auto is_dark = [&](const Piece& piece, const Placement& there) {
+      const double middle = (there.panel_from_artwork * middle_of(piece.artwork_outline)).x.count();
+      return on_one_panel ? middle < 45 : there.panel.value == "dark";
+    };
+    for (const Optimize how : {Optimize::kGreedy, Optimize::kGlobal}) {
+      options_.optimize = how, options_.optimize_iterations = 2000, options_.threads = 2;
+      const auto plan = planned();
+      ASSERT_TRUE(plan.ok()) << plan.error().message;
+      ASSERT_EQ(unfilled(*plan), 0U);
+      ASSERT_TRUE(plan->material_shares[0].binds);
+      std::size_t dark = 0, listed_dark = 0;
+      for (const Piece& piece : plan->pieces) {
+        EXPECT_EQ(piece.alternatives.size(), 3U) << piece.mark;
+        const bool has_dark = is_dark(piece, *piece.placement);
+        dark += has_dark ? 1 : 0;
+        for (const Alternative& it : piece.alternatives) {
+          EXPECT_TRUE(has_dark || !is_dark(piece, it.placement)) << piece.mark;
+          listed_dark += is_dark(piece, it.placement) ? 1 : 0;
+        }
+      }
+      EXPECT_GT(dark, 0U);
+      EXPECT_GT(listed_dark, 0U) << "what is dark may lie elsewhere on dark wood";
+      options_.threads = 1;
+      EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*plan));
+    }
+  }
+}
+
+TEST_F(WoodLimits, ThatLeaveRoomKeepNoPlaceFromBeingListed) {
+  options_.alternatives = 3;
+  const auto free = planned();
+  options_.material_limits = {{"dark", 1}, {"pale", 1}};
+  EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*free));
+}
+
+// What a person moves goes there, whatever a limit says, but the plan says what came of it.
+TEST_F(WoodLimits, AreNoBarToWhatAPersonMovesButAreTold) {
+  options_.material_limits = {{"dark", 0.3}};
+  const auto limited = planned();
+  ASSERT_TRUE(limited.ok()) << limited.error().message;
+  // The same, with places of all woods.
+  options_.material_limits = {}, options_.alternatives = 3;
+  ASSERT_TRUE(keep_edited(*limited, {}, options_).ok());
+  const auto listed = planned();
+  ASSERT_TRUE(listed.ok()) << listed.error().message;
+  std::vector<std::pair<std::string, std::size_t>> to_dark;
+  std::string is_dark;  // a piece that is, as large as the others
+  for (const Piece& piece : listed->pieces) {
+    if (piece.placement->panel.value == "dark") is_dark = piece.mark;
+    for (std::size_t i = 0; i < piece.alternatives.size() && piece.placement->panel.value == "pale"; ++i)
+      if (piece.alternatives[i].placement.panel.value == "dark") {
+        to_dark.emplace_back(piece.mark, i + 1);
+        break;
+      }
+  }
+  ASSERT_GE(to_dark.size(), 2U);
+  options_.alternatives = 0;
+  const auto edited = [&](const PlanEdits& edits, double share) {
+    options_.material_limits = {{"dark", share}};
+    const Status kept = keep_edited(*listed, edits, options_);
+    EXPECT_TRUE(kept.ok()) << kept.error().message;
+    return planned();
+  };
+  PlanEdits take, swap;
+  take.takes = {to_dark[0]}, swap.swaps = {{is_dark, to_dark[0].first}};
+  const auto one = edited(take, 0.3);
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_GT(share_of(*one, "dark"), 0.3) << "it went there";
+  const std::string because = "of the pictures, more than it may be (30 %), because ";
+  EXPECT_THAT(said(*one), HasSubstr(because + to_dark[0].first +
+                                    " was moved to it: move it to other wood, or raise "
+                                    "its limit (--material-limit)"));
+  const auto by_swap = edited(swap, 0.3);
+  ASSERT_TRUE(by_swap.ok()) << by_swap.error().message;
+  EXPECT_EQ(said(*by_swap), "") << "one came for another";
+  PlanEdits two;
+  two.takes = {to_dark[0]}, two.swaps = {{is_dark, to_dark[1].first}};
+  const auto both = edited(two, 0.3);
+  ASSERT_TRUE(both.ok()) << both.error().message;
+  EXPECT_THAT(said(*both), HasSubstr("were moved to it: move them to other wood"));
+  EXPECT_THAT(said(*both), HasSubstr(to_dark[0].first));
+  EXPECT_THAT(said(*both), HasSubstr(to_dark[1].first));
+  // Of a limit that was broken before, whoever was moved there is not the only one to go.
+  const auto already = edited(take, 0.1);
+  ASSERT_TRUE(already.ok()) << already.error().message;
+  EXPECT_THAT(said(*already), HasSubstr("more than it may be (10 %), because pieces that stay are of it, and " +
+                                        to_dark[0].first + " was moved to it: let go of some of them"));
 }
 
 TEST_F(WoodLimits, WhatIsNoneIsRefused) {

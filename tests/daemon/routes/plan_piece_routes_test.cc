@@ -149,6 +149,12 @@ TEST_F(PlanPieceRoutes, SayThatNoPlaceWasFoundWhereTheyWereLookedFor) {
   EXPECT_THAT(get("A2/alternatives")["none_because"].get<std::string>(), HasSubstr("no other place was found"));
 }
 
+TEST_F(PlanPieceRoutes, SayThatLimitsOfWoodsLeftPlacesOut) {
+  store(drawn(), {{"alternatives", 3}, {"wood_limit", {{"oak", 0.5}}}});
+  EXPECT_THAT(get("A2/alternatives")["none_because"].get<std::string>(),
+              HasSubstr("in the wood that plan 1 leaves free within the limits of its woods: take"));
+}
+
 TEST_F(PlanPieceRoutes, ShowTheWoodOfAPlaceCutToThePiece) {
   store(drawn());
   const cv::Mat own = wood("A1/wood.png?width=60");

@@ -91,7 +91,7 @@ TEST(JobRequest, PaintedEdgesAreRefusedByLayoutsThatFollowNone) {
 
 TEST(JobRequest, SizesAndLinesOfAMosaicsCellsAreReadAndKept) {
   const std::map<std::string, std::string> wanted = {{"cell_sizes", "2x2:8f83"},
-                                                     {"flow_lines", "0,5000 5000,4000;2000,0 2000,10000"}};
+                                                     {"flow_lines", "30x20:0,5000 5000,4000;2000,0 2000,10000"}};
   for (const auto& [name, text] : wanted) {
     EXPECT_THAT(refusal_of(name, text), HasSubstr("choose the layout mosaic")) << name;
     const auto taken = read({{name, text}, {"layout", "mosaic"}});
@@ -104,6 +104,7 @@ TEST(JobRequest, SizesAndLinesOfAMosaicsCellsAreReadAndKept) {
   EXPECT_THAT(refusal_of("cell_sizes", "2x2:8f8"),
               HasSubstr("cell_sizes must be salient, or a mask of at most 48 x 48"));
   EXPECT_THAT(refusal_of("flow_lines", "1,2"), HasSubstr("flow_lines must be lines of X,Y"));
+  EXPECT_THAT(refusal_of("flow_lines", "30:0,5000 5000,4000"), HasSubstr("flow_lines must have the page's width"));
   const auto alone = read({{"flow_lines_only", "1"}, {"layout", "mosaic"}});
   ASSERT_TRUE(alone.ok()) << alone.error().message;
   EXPECT_THAT(wants_no_guides(*alone, "a sketch").error().message,

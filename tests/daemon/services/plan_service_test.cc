@@ -560,6 +560,9 @@ TEST_F(PlanServiceTest, AMosaicHeedsWhatIsPaintedAndDrawnAndLimitsOfWoods) {
               ::testing::HasSubstr("are white everywhere"));
   EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "20000,20000 30000,30000"; }),
               ::testing::HasSubstr("no flow line of \"test\" runs over it"));
+  // Drawn on a page of another shape than the picture's, which is square.
+  EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "210x140:0,2000 10000,8000"; }),
+              ::testing::HasSubstr("flow_lines: the drawing has a page of 210 x 140 mm, and the picture"));
   EXPECT_THAT(refusal([](JobRequest& it) { it.flow_lines = "", it.options.flow_lines_only = true; }),
               ::testing::HasSubstr("has none: draw some"));
   EXPECT_THAT(refusal([](JobRequest& it) { it.wood_limits = {{"elm", 0.5}}; }), ::testing::HasSubstr("elm"));

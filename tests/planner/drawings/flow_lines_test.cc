@@ -27,8 +27,8 @@ TEST(FlowLines, LieOnThePageAsTheyAreDrawn) {
       drawn(R"(<path d="M0 50H200" fill="none" stroke="#000"/><line x1="50" y1="0" x2="150" y2="100"/>)");
   ASSERT_TRUE(lines.ok()) << lines.error().message;
   EXPECT_EQ(*lines, (std::vector<FlowLine>{{{0, 5000}, {10000, 5000}}, {{2500, 0}, {7500, 10000}}}));
-  EXPECT_EQ(flow_text(*lines), "0,5000 10000,5000;2500,0 7500,10000");
-  EXPECT_EQ(*flow_lines_of("flow_lines", flow_text(*lines)), *lines);
+  EXPECT_EQ(flow_text({*lines}), "0,5000 10000,5000;2500,0 7500,10000");
+  EXPECT_EQ(flow_drawing_of("flow_lines", flow_text({*lines}))->lines, *lines);
 }
 
 TEST(FlowLines, APageNeedsNoSizeInMillimetres) {
@@ -58,22 +58,48 @@ TEST(FlowLines, WhatIsNoneIsRefused) {
   EXPECT_THAT(flow_lines_of_drawing({}).error().message, HasSubstr("no page"));
   for (const char* text : {"1,2", "1,2 3", "1,2  3,4", "1,2 3,4;;1,2 3,4", "a,b c,d", "1,2 3,4 ", "1.5,2 3,4",
                            "1,2 3,100001", "-2147483648,0 1,1", "1,2;3,4", ";"})
-    EXPECT_THAT(flow_lines_of("flow_lines", text).error().message, HasSubstr("flow_lines must be lines of X,Y"))
+    EXPECT_THAT(flow_drawing_of("flow_lines", text).error().message, HasSubstr("flow_lines must be lines of X,Y"))
         << text;
-  EXPECT_TRUE(flow_lines_of("flow_lines", "")->empty());
+  EXPECT_TRUE(flow_drawing_of("flow_lines", "")->lines.empty());
   std::string many = "0,0";
   for (int i = 0; i < 600; ++i) many += fmt::format(" {},{}", i, i);
-  EXPECT_THAT(flow_lines_of("flow_lines", many).error().message, HasSubstr("more than 600 points"));
+  EXPECT_THAT(flow_drawing_of("flow_lines", many).error().message, HasSubstr("more than 600 points"));
+}
+
+// A picture that they are sent with is read by somebody who never saw the drawing.
+TEST(FlowLines, TellThePageThatTheyWereDrawnOn) {
+  const std::string text = "210.5x140:0,5000 10000,5000;2500,0 7500,10000";
+  const auto drawing = flow_drawing_of("flow_lines", text);
+  ASSERT_TRUE(drawing.ok()) << drawing.error().message;
+  ASSERT_TRUE(drawing->page);
+  EXPECT_EQ(*drawing->page, (DrawingPoint{210.5, 140}));
+  EXPECT_EQ(drawing->lines, (std::vector<FlowLine>{{{0, 5000}, {10000, 5000}}, {{2500, 0}, {7500, 10000}}}));
+  EXPECT_EQ(flow_text(*drawing), text);
+  EXPECT_FALSE(flow_drawing_of("flow_lines", "0,5000 10000,5000")->page);
+  for (const char* page :
+       {"", "210", "210x", "x140", "0x140", "210x-1", "210xnan", "210x1e9", "210x140x3", "210 x 140"})
+    EXPECT_THAT(flow_drawing_of("flow_lines", std::string(page) + ":0,5000 10000,5000").error().message,
+                HasSubstr("flow_lines must have the page's width and height in mm before the colon, like 210x140"))
+        << page;
+}
+
+TEST(FlowLines, AreRefusedOnAPageOfAnotherShapeThanThePicture) {
+  EXPECT_TRUE(check_flow_page("flow_lines", {210, 140}, 600, 400).ok());
+  EXPECT_TRUE(check_flow_page("flow_lines", {210, 140}, 606, 400).ok()) << "a percent is not seen";
+  EXPECT_EQ(
+      check_flow_page("flow_lines", {210, 140}, 400, 600).error().message,
+      "flow_lines: the drawing has a page of 210 x 140 mm, and the picture 400 x 600 pixels: draw over the picture, "
+      "on a page of its shape");
 }
 
 TEST(FlowLines, MeetThePictureWhereverTheirPointsLie) {
   for (const FlowLine& line : {FlowLine{{-5000, 4000}, {15000, 6000}}, FlowLine{{-100, 9000}, {1500, 10500}},
                                FlowLine{{20000, 0}, {5000, 5000}}, FlowLine{{3000, -9}, {3000, 20000}},
                                FlowLine{{-9, 0}, {5, 0}}, FlowLine{{-9, -9}, {-9, 15000}, {15000, 9}}})
-    EXPECT_TRUE(meets_picture(line)) << flow_text({line});
+    EXPECT_TRUE(meets_picture(line)) << flow_text({{line}});
   for (const FlowLine& line : {FlowLine{{20000, 20000}, {30000, 30000}}, FlowLine{{-1000, 9500}, {1000, 11500}},
                                FlowLine{{-9, -9}, {-9, 20000}}, FlowLine{{5000, -9}, {20000, -9}, {20000, 9}}})
-    EXPECT_FALSE(meets_picture(line)) << flow_text({line});
+    EXPECT_FALSE(meets_picture(line)) << flow_text({{line}});
   const auto across = drawn(R"(<line x1="-50" y1="20" x2="250" y2="80"/>)");
   ASSERT_TRUE(across.ok()) << across.error().message;
   EXPECT_EQ(across->size(), 1U);

@@ -17,6 +17,7 @@
 #include "planner/cutting/marks.h"
 #include "planner/layout/centroidal_voronoi.h"
 #include "planner/layout/direction_field.h"
+#include "planner/layout/edge_ends.h"
 #include "planner/layout/fabricable_partition.h"
 #include "planner/layout/label_regions.h"
 #include "planner/layout/tone_areas.h"
@@ -154,6 +155,37 @@ TEST(LabelRegions, StrayPartsDoNotComeBackOverABarrier) {
   EXPECT_EQ(labels.at<int>(5, 5), labels.at<int>(5, 11));
   EXPECT_EQ(labels.at<int>(5, 13), labels.at<int>(5, 20));
   EXPECT_NE(labels.at<int>(5, 11), labels.at<int>(5, 13));
+}
+
+// A strip between two barriers, open at its lower end alone.
+TEST(LabelRegions, StrayPartsGoOverABarrierOnlyWhereTheyMust) {
+  cv::Mat labels(20, 40, CV_32SC1, cv::Scalar(0)), barrier(20, 40, CV_8UC1, cv::Scalar(0));
+  labels.colRange(15, 40).setTo(1);
+  labels.rowRange(17, 20).setTo(2);
+  for (const int c : {12, 15}) barrier(cv::Rect(c, 0, 1, 18)).setTo(255);
+  cv::Mat closed = labels.clone();
+  absorb_stray_parts(labels, barrier);
+  EXPECT_EQ(labels.at<int>(5, 13), labels.at<int>(19, 13)) << "not to the right, where its border is longer";
+  barrier.row(17).setTo(255);
+  absorb_stray_parts(closed, barrier);
+  EXPECT_EQ(closed.at<int>(5, 13), closed.at<int>(5, 30)) << "there is no other way";
+}
+
+TEST(EdgeEnds, GoOnStraight) {
+  cv::Mat edges(60, 80, CV_8UC1, cv::Scalar(0)), longer = edges.clone();
+  cv::line(edges, {20, 30}, {50, 30}, cv::Scalar(255));
+  cv::line(longer, {12, 30}, {58, 30}, cv::Scalar(255));
+  EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 8) != longer), 0);
+  cv::line(edges, {35, 30}, {35, 59}, cv::Scalar(255));  // from its middle to the border
+  cv::line(longer, {35, 30}, {35, 59}, cv::Scalar(255));
+  EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 8) != longer), 0);
+  edges.setTo(0), longer.setTo(0);
+  cv::line(edges, {30, 30}, {40, 20}, cv::Scalar(255));  // aslant
+  cv::line(longer, {24, 36}, {46, 14}, cv::Scalar(255));
+  EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 6 * std::sqrt(2.0)) != longer), 0);
+  edges.setTo(0);
+  cv::circle(edges, {40, 30}, 20, cv::Scalar(255));
+  EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 8) != edges), 0) << "it has no end";
 }
 
 TEST(DirectionField, PointsAcrossTheNearestEdgeUpToQuarterTurns) {
@@ -441,6 +473,61 @@ TEST(Mosaic, TilesWithJointsKeepApartAndOffTheEdges) {
     EXPECT_GE(figures.coverage, 0.58) << seed;
     EXPECT_LE(figures.coverage, 0.64) << seed;
   }
+}
+
+// Faint and fading strokes: edges that end in the midst of the picture, and others close beside them.
+cv::Mat strokes(cv::Size size) {
+  cv::Mat out(size, CV_8UC3, cv::Scalar::all(120));
+  cv::RNG random(11);
+  for (int i = 0; i < 90; ++i) {
+    const cv::Point2d from(random.uniform(0, size.width), random.uniform(0, size.height));
+    const double turn = random.uniform(0.0, 6.28), length = random.uniform(40.0, 140.0);
+    const int dark = random.uniform(0, 2), width = random.uniform(8, 24);
+    for (int k = 0; k < 40; ++k) {  // from full contrast to none
+      const cv::Point2d way(std::cos(turn) * length / 40, std::sin(turn) * length / 40);
+      const int tone = 120 + (dark != 0 ? -1 : 1) * 80 * (40 - k) / 40;
+      cv::line(out, from + way * k, from + way * (k + 1), cv::Scalar::all(tone), width);
+    }
+  }
+  return out;
+}
+
+// Hausner's figure, on a picture that is full of what makes tiles straddle.
+TEST(Mosaic, TilesAndCellsKeepOffEdgesThatEndOrLieSideBySide) {
+  const cv::Mat picture = strokes({600, 450});
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 450, 2);
+  double tiles = 0, cells = 0;
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    MosaicOptions options{450, 1, seed, 2};
+    options.with_joints = true;
+    const auto mosaic = decorative_mosaic(picture, size, options);
+    ASSERT_TRUE(mosaic.ok());
+    tiles += mosaic->tile_figures->straddling / 3, cells += mosaic->figures.straddling / 3;
+    EXPECT_LE(mosaic->tile_figures->overlap, 0.01);
+  }
+  EXPECT_LE(tiles, 0.02);
+  EXPECT_LE(cells, 0.02);
+}
+
+TEST(Mosaic, ATileKeepsToItsCellAndBecomesNoSmallerThanThatTakes) {
+  cv::Mat labels(40, 60, CV_32SC1, cv::Scalar(1));
+  labels.colRange(0, 20).setTo(0);
+  VoronoiField field{
+      cv::Mat(labels.size(), CV_32FC1, cv::Scalar(0)), cv::Mat(labels.size(), CV_32FC1, cv::Scalar(28)), {}};
+  const std::vector<DisjointTile> tiles = disjoint_tiles(labels, field, 1);
+  ASSERT_EQ(tiles.size(), 2U);
+  EXPECT_NEAR(tiles[0].middle.x, 10, 0.5);
+  EXPECT_NEAR(tiles[0].width, 0.9 * kTileShare * 28, 1e-9) << "its cell is 20 wide";
+  EXPECT_NEAR(tiles[1].middle.x, 40, 1e-9);
+  EXPECT_NEAR(tiles[1].width, kTileShare * 28, 1e-9);
+  // A cell with a corner cut off: the tile moves away from it rather than becoming smaller.
+  labels.setTo(1);
+  for (int r = 0; r < 40; ++r)
+    for (int c = 0; c < 60; ++c)
+      if (r < 32 && c < 32 && r + c >= 18) labels.at<int>(r, c) = 0;
+  const DisjointTile moved = disjoint_tiles(labels, field, 1)[0];
+  EXPECT_GT(moved.middle.x + moved.middle.y, 33);
+  EXPECT_GE(moved.width, 0.8 * kTileShare * 28);
 }
 
 TEST(Mosaic, TheFiguresOfTilesAreThoseOfTheTiles) {

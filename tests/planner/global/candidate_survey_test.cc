@@ -1,0 +1,92 @@
+// How many places the survey keeps for a patch before it thins and measures them.
+#include "planner/global/candidate_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "planner/matching/shortlist_matcher.h"
+#include "planner/pictures/features.h"
+#include "planner/problem/problem.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kPatch = 24;   // pixels, so that the survey's regions are 8 wide
+constexpr int kPanel = 128;  // pixels
+
+// A dark spot that fades evenly: the farther a window lies from it, the more it costs.
+cv::Mat spot(cv::Size size, cv::Point2d middle) {
+  cv::Mat out(size, CV_8UC3);
+  for (int r = 0; r < size.height; ++r)
+    for (int c = 0; c < size.width; ++c) {
+      const double far = std::hypot(c + 0.5 - middle.x, r + 0.5 - middle.y);
+      out.at<cv::Vec3b>(r, c) = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(200 - 160 * std::exp(-far * far / 50)));
+    }
+  return out;
+}
+
+// One patch, a spot, and one panel that has the same spot where four regions meet. So the four cheapest places are the
+// nearest ones of these regions, which are one place to a person, and all others lie farther away.
+class CandidateSurvey : public ::testing::Test {
+ protected:
+  CandidateSurvey() {
+    artwork_ = test::blob_artwork("A", kPatch, kPatch, 12_mm, 1);
+    artwork_.picture = spot({kPatch, kPatch}, {kPatch / 2.0, kPatch / 2.0});
+    options_.patch = 12_mm, options_.dpi = 50.8, options_.rotations = 1, options_.threads = 1;
+    options_.w_edge = 0, options_.w_hist = 0;
+    stock_ = {panel("P", 64, 56)};
+  }
+  static StockPanel panel(const std::string& id, double column, double row) {
+    StockPanel out = test::wood_panel(id, kPanel, kPanel, 50.8, 1);
+    out.picture.pixels = spot({kPanel, kPanel}, {column, row});
+    out.free.pixels.setTo(255);
+    out.material = id;
+    return out;
+  }
+
+  // How many candidates are found where `candidates` are asked for.
+  std::size_t found(std::size_t candidates) {
+    const auto problem = make_problem({&artwork_, 1}, stock_, options_);
+    EXPECT_TRUE(problem.ok()) << problem.error().message;
+    EXPECT_EQ(problem->queue.size(), 1U);
+    ShortlistMatcher matcher(problem->panels, turns(1), problem->classes, largest_response(options_));
+    EXPECT_TRUE(matcher.build_index(1, {}).ok());
+    std::vector<Footprint> footprints;
+    for (const auto& task : problem->queue)
+      footprints.emplace_back(task.match.outline, options_.kerf + FreeWood::kSlack);
+    const auto survey = survey_candidates(*problem, matcher, footprints, {}, {candidates, 1}, {});
+    EXPECT_TRUE(survey.ok());
+    EXPECT_LT(survey->candidates[0][0].cost, 0.1) << "the spot itself is among them";
+    return survey->candidates[0].size();
+  }
+
+  Artwork artwork_;
+  std::vector<StockPanel> stock_;
+  PlanOptions options_;
+};
+
+// Twice as many regions as candidates are asked for, since about half of them are thinned. Here four fall together, so
+// what is found tells how many were looked at.
+TEST_F(CandidateSurvey, KeepsTwiceAsManyRegionsAsCandidatesAreWanted) {
+  EXPECT_EQ(found(1), 1U);
+  EXPECT_EQ(found(2), 1U) << "four regions, all of one place";
+  EXPECT_EQ(found(3), 3U) << "and two further ones";
+}
+
+// Each wood has its part of them, rounded up: of three, two of each of two woods, so four regions of each.
+TEST_F(CandidateSurvey, SharesThemAmongTheWoodsThatAreLimited) {
+  stock_.push_back(panel("Q", 64, 56));
+  options_.material_limits = {{"P", 1}};
+  EXPECT_EQ(found(2), 2U) << "one of each wood";
+  options_.material_limits = {{"P", 1}, {"Q", 1}};
+  EXPECT_EQ(found(2), 2U) << "other wood is none, and has no part of them";
+  EXPECT_EQ(found(4), 2U) << "four regions of each wood, all of one place";
+}
+
+}  // namespace
+}  // namespace veneer::planner
