@@ -177,6 +177,11 @@ export const words = {
   "paint.left": "Was Sie über {name} gemalt haben, bleibt dort. Dies ist ein anderes Bild: Darauf ist nichts gemalt.",
   "paint.outside": "Was Sie gemalt haben, liegt außerhalb des Teils, der jetzt gewünscht ist. Es bleibt erhalten.",
   "picture.form": "Ein neues Bild",
+  "picture.drawing.short": "Eine Zeichnung seiner Stücke", "cells.shape": "Wie lang seine Zellen sind",
+  "unsaid.min_width_mm": "kleinste Breite eines Stücks (nur auf der Befehlszeile einstellbar)", "unsaid.min_size_mm": "kleinste Größe eines Stücks (nur auf der Befehlszeile einstellbar)", "unsaid.edge_mm": "Feinheit, in der Kanten verglichen werden (nur auf der Befehlszeile einstellbar)", "unsaid.dpi": "Arbeitsauflösung (nur auf der Befehlszeile einstellbar)", "unsaid.w_grain": "Gewicht der Maserung (nur auf der Befehlszeile einstellbar)",
+  "draft.restored": "So stand es hier am {at}. Es wurde in diesem Browser aufgehoben.", "draft.afresh": "Neu beginnen", "draft.sure": "Dieses Bild, was hier eingestellt ist, und alles Gezeichnete vergessen? Es ist nicht wiederzuholen.",
+  "draft.picture": "{name} ließ sich in diesem Browser nicht aufheben: Wählen Sie die Datei noch einmal, dann ist wieder da, was darüber gezeichnet war.", "draft.files": "Das Bild ist zu groß, um in diesem Browser aufgehoben zu werden: Nach einem Neuladen ist es noch einmal zu wählen. Was Sie darüber zeichnen, wird aufgehoben.",
+  "draft.all": "Dieser Browser hebt nichts auf (ein privates Fenster, oder es ist kein Platz mehr): Was hier eingestellt und gezeichnet ist, geht mit dieser Seite verloren.",
   // Stücke eines Plans: eines nach dem anderen ansehen und ändern
   "other.on": "Seine Stücke ansehen und einzelne ändern", "other.off": "Die Stücke lassen, wie sie sind", "other.tool": "Was ein Finger tut", "other.choose": "Ein Stück wählen", "other.brush": "Anderes Holz mit dem Pinsel",
   "other.about_choose": "Tippen Sie ein Stück an: Sein Holz wird gezeigt, und was sich damit machen lässt. Der Plan bleibt, wie er ist; aus Ihren Wünschen entsteht ein weiterer.",

@@ -169,6 +169,11 @@ export const words = {
   "paint.left": "What you painted over {name} stays with it. This is another picture: nothing is painted on it.",
   "paint.outside": "What you painted lies outside of the part that is wanted now. It is kept.",
   "picture.form": "A new picture",
+  "picture.drawing.short": "A drawing of its pieces", "cells.shape": "How long its cells are",
+  "unsaid.min_width_mm": "least width of a piece (only the command line sets it)", "unsaid.min_size_mm": "least size of a piece (only the command line sets it)", "unsaid.edge_mm": "scale at which edges are compared (only the command line sets it)", "unsaid.dpi": "working resolution (only the command line sets it)", "unsaid.w_grain": "weight of the grain (only the command line sets it)",
+  "draft.restored": "This is what stood here on {at}. It was kept in this browser.", "draft.afresh": "Start afresh", "draft.sure": "Forget this picture, what is set here, and all that was drawn? It cannot be had back.",
+  "draft.picture": "{name} could not be kept in this browser: choose it again, and what was drawn over it is back.", "draft.files": "The picture is too large to be kept in this browser: after a reload it has to be chosen again. What you draw over it is kept.",
+  "draft.all": "This browser keeps nothing (a private window, or no room is left): what is set and drawn here is lost with this page.",
   // Pieces of a plan: looked at and changed one by one
   "other.on": "Look at its pieces and change some", "other.off": "Leave the pieces as they are", "other.tool": "What a finger does", "other.choose": "Choose a piece", "other.brush": "Other wood, by brush",
   "other.about_choose": "Tap a piece: its wood is shown, and what can be done about it. The plan stays as it is; another one is made of what you want.",

@@ -7,6 +7,7 @@ import http.server
 import json
 import os
 import pathlib
+import re
 import sys
 import threading
 import unittest
@@ -90,7 +91,13 @@ class Page(unittest.TestCase):
         place = f"http://127.0.0.1:{cls.server.server_address[1]}/"
         cls.browser.get(place)
         cls.browser.execute_script("localStorage.setItem('veneer_language', arguments[0])", language)
-        cls.browser.get(place)
+        cls.browser.get(place)  # nothing holds what drafts are kept in
+        cls.browser.execute_async_script("const [done] = arguments, gone = indexedDB.deleteDatabase('veneer_drafts'); gone.onsuccess = gone.onerror = () => done();")
+
+    @classmethod
+    def reload(cls):
+        """The page anew, as a browser shows it; what it has kept is there."""
+        cls.browser.get(f"http://127.0.0.1:{cls.server.server_address[1]}/")
 
     def refuse(self, *paths):
         Files.refused, Files.lost = paths, []
@@ -250,6 +257,43 @@ class Remedies(Page):
             ("scan it with --retag when the tag was newly glued to it", "scan it with “Scan: choose the panel: New tags were glued to this face: make them its own” when the tag was newly glued to it", "#scan"),
             ("there, then `veneerctl panel decide P-0002 4 written-off`, or `... accepted` when", "there, then “Panels: P-0002: Write it off”, or “Panels: Leave it as it is” when", "#panels/P-0002", "#panels")):
             self.check(sentence, words, *hrefs)
+
+    def test_an_option_by_its_field(self):
+        picture = lambda what: f"“New picture: {what}”"
+        least = "least width of a piece (only the command line sets it)"
+        for sentence, words, *hrefs in (
+            ("narrower than 2 mm: raise --patch-mm, or lower --cell-aspect", f"narrower than 2 mm: raise {picture('Smallest patch, mm')}, or lower {picture('How long its cells are')}", "#new", "#new"),
+            ("let go of some of them, or raise its limit (--material-limit)", f"let go of some of them, or raise its limit ({picture('How much of the picture each may take, at most')})", "#new"),
+            ("the colour weight is 0: raise it (--w-colour)", f"the colour weight is 0: raise it ({picture('Colour')})", "#new"),
+            ("choose that layout (--layout morph)", f"choose that layout ({picture('How it is divided: bent squares that follow its edges')})", "#new"),
+            ("let them choose together (--optimize global)", f"let them choose together ({picture('Care: all patches together (takes minutes)')})", "#new"),
+            ("cells that are small there (--cell-sizes), or simpler lines for them (--flow-lines)", f"cells that are small there ({picture('How large its cells are')}), or simpler lines for them ({picture('How its cells lie')})", "#new", "#new"),
+            ("a smaller --min-size-mm or --min-width-mm", f"a smaller least size of a piece (only the command line sets it) or {least}", "", ""),
+            ("Size_mm is 5e9: it must be a number from 0.1 to 100000.", f"{picture('Shorter side, mm')} is 5e9: it must be a number from 0.1 to 100000.", "#new"),
+            ("patch_mm must be a number, not \"x\"", f"{picture('Smallest patch, mm')} must be a number, not \"x\"", "#new"),
+            ("measure both its sides and tell them with --board-width-mm and --board-height-mm", "measure both its sides and tell them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
+            self.check(sentence, words, *hrefs)
+        for sentence in ("the file size_mm.txt is not there: unheard_of is 3", "leave --rotations at 4", "its /size_mm", "toString_x is 1", "has__own is 1"):
+            self.check(sentence, sentence)
+
+    def test_an_option_that_two_screens_have_is_the_one_that_is_looked_at(self):
+        self.does("await (await load('words.js')).learn('seldom')")  # as Settings does
+        self.browser.execute_script("location.hash = '#settings'")
+        self.addCleanup(self.browser.execute_script, "location.hash = ''")
+        self.check("size_mm is 5: it must be a number from 10", "“Settings: Side of the square, mm” is 5: it must be a number from 10", "#settings")
+
+    def test_the_planners_and_daemons_refusals_name_no_option(self):
+        """Whatever of its sentences the page may show: each option that the planner names has a field, or words."""
+        named = set()
+        for room in ("planner", "daemon/workers", "daemon/services/plan_service.cc"):
+            for file in [ROOT / room] if room.endswith(".cc") else sorted((ROOT / room).rglob("*.cc")):
+                named |= set(re.findall(r'"[^"\n]*?(?<![\w-])(--[a-z][a-z0-9]*(?:-[a-z0-9]+)*)[^"\n]*"', file.read_text()))
+        told = self.does("const {byPage} = await load('by_page.js'); return given[0].filter((name) => byPage(`see to it (${name})`).length === 1)", sorted(named - self.ELSEWHERE))
+        self.assertGreater(len(named), 8)
+        self.assertEqual(told, [])
+
+    # Of veneerctl alone: series and the assembly's maps are no business of the page, and the daemon's workers are started so.
+    ELSEWHERE = {"--view", "--rail-mm"}
 
     def test_what_the_page_has_no_button_for_stays(self):
         for sentence in ("name it as `veneerctl panel merge` does", "try `veneerctl job redo 3 --never-heard-of`",
@@ -998,6 +1042,184 @@ class Mosaic(Page):
                 return [...names, ...others, 'cells', 'sizes', 'limits', 'limits.idle'].filter((name) => one.t(name, {n: 1}) === name)""")
             self.assertEqual(told, [])
         self.speak("en")
+
+
+# Of a picture whose bytes are its own, as many as any other's: only what it shows tells it from one of the same name.
+DRAFT = """
+    const painted = async (colour, name = 'bird.bmp') => {
+      const bytes = new Uint8Array(54 + 60 * 40 * 3).fill(colour), head = new DataView(bytes.buffer);
+      bytes.fill(0, 0, 54);
+      bytes.set([66, 77]);
+      for (const [at, value] of [[2, bytes.length], [10, 54], [14, 40], [18, 60], [22, 40]]) head.setUint32(at, value, true);
+      head.setUint16(26, 1, true); head.setUint16(28, 24, true);
+      return new File([bytes], name, {type: 'image/bmp', lastModified: 1});
+    };
+    const choosePicture = async (file) => {
+      const files = new DataTransfer(), input = sheet('#picture-file'), {isOpened} = await load('sketch.js');
+      files.items.add(file);
+      input.files = files.files;
+      input.dispatchEvent(new Event('change'));
+      await until(() => isOpened(input.files[0]));
+      draw();
+    };
+    const drafts = await load('drafts.js');
+    const kept = async (is) => { for (let i = 0; i < 500; ++i) { draw(); const told = await drafts.readDraft(model.session.user || ''); if (told && is(told)) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it was not kept: ' + is); };
+    const come = async () => { page.enter(); await until(() => sheet('#draft') || sheet('#part')); };
+    // The store is asked before anything else is done.
+    const entered = async () => { page.enter(); await until(() => sheet('#picture-layout')); await drafts.readDraft(''); await settled(); draw(); };
+"""
+
+
+class Drafts(Page):
+    def setUp(self):
+        self.speak("en")
+        self.browser.set_window_size(1280, 900)
+
+    def at(self, script, *values):
+        return self.does(CELL + MOSAIC + DRAFT + script, *values)
+
+    over, lines, near = Mosaic.over, Mosaic.lines, Mosaic.near
+
+    def begin(self):
+        """A picture of cells with a curve over it, small cells, some of it that matters, and a share of a wood."""
+        self.at("await entered(); await choosePicture(await painted(200)); type('#picture-layout', 'mosaic'); type('#picture-size', '150,5'); await until(() => sheet('canvas.cells')); await fine(); sheet('#sizes').open = sheet('#matters').open = true; draw()")
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        for brush in ("sizes", "matters"):
+            self.over(f"canvas[data-brush={brush}]", (.25, .5), (.3, .5))
+        self.at("type('#slide-limit_walnut', '.3'); type('#slide-w_edge', '.9'); draw()")
+        return self.at("const plan = await planned(); await kept(({form, picture}) => picture && form.limits.size && form.w_edge === .9 && form.paint.length && form.curves.length); return plan")
+
+    def test_all_of_it_is_there_again_after_a_reload(self):
+        before = self.begin()
+        for name in ("flow_lines", "cell_sizes", "importance", "wood_limit"):
+            self.assertIn(name, before)
+        self.reload()
+        seen = self.at("""
+            page.enter();
+            await until(() => sheet('canvas.cells'));
+            const field = sheet('#picture-file').files[0];
+            return {plan: await planned(), told: sheet('#draft-restored').innerText, size: sheet('#picture-size').value, file: field && field.name, curves: curves(), fault: sheet('#draft-fault')}""")
+        self.assertEqual(seen["plan"], before)
+        self.assertRegex(seen["told"], "This is what stood here on .* kept in this browser")
+        self.assertEqual((seen["size"], seen["file"], seen["curves"], seen["fault"]), ("150,5", "bird.bmp", "1", None))
+
+    def test_pins_of_a_grid_are_there_again(self):
+        self.at("""
+            window.answers['/plans/grid'] = {width_mm: 60, height_mm: 40, rows: 3, columns: 4, vertices: Array.from({length: 20}, (_, n) => [n % 5 * 15, 40 - Math.floor(n / 5) * 40 / 3]), lines: []};
+            await entered(); await choosePicture(await painted(200)); type('#picture-size', '40'); type('#picture-layout', 'morph'); await until(() => sheet('canvas.lines'));""")
+        self.over("canvas.lines", (.25, .333), (.27, .36), (.3, .4))
+        before = self.at("const plan = await planned(); await kept(({form}) => form.pins.length); return plan.pinned_vertices")
+        self.assertTrue(before)
+        self.reload()
+        self.assertEqual(self.at("page.enter(); await until(() => sheet('canvas.lines')); return (await planned()).pinned_vertices"), before)
+
+    def test_start_afresh_forgets_it_after_a_question(self):
+        self.begin()
+        self.reload()
+        seen = self.at("""
+            await come();
+            const asked = [];
+            window.confirm = (words) => { asked.push(words); return asked.length > 1; };
+            press('#draft-afresh');
+            const stays = sheet('#target') !== null;
+            press('#draft-afresh');
+            const gone = [sheet('#target'), sheet('#draft'), sheet('#picture-file').files.length, sheet('#picture-layout').value];
+            for (let i = 0; i < 500 && await drafts.readDraft(''); ++i) await settled();
+            await choosePicture(await painted(200));
+            type('#picture-layout', 'mosaic');
+            await fine();
+            return {asked: asked.length, stays, gone, curves: curves(), plan: await planned()}""")
+        self.assertEqual((seen["asked"], seen["stays"], seen["gone"], seen["curves"]), (2, True, [None, None, 0, "grid"], "0"))
+        for name in ("flow_lines", "cell_sizes", "importance", "wood_limit"):
+            self.assertNotIn(name, seen["plan"])
+        self.reload()
+        self.assertIsNone(self.at("await entered(); await settled(); return sheet('#draft-restored') && sheet('#draft-restored').innerText"), "what was forgotten stays so")
+
+    def test_each_user_has_a_draft(self):
+        self.begin()
+        self.reload()
+        seen = self.at("""
+            model.session = {who: 'anna', user: 'anna', role: 'operator', accounts: true};
+            await entered();
+            await drafts.readDraft('anna');
+            await settled();
+            return [sheet('#target'), sheet('#draft')]""")
+        self.assertEqual(seen, [None, None])
+        self.reload()
+        self.at("await come(); await until(() => sheet('#target'))")
+
+    # The store has room for all but files.
+    NO_ROOM = """
+        const keepOne = IDBObjectStore.prototype.put;
+        IDBObjectStore.prototype.put = function (value, key) { if (value instanceof File) throw new DOMException('full', 'QuotaExceededError'); return keepOne.call(this, value, key); };
+    """
+
+    def test_a_picture_that_is_too_large_is_asked_for_and_no_other_one_is_taken_for_it(self):
+        self.at(self.NO_ROOM + "await entered(); await choosePicture(await painted(200)); type('#picture-layout', 'mosaic'); await until(() => sheet('canvas.cells')); await fine()")
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        fault = self.at("await kept(({form}) => form.curves.length); await until(() => sheet('#draft-fault')); return sheet('#draft-fault').innerText")
+        self.assertIn("too large to be kept", fault)
+        self.reload()
+        seen = self.at("""
+            await come();
+            const asked = [sheet('#draft-picture').innerText, sheet('#target'), sheet('#picture-layout').value];
+            await choosePicture(await painted(100));
+            await until(() => sheet('canvas.cells'));
+            await fine();
+            const other = [curves(), (await planned()).flow_lines || null];
+            await choosePicture(await painted(200));
+            await fine();
+            return {asked, other, again: [curves(), Boolean((await planned()).flow_lines)]}""")
+        self.assertIn("bird.bmp could not be kept in this browser: choose it again", seen["asked"][0])
+        self.assertEqual(seen["asked"][1:], [None, "mosaic"])
+        self.assertEqual(seen["other"], ["0", None], "it has the same name, size and date, and is another picture")
+        self.assertEqual(seen["again"], ["1", True])
+
+    def test_a_store_that_is_shut_or_full_keeps_nothing_and_breaks_nothing(self):
+        for way in ("Object.defineProperty(window, 'indexedDB', {value: undefined})", "indexedDB.open = () => { throw new DOMException('shut', 'SecurityError'); }",
+                    "indexedDB.open = () => { const request = {error: new DOMException('shut', 'InvalidStateError')}; setTimeout(() => request.onerror()); return request; }",
+                    "IDBObjectStore.prototype.put = () => { throw new DOMException('full', 'QuotaExceededError'); }"):
+            with self.subTest(way):
+                self.reload()
+                seen = self.at(way + """;
+                    const lost = [];
+                    addEventListener('unhandledrejection', ({reason}) => lost.push(String(reason)));
+                    await entered(); await choosePicture(await painted(200)); type('#picture-layout', 'mosaic'); await fine();
+                    await until(() => sheet('#draft-fault'));
+                    const said = sheet('#draft-fault').innerText, plan = await planned();
+                    window.confirm = () => true;
+                    press('#draft-afresh');
+                    await settled();
+                    return [said, plan.layout, sheet('#target'), lost]""")
+                self.assertIn("This browser keeps nothing", seen[0])
+                self.assertEqual(seen[1:], ["mosaic", None, []])
+
+    def test_what_is_kept_wrongly_is_left_alone(self):
+        self.at("""
+            await drafts.keepDraft('', {form: {size_mm: 5, layout: {}, wood: [], limits: 'x', w_edge: .7, patch_mm: '9', typed: true, strange: 1, paint: [{key: 'x', name: 'x', width: 9, height: 9, masks: {}}], curves: [{key: 'x', curves: [[['a', 1]]]}], pins: [{name: 'x', holds: [['y', 1]]}]}, picture: null, drawing: null});""")
+        self.reload()
+        seen = self.at("await come(); return [sheet('#picture-layout').value, sheet('#picture-patch').value, sheet('#slide-w_edge').value, sheet('#picture-size').value === '5']")
+        self.assertEqual(seen, ["grid", "9", "0.7", False])
+
+    def test_what_somebody_has_begun_stays_when_the_draft_comes(self):
+        self.begin()
+        self.reload()
+        seen = self.at("""
+            const open = indexedDB.open.bind(indexedDB), waiting = [];
+            indexedDB.open = (...of) => { const request = open(...of), late = {}; request.onupgradeneeded = (event) => late.onupgradeneeded && late.onupgradeneeded(event); for (const how of ['onsuccess', 'onerror']) request[how] = (event) => waiting.push(() => { late.result = request.result; late[how](event); }); return late; };
+            page.enter();
+            await until(() => waiting.length && sheet('#picture-layout'));
+            await choosePicture(await painted(90, 'fox.bmp'));
+            indexedDB.open = open;
+            waiting.forEach((tell) => tell());
+            await settled(); await settled(); draw();
+            return [sheet('#picture-file').files[0].name, sheet('#draft-restored'), sheet('#picture-layout').value]""")
+        self.assertEqual(seen, ["fox.bmp", None, "grid"])
+
+    def test_it_has_words_in_both_languages(self):
+        for language in ("en", "de"):
+            self.speak(language)
+            self.assertEqual(self.at("const {t} = await load('words.js'); return ['restored', 'afresh', 'sure', 'picture', 'files', 'all'].map((one) => `draft.${one}`).filter((name) => t(name) === name)"), [])
 
 
 # A cell that has something of everything, before an admin: every screen has all of its parts.
