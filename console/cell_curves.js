@@ -245,15 +245,22 @@ function up(event) {
 
 // ---- the keyboard ---------------------------------------------------------------------------------------------------
 
+// With the tool that erases, which stays when the last curve goes: the next key of a hand that erases on its way draws nothing.
+function eraseByKey(point, near, quietly) {
+  if (!erase(point, near) && !quietly) said = t("cells.nothing");
+  tool = "erase";
+}
+
 function keyed(event) {
   if (!wanted || event.ctrlKey || event.altKey || event.metaKey) return;
   const {part} = wanted, key = brushKey(event), here = () => [part.x + cross[0] * part.width, part.y + cross[1] * part.height], near = kStep / 2 * Math.min(part.width, part.height);
   byKeys = true;
   if (key) {
-    const draws = key.across || key.down;
-    if (key.paints) corner(here(), near, !draws);
+    const goes = key.across || key.down;
+    const act = (ends) => (tool === "erase" ? eraseByKey(here(), 3 * near, goes) : corner(here(), near, ends));
+    if (key.paints) act(!goes);
     cross = [[cross[0], key.across], [cross[1], key.down]].map(([at, way]) => Math.min(1, Math.max(0, at + way * kStep)));
-    if (key.paints && draws) corner(here(), near, false);
+    if (key.paints && goes) act(false);
     if (!key.paints) said = t("cells.at", {across: Math.round(100 * cross[0]), down: Math.round(100 * cross[1])});
   } else if (event.key === "Enter") endOpen();
   else if (event.key === "Delete" || event.key === "Backspace") { if (!erase(here(), 3 * near)) said = t("cells.nothing"); }

@@ -65,8 +65,10 @@ export function draw() {
   keepDraft();
   const bad = fault();
   if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
-  if (grid) grid.wantGrid(operates() && !bad ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
-  if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), bad ? null : cellsQuery());
+  followNumbers();
+  if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
+  if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), cellsQuery());
+  followFocus();
   const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
@@ -76,7 +78,20 @@ export function draw() {
     sketch && h("div.column", {}, rest)];
 }
 
+// A button that goes, or is shut, by being pressed hands the focus on to what it was about.
+let focused = null;  // {node, group} before the page is drawn
+function followFocus() {
+  const node = document.activeElement, group = node && node.closest("#cells, #lines, .form details");
+  focused = group ? {node, group} : null;
+}
+function handFocusOn() {
+  if (!focused || (focused.node.isConnected && !focused.node.disabled)) return;
+  const next = focused.group.querySelector("canvas") || focused.group.querySelector("summary");
+  if (next) next.focus({preventScroll: true});
+}
+
 export function drawn(place) {
+  handFocusOn();
   const field = place.querySelector("#picture-file");
   if (field) showFile(field);
   paintDrawn(place);
@@ -101,6 +116,19 @@ const kSizes = {size_mm: 1, patch_mm: 1};
 const fault = () => firstFault(...Object.entries(kNumbers).filter(([name]) => name !== "rematch" || wanted.refine)
   .map(([name, {label, ...rules}]) => ({label: t(label), text: wanted[name], rules})));
 const asNumber = (name) => String(numberOf(wanted[name]));
+
+// The sizes that could be used last: while one of them is typed anew, the lines over the picture stay, and nothing on the page moves.
+const usable = {};
+function followNumbers() {
+  for (const name of Object.keys(kSizes)) if (!firstFault({text: wanted[name], rules: kNumbers[name]})) usable[name] = asNumber(name);
+}
+const areUsable = () => Object.keys(kSizes).every((name) => name in usable);
+
+// What is wrong with one of them stands where it says otherwise what they are.
+function sizesSaid() {
+  const bad = firstFault(...Object.keys(kSizes).map((name) => ({label: t(kNumbers[name].label), text: wanted[name], rules: kNumbers[name]})));
+  return h("p.sizes-said", {id: "sizes-said", role: "status", class: bad ? "number-fault" : "dim"}, bad ? `▲ ${faultWords(bad)}` : t("picture.sizes"));
+}
 
 const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
   h("input", {type: "range", min: 0, max, step: .05, value: String(value), "aria-label": label, id: `slide-${name}`, oninput: (event) => act(Number(event.target.value))}));
@@ -334,7 +362,8 @@ function formCard() {
       wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
-      h("div.pair", {}, number("size_mm", {id: "picture-size"}), number("patch_mm", {id: "picture-patch"})),
+      h("div.pair", {}, number("size_mm", {id: "picture-size", said: "sizes-said"}), number("patch_mm", {id: "picture-patch", said: "sizes-said"})),
+      sizesSaid(),
       lack && h("p.warn", {id: "no-wood"}, `▲ ${t(`picture.${lack}`, {panels: model.panels.filter(waits).map(({id}) => id).join(", ")})}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), cells && cells.cellControls(wanted.layout === "mosaic", aspectSlider()),
@@ -387,8 +416,8 @@ function sketchQuery() {
 
 // What the lines of a grid depend on; null with a layout that has none.
 function gridQuery() {
-  if (wanted.layout !== "morph") return null;
-  const query = new URLSearchParams({layout: "morph", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
+  if (wanted.layout !== "morph" || !areUsable()) return null;
+  const query = new URLSearchParams({layout: "morph", ...usable});
   if (wanted.triangles) query.set("triangles", "1");
   paintInto(query, "morph");
   query.delete("importance");  // of wood
@@ -397,8 +426,8 @@ function gridQuery() {
 
 // The same of the cells of a mosaic, beside the curves that they lie along.
 function cellsQuery() {
-  if (wanted.layout !== "mosaic") return null;
-  const query = new URLSearchParams({layout: "mosaic", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
+  if (wanted.layout !== "mosaic" || !areUsable()) return null;
+  const query = new URLSearchParams({layout: "mosaic", ...usable});
   if (wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
   paintInto(query, "mosaic");
   return query;

@@ -862,6 +862,70 @@ class Mosaic(Page):
         self.over("canvas.cells", (.5, .2))
         self.near(*self.lines(self.at("await fine(); return told('/plans/mosaic').flow_lines")), (2000, 2000), (5000, 2000))
 
+    def test_curves_are_erased_by_keyboard_with_the_tool_too(self):
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        self.over("canvas.cells", (.2, .8), (.3, .8), (.4, .8))
+        self.at("press('#cells-erase')")
+        self.keys("canvas.cells", Keys.SPACE)  # the crosshair is in the middle, on the first
+        self.assertEqual(self.at("return [curves(), sheet('#cells-said').innerText]"), ["1", "The curve is erased."])
+        self.keys("canvas.cells", Keys.SPACE)
+        self.assertEqual(self.at("return [curves(), sheet('#cells-said').innerText]"), ["1", "No curve is near: nothing is erased."])
+        self.keys("canvas.cells", *[Keys.ARROW_DOWN] * 12, *[Keys.ARROW_LEFT] * 9, Keys.SHIFT, *[Keys.ARROW_LEFT] * 3, Keys.NULL)
+        self.assertEqual(self.at("return [curves(), sheet('#cells-draw').getAttribute('aria-pressed'), sheet('#cells-end')]"), ["0", "false", None], "on its way, and what erases draws nothing when nothing is left")
+
+    def focus_after(self, css, *keys):
+        self.browser.execute_script("document.querySelector(arguments[0]).focus()", css)
+        self.browser.switch_to.active_element.send_keys(*keys or (Keys.ENTER,))
+        return self.at("draw(); await settled(); draw(); const at = document.activeElement; return at.id || at.className || at.nodeName")
+
+    def test_a_button_that_goes_hands_its_focus_on(self):
+        self.over("canvas.cells", (.2, .2))
+        self.over("canvas.cells", (.5, .2))
+        self.assertEqual(self.focus_after("#cells-end"), "cells", "there the curve was, and the next one begins")
+        self.assertEqual(self.focus_after("#cells-none"), "cells", "there is nothing to erase any more")
+        while self.at("return !sheet('#cells-undo').disabled"):
+            focus = self.focus_after("#cells-undo")
+        self.assertEqual(focus, "cells", "nothing is left to take back")
+        self.over("canvas.cells", (.2, .2))
+        self.assertEqual(self.focus_after("#cells-undo"), "cells")
+        self.at("sheet('#sizes').open = true; draw()")
+        self.over("canvas[data-brush=sizes]", (.25, .5))
+        self.assertEqual(self.focus_after("#sizes-undo"), "paint")
+        self.over("canvas[data-brush=sizes]", (.25, .5))
+        self.over("canvas[data-brush=sizes]", (.5, .5))
+        self.assertEqual(self.focus_after("#sizes-undo"), "sizes-undo", "a button that stays keeps it")
+
+    def test_nothing_moves_while_a_number_is_typed_anew(self):
+        self.over("canvas.cells", (.25, .5), (.3, .5), (.75, .5))
+        for width, height in ((1280, 900), (390, 844)):
+            self.browser.set_window_size(width, height)
+            told = self.at("""
+                await fine();
+                const boxes = () => ['#picture-size', '#picture-patch', '#picture-layout', 'canvas.cells', '#slide-cell_aspect', '#do-plan'].map((css) => { const one = sheet(css); if (!one) return 'gone'; const box = one.getBoundingClientRect(); return Math.round(box.top + scrollY); });
+                const before = boxes(), out = [];
+                for (const typed of ['', '1', '1e', '-', '1,200', '0.05', '150']) {
+                  type('#picture-patch', typed === '150' ? '14' : typed);
+                  out.push([typed, boxes().join() === before.join() ? 'still' : boxes().join(), sheet('#sizes-said').classList.contains('number-fault'), sheet('#do-plan').disabled]);
+                  await settled();
+                  draw();
+                  type('#picture-patch', '14');
+                }
+                return [before.join(), out]""")
+            for typed, moved, fault, shut in told[1]:
+                with self.subTest(f"{width} {typed}"):
+                    self.assertEqual(moved, "still", told[0])
+                    self.assertEqual((fault, shut), (typed not in ("1", "150"),) * 2)
+
+    def test_lines_of_before_are_those_of_a_number_that_is_typed_anew(self):
+        seen = self.at("""
+            type('#picture-size', 'x');
+            await settled(); draw();
+            const still = [sheet('canvas.cells').dataset.fine, told('/plans/mosaic').size_mm];
+            type('#picture-size', '120');
+            await until(() => { draw(); return told('/plans/mosaic').size_mm === '120'; });
+            return still""")
+        self.assertEqual(seen, ["true", "190"])
+
     # How bright the canvas is there, from 0 to 1; the darkest of what lies around it. The picture is white.
     BRIGHT = """
         const brightAround = (x, y, far) => { const canvas = sheet('canvas.cells'), {data} = canvas.getContext('2d').getImageData(Math.round(x * canvas.width) - far, Math.round(y * canvas.height) - far, 2 * far + 1, 2 * far + 1); return Math.min(...Array.from({length: data.length / 4}, (_, i) => (data[4 * i] + data[4 * i + 1] + data[4 * i + 2]) / 765)); };
