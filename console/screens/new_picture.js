@@ -7,7 +7,6 @@ import {button, card, hint, inEnglish, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {kAgainMs} from "../link.js";
-import {edgeControls, forgetPaint, keptPaint, matterControls, paintDrawn, paintInto, paintVersion, restorePaint, sizeControls, wantPaint} from "../picture_brush.js";
 import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {firstSize, waits} from "../first_size.js";
@@ -23,8 +22,8 @@ const blank = () => ({
 const wanted = blank();
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 const begun = [];   // tasks of this tab, the newest first
-// grid_lines.js, cell_curves.js, crop_frame.js and drafts.js, which the first view of the page does without
-let grid = null, cells = null, frame = null, drafts = null;
+// picture_brush.js, grid_lines.js, cell_curves.js, crop_frame.js and drafts.js, which the first view of the page does without
+let brush = null, grid = null, cells = null, frame = null, drafts = null;
 let advice = 0;     // the task that looks for advice, or found it
 let typed = false;  // somebody has said how large
 let sizedFor = null;  // the picture beside which a size was proposed, of the wood that is free
@@ -39,7 +38,7 @@ const again = new Map();
 const later = (load) => { clearTimeout(again.get(load)); again.set(load, setTimeout(load, kAgainMs)); };
 async function loadTools() {
   if (grid) return;
-  try { [grid, cells, frame, drafts] = await Promise.all([import("../grid_lines.js"), import("../cell_curves.js"), import("../crop_frame.js"), import("../drafts.js")]); } catch (fault) { later(loadTools); }
+  try { [brush, grid, cells, frame, drafts] = await Promise.all(["picture_brush", "grid_lines", "cell_curves", "crop_frame", "drafts"].map((name) => import(`../${name}.js`))); } catch (fault) { later(loadTools); }
   changed();
   if (drafts) takeDraft();
 }
@@ -61,7 +60,7 @@ function propose() {
 
 export function draw() {
   propose();
-  wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
+  if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   keepDraft();
   const bad = fault();
   if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
@@ -94,7 +93,7 @@ export function drawn(place) {
   handFocusOn();
   const field = place.querySelector("#picture-file");
   if (field) showFile(field);
-  paintDrawn(place);
+  if (brush) brush.paintDrawn(place);
   if (grid) grid.linesDrawn(place);
   if (cells) cells.cellsDrawn(place);
 }
@@ -125,9 +124,9 @@ function followNumbers() {
 const areUsable = () => Object.keys(kSizes).every((name) => name in usable);
 
 // What is wrong with one of them stands where it says otherwise what they are.
-function sizesSaid() {
+function lengthsSaid() {
   const bad = firstFault(...Object.keys(kSizes).map((name) => ({label: t(kNumbers[name].label), text: wanted[name], rules: kNumbers[name]})));
-  return h("p.sizes-said", {id: "sizes-said", role: "status", class: bad ? "number-fault" : "dim"}, bad ? `▲ ${faultWords(bad)}` : t("picture.sizes"));
+  return h("p.lengths-said", {id: "lengths-said", role: "status", class: bad ? "number-fault" : "dim"}, bad ? `▲ ${faultWords(bad)}` : t("picture.sizes"));
 }
 
 const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
@@ -173,10 +172,12 @@ const kKeepMs = 400;     // a hand on a slider says many things a second
 const kOfPicture = ["name", "wide", "high", "across", "down", "crop"];  // of the form: what another picture does not have
 let keptAs = null;       // what is in the store, or on its way; null: nobody has looked into it yet
 let keepSoon = 0;        // a timer
+let draftOf = "";        // whose it is; whoever is signed in after that begins the page anew
 let restored = null;     // {at, of: the picture, about: what the form says of it}, as it was kept
 
-const draftUser = () => model.session.user || model.session.who || "";
-const drawings = () => ({paint: keptPaint(), curves: cells.keptCurves(), pins: grid.keptPins()});
+// Who uses one console link after the other ("console link 3 of uid 1000") is the same user.
+const draftUser = () => model.session.user || (model.session.who || "").replace(/^console link \d+ /, "console link ");
+const drawings = () => ({paint: brush.keptPaint(), curves: cells.keptCurves(), pins: grid.keptPins()});
 const isBegun = () => Boolean(wanted.file || restored) || JSON.stringify(keptForm(), plain) !== kNothing || Object.values(drawings()).some(({length}) => length);
 
 // A size that was only proposed is proposed anew.
@@ -187,10 +188,10 @@ function keptForm() {
 
 const plain = (name, value) => (value instanceof Set || value instanceof Map ? [...value] : value);
 const kNothing = JSON.stringify(keptForm(), plain);
-const stateOfForm = () => JSON.stringify([keptForm(), paintVersion(), cells.curvesVersion(), grid.pinsVersion(), wanted.url, wanted.drawing && [wanted.drawing.name, wanted.drawing.size, wanted.drawing.lastModified]], plain);
+const stateOfForm = () => JSON.stringify([keptForm(), brush.paintVersion(), cells.curvesVersion(), grid.pinsVersion(), wanted.url, wanted.drawing && [wanted.drawing.name, wanted.drawing.size, wanted.drawing.lastModified]], plain);
 
 function keepDraft() {
-  if (keptAs === null || stateOfForm() === keptAs) return;
+  if (keptAs === null || draftUser() !== draftOf || stateOfForm() === keptAs) return;
   keptAs = stateOfForm();
   if (!keepSoon) keepSoon = setTimeout(keepNow, kKeepMs);
 }
@@ -198,7 +199,7 @@ function keepDraft() {
 async function keepNow() {
   clearTimeout(keepSoon);
   keepSoon = 0;
-  await drafts.keepDraft(draftUser(), {form: {...keptForm(), ...drawings()}, picture: wanted.file, drawing: wanted.drawing});
+  await drafts.keepDraft(draftOf, {form: {...keptForm(), ...drawings()}, picture: wanted.file, drawing: wanted.drawing});
   changed();
 }
 addEventListener("pagehide", () => { if (keepSoon) keepNow(); });
@@ -206,15 +207,16 @@ addEventListener("pagehide", () => { if (keepSoon) keepNow(); });
 // Once. What somebody has begun before it came stays.
 async function takeDraft() {
   if (keptAs !== null) return;
-  const kept = await drafts.readDraft(draftUser());
+  const user = draftUser(), kept = await drafts.readDraft(user);
   if (keptAs !== null) return;
+  draftOf = user;
   if (kept) try { restore(kept); } catch (fault) { /* it is none that this page understands */ }
   keptAs = stateOfForm();
   changed();
 }
 
 function restore({form, at, of, picture, drawing}) {
-  restorePaint(form.paint);
+  brush.restorePaint(form.paint);
   cells.restoreCurves(form.curves);
   grid.restorePins(form.pins);
   if (wanted.file || typed) return;
@@ -234,7 +236,7 @@ async function startAfresh() {
   if (wanted.file && !confirm(t("draft.sure"))) return;
   clearTimeout(keepSoon);
   keepSoon = 0;
-  forgetPaint();
+  brush.forgetPaint();
   cells.forgetCurves();
   grid.forgetPins();
   takePicture(null);
@@ -243,7 +245,7 @@ async function startAfresh() {
   sizedFor = restored = null;
   keptAs = stateOfForm();
   changed();
-  await drafts.forgetDraft(draftUser());
+  await drafts.forgetDraft(draftOf);
 }
 
 function draftControls() {
@@ -362,12 +364,12 @@ function formCard() {
       wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
-      h("div.pair", {}, number("size_mm", {id: "picture-size", said: "sizes-said"}), number("patch_mm", {id: "picture-patch", said: "sizes-said"})),
-      sizesSaid(),
+      h("div.pair", {}, number("size_mm", {id: "picture-size", said: "lengths-said"}), number("patch_mm", {id: "picture-patch", said: "lengths-said"})),
+      lengthsSaid(),
       lack && h("p.warn", {id: "no-wood"}, `▲ ${t(`picture.${lack}`, {panels: model.panels.filter(waits).map(({id}) => id).join(", ")})}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), cells && cells.cellControls(wanted.layout === "mosaic", aspectSlider()),
-      edgeControls(wanted.layout === "morph"), sizeControls(wanted.layout === "mosaic"), matterControls(),
+      brush && [brush.edgeControls(wanted.layout === "morph"), brush.sizeControls(wanted.layout === "mosaic"), brush.matterControls()],
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       tick("refine", t("picture.refine"), "picture-refine"),
       wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
@@ -410,7 +412,7 @@ function sketchQuery() {
   query.set("patch_mm", asNumber("patch_mm"));
   query.set("layout", wanted.layout);
   if (wanted.crop) query.set("crop", wanted.crop);
-  paintInto(query, "");  // squares follow no edges
+  if (brush) brush.paintInto(query, "");  // squares follow no edges
   return query;
 }
 
@@ -419,7 +421,7 @@ function gridQuery() {
   if (wanted.layout !== "morph" || !areUsable()) return null;
   const query = new URLSearchParams({layout: "morph", ...usable});
   if (wanted.triangles) query.set("triangles", "1");
-  paintInto(query, "morph");
+  if (brush) brush.paintInto(query, "morph");
   query.delete("importance");  // of wood
   return query;
 }
@@ -429,7 +431,7 @@ function cellsQuery() {
   if (wanted.layout !== "mosaic" || !areUsable()) return null;
   const query = new URLSearchParams({layout: "mosaic", ...usable});
   if (wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
-  paintInto(query, "mosaic");
+  if (brush) brush.paintInto(query, "mosaic");
   return query;
 }
 
@@ -443,7 +445,7 @@ async function plan(event) {
   query.set("patch_mm", asNumber("patch_mm"));
   for (const choice of ["layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
-  paintInto(query, wanted.layout);
+  if (brush) brush.paintInto(query, wanted.layout);
   if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (cells && wanted.layout === "mosaic") cells.curvesInto(query);
   if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
@@ -465,8 +467,8 @@ async function plan(event) {
 async function advise() {
   takeWhole();
   const query = asked();
-  wantPaint(wanted.file, pictureSize(wanted.file), null);
-  paintInto(query, "");  // of all of the picture: which part is what is asked
+  if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), null);
+  if (brush) brush.paintInto(query, "");  // of all of the picture: which part is what is asked
   const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(advice = started.task);
   changed();

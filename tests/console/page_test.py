@@ -392,6 +392,26 @@ class Log(Page):
         self.assertEqual(seen, [0, False, 1, "who, P-0001, A3-12", True])
 
 
+class Shut(Page):
+    def test_a_browser_that_keeps_nothing_shows_the_page_all_the_same(self):
+        shut = "Object.defineProperty(window, 'localStorage', {get() { throw new DOMException('shut', 'SecurityError'); }}); Object.defineProperty(window, 'sessionStorage', {get() { throw new DOMException('shut', 'SecurityError'); }});"
+        full = "Storage.prototype.setItem = () => { throw new DOMException('full', 'QuotaExceededError'); };"
+        for way in (shut, full, shut.replace("throw new DOMException('shut', 'SecurityError')", "return null")):
+            with self.subTest(way):
+                self.reload()
+                told = self.does(way + """
+                    const {recall, remember, headersOf} = await load('link.js'), {t} = await load('words.js'), alarms = await load('alarms.js');
+                    await load('stop.js');
+                    await load('frame.js');
+                    document.getElementById('theme').click();
+                    alarms.setSound(false);
+                    remember('veneer_session', 'x', () => sessionStorage);
+                    const signed = headersOf({}).Authorization;
+                    remember('veneer_session', null, () => sessionStorage);
+                    return [t('draft.afresh'), document.documentElement.dataset.theme, document.querySelector('#stop small').textContent !== '', alarms.soundOn(), recall('nothing'), signed, headersOf({}).Authorization || null]""")
+                self.assertEqual(told, ["Start afresh", "light", True, False, None, "Bearer x", None])
+
+
 # A cell that is Idle before an operator, with a job whose pieces are cut.
 CELL = """
     const {model} = await load('model.js'), {put} = await load('dom.js'), main = document.getElementById('main');
@@ -905,7 +925,7 @@ class Mosaic(Page):
                 const before = boxes(), out = [];
                 for (const typed of ['', '1', '1e', '-', '1,200', '0.05', '150']) {
                   type('#picture-patch', typed === '150' ? '14' : typed);
-                  out.push([typed, boxes().join() === before.join() ? 'still' : boxes().join(), sheet('#sizes-said').classList.contains('number-fault'), sheet('#do-plan').disabled]);
+                  out.push([typed, boxes().join() === before.join() ? 'still' : boxes().join(), sheet('#lengths-said').classList.contains('number-fault'), sheet('#do-plan').disabled]);
                   await settled();
                   draw();
                   type('#picture-patch', '14');
@@ -1211,6 +1231,26 @@ class Drafts(Page):
         self.assertEqual(seen, [None, None])
         self.reload()
         self.at("await come(); await until(() => sheet('#target'))")
+
+    def test_one_console_link_after_the_other_is_one_user(self):
+        of = "model.session = {who: 'console link %d of uid 1000', user: null, role: 'operator', accounts: false};"
+        self.at(of % 3 + "await entered(); await choosePicture(await painted(200)); for (let i = 0; i < 200 && !await drafts.readDraft('console link of uid 1000'); ++i) await settled();")
+        self.reload()
+        self.at(of % 4 + "await come(); await until(() => sheet('#target'))")
+        self.reload()
+        self.assertIsNone(self.at(of.replace("1000", "1001") % 5 + "await entered(); await settled(); draw(); return sheet('#target')"))
+
+    def test_nothing_is_kept_under_the_name_of_whoever_comes_next(self):
+        seen = self.at("""
+            model.session = {who: 'anna', user: 'anna', role: 'operator', accounts: true};
+            await entered();
+            await choosePicture(await painted(200));
+            model.session = {who: 'ben', user: 'ben', role: 'operator', accounts: true};
+            type('#picture-size', '77');
+            for (let i = 0; i < 200 && !await drafts.readDraft('anna'); ++i) await settled();
+            await settled();
+            return [Boolean(await drafts.readDraft('anna')), await drafts.readDraft('ben')]""")
+        self.assertEqual(seen, [True, None])
 
     # The store has room for all but files.
     NO_ROOM = """
