@@ -1149,6 +1149,7 @@ DRAFT = """
     const drafts = await load('drafts.js');
     const kept = async (is) => { for (let i = 0; i < 500; ++i) { draw(); const told = await drafts.readDraft(model.session.user || ''); if (told && is(told)) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it was not kept: ' + is); };
     const come = async () => { page.enter(); await until(() => sheet('#draft') || sheet('#part')); };
+    const forgotten = async () => { for (let i = 0; i < 200; ++i) { if (!await drafts.readDraft('')) return; await settled(); } throw new Error('it is kept'); };
     // The store is asked before anything else is done.
     const entered = async () => { page.enter(); await until(() => sheet('#picture-layout')); await drafts.readDraft(''); await settled(); draw(); };
 """
@@ -1208,12 +1209,15 @@ class Drafts(Page):
             const stays = sheet('#target') !== null;
             press('#draft-afresh');
             const gone = [sheet('#target'), sheet('#draft'), sheet('#picture-file').files.length, sheet('#picture-layout').value];
-            for (let i = 0; i < 500 && await drafts.readDraft(''); ++i) await settled();
+            await forgotten();
             await choosePicture(await painted(200));
             type('#picture-layout', 'mosaic');
             await fine();
-            return {asked: asked.length, stays, gone, curves: curves(), plan: await planned()}""")
-        self.assertEqual((seen["asked"], seen["stays"], seen["gone"], seen["curves"]), (2, True, [None, None, 0, "grid"], "0"))
+            const plan = await planned(), drawn = curves();
+            press('#draft-afresh');
+            await forgotten();
+            return {asked: asked.length, stays, gone, curves: drawn, plan}""")
+        self.assertEqual((seen["asked"], seen["stays"], seen["gone"], seen["curves"]), (3, True, [None, None, 0, "grid"], "0"))
         for name in ("flow_lines", "cell_sizes", "importance", "wood_limit"):
             self.assertNotIn(name, seen["plan"])
         self.reload()

@@ -237,6 +237,44 @@ class Sight(Page):
                 look('new picture, a wrong number', main);
                 """)
 
+    def test_plans_beside_each_other_and_one_in_hand(self):
+        for size in ((1280, 800), (390, 844)):
+            self.reload()  # nothing is ticked yet
+            self.size(*size)
+            self.seen("""
+                const ring = (x, y) => [[x, y], [x + 10, y], [x + 10, y + 10], [x, y + 10]];
+                const planned = (id, more) => ({id, name: `bird ${id}`, parent: null, options: {layout: 'grid', size_mm: 20, patch_mm: 10, kerf_mm: .2, alternatives: 6}, report: {cost_per_pixel: .1234, cutting_s: 600, warnings: ['raise --patch-mm'], without_lead: 1},
+                  pieces: 4, placed: 3, panels: [{panel: 'P-0001'}], outdated_panels: ['P-0001'], segmentation: '/x', jobs: [], lease: null, ...more});
+                model.plans = [planned(8, {parent: 7}), planned(7, {jobs: [3], lease: {who: 'anna', since: at, until: at}})];
+                const mosaic = ['A1-1', 'A1-2', 'A2-1', 'A2-2'].map((mark, n) => ({mark, panel: n < 3 ? 'P-0001' : null, artwork_outline_mm: ring(10 * (n % 2), 10 * (n >> 1)), panel_outline_mm: ring(20 * n, 5), outline_mm: [ring(0, 0).flat()]}));
+                const place = (number, cost_per_pixel, x) => ({number, cost_per_pixel, panel: 'P-0001', panel_outline_mm: ring(x, 5)});
+                Object.assign(window.answers, {'/plans/8/pieces': {pieces: mosaic, next: null}, '/plans/7/pieces': {pieces: mosaic.map((piece) => ({...piece, panel_outline_mm: ring(99, 5)})), next: null},
+                  '/plans/8/pieces/A1-1/alternatives': {place: place(0, .1, 0), placed: 3, worse: 1, alternatives: [place(1, .12, 90), place(2, .3, 20)], none_because: '', next: null}, '/plans': {plans: model.plans, next: null}});
+                window.answers = Object.fromEntries(Object.entries(window.answers).sort(([a], [b]) => b.length - a.length));
+                const page = await load('screens/new_picture.js');
+                const draw = () => { given_to(about_all); put(main, ...[page.draw()].flat()); page.drawn(main); };
+                const pressed = async (css) => { (await until(() => { draw(); return main.querySelector(css); })).click(); await settled(); draw(); };
+                main.className = 'screen-new';
+                page.enter();
+                draw();
+                await pressed('.plans li:nth-child(1) input');
+                await pressed('.plans li:nth-child(2) input');
+                await until(() => { draw(); return main.querySelector('.side-by-side.two svg'); });
+                window.answers = {'/alternatives': window.answers['/plans/8/pieces/A1-1/alternatives'], ...window.answers};
+                look('two plans', main);
+                await pressed('[data-command=other]');
+                await until(() => { draw(); return main.querySelector('svg.chooser'); });
+                look('a plan in hand', main);
+                main.querySelector('svg.chooser').focus();
+                for (const key of ['ArrowRight', ' ', 'Enter']) main.querySelector('svg.chooser').dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+                await until(() => { draw(); return main.querySelector('button.place'); });
+                look('a piece of it', main);
+                await pressed('[data-wish=other]');
+                look('a wish', main);
+                await pressed('[data-wish=swap]');
+                look('a swap', main);
+                """)
+
     def test_the_page_that_answers_stop_without_scripts(self):
         self.browser.get(f"http://127.0.0.1:{self.server.server_address[1]}/console/stopped.html")
         told = self.does("const main = document.querySelector('main');" + SIGHT + "look('stopped', document.body); return out;", CONTRAST, TARGET_PX)
