@@ -274,20 +274,25 @@ TEST_F(PlanEditsTest, AlternativesAreFreeDifferentAndCanBeTaken) {
 
 constexpr Millimetres kRounding(1e-9);
 
-Point<PanelFrame> centre_on_panel(const Piece& it, const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork) {
+// What the question whether two places of a piece are different asks of its shape.
+struct Extent {
+  Point<ArtworkFrame> centre;
+  Millimetres shorter_side;
+};
+
+Extent extent_of(const Piece& it) {
   const Box<ArtworkFrame> box = bounds(it.artwork_outline);
-  return panel_from_artwork * Point<ArtworkFrame>{(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2};
+  return {{(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2}, std::min(box.width(), box.height())};
 }
 
 // Two places of a piece are different when they are on different panels or their centres lie at least half the piece's
 // shorter side apart, however they are turned. Of places that lie exactly so far apart, which a lattice has many of,
 // rounding decides: `by` is how much farther they have to be.
-bool differ(const Piece& it, const PanelId& panel, const Isometry2<PanelFrame, ArtworkFrame>& place,
+bool differ(const Extent& extent, const PanelId& panel, const Isometry2<PanelFrame, ArtworkFrame>& place,
             const Alternative& other, Millimetres by) {
   if (!(panel == other.placement.panel)) return true;
-  const Box<ArtworkFrame> box = bounds(it.artwork_outline);
-  return distance(centre_on_panel(it, place), centre_on_panel(it, other.placement.panel_from_artwork)) >=
-         std::min(box.width(), box.height()) / 2 + by;
+  return distance(place * extent.centre, other.placement.panel_from_artwork * extent.centre) >=
+         extent.shorter_side / 2 + by;
 }
 
 // The wood that is free when `left_out` lies nowhere.
@@ -301,16 +306,18 @@ FreeWood wood_without(const Plan& plan, const StockPanel& panel, const Piece* le
 void expect_different_free_and_in_order(const Plan& plan, const StockPanel& panel) {
   for (const Piece& it : plan.pieces) {
     const FreeWood wood = wood_without(plan, panel, &it);
+    const Extent extent = extent_of(it);
     for (std::size_t k = 0; k < it.alternatives.size(); ++k) {
       const Placement& placement = it.alternatives[k].placement;
       EXPECT_TRUE(wood.admits(placement.panel_from_artwork * it.artwork_outline)) << it.mark;
       if (it.placement) {
-        EXPECT_TRUE(differ(it, it.placement->panel, it.placement->panel_from_artwork, it.alternatives[k], -kRounding))
+        EXPECT_TRUE(
+            differ(extent, it.placement->panel, it.placement->panel_from_artwork, it.alternatives[k], -kRounding))
             << it.mark;
       }
       for (std::size_t j = 0; j < k; ++j) {
         EXPECT_LE(it.alternatives[j].cost, it.alternatives[k].cost) << it.mark;
-        EXPECT_TRUE(differ(it, placement.panel, placement.panel_from_artwork, it.alternatives[j], -kRounding))
+        EXPECT_TRUE(differ(extent, placement.panel, placement.panel_from_artwork, it.alternatives[j], -kRounding))
             << it.mark;
       }
     }
@@ -345,14 +352,20 @@ TEST_F(PlanEditsTest, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIs
       if (it.alternatives.size() == 12) continue;
       listed += it.alternatives.size(), ++fewer;
       const PatchPixels pixels = patch_pixels(it.artwork_outline, grid, 56, 56);
+      // As differ() asks, of the one panel there is; asked some million times.
+      const Extent extent = extent_of(it);
+      std::vector<Point<PanelFrame>> taken;
+      for (const Alternative& other : it.alternatives)
+        taken.push_back(other.placement.panel_from_artwork * extent.centre);
       for (const Radians turn : turns(options_.rotations)) {
         const Lattice lattice(kColumns, kRows, turn);
         for (int y = 0; y < lattice.height(); ++y) {
           for (int x = 0; x < lattice.width(); ++x) {
             const auto place = panel_from_artwork(lattice, stock_.front().picture, grid, pixels.left, pixels.top, x, y);
-            const bool unlike =
-                std::all_of(it.alternatives.begin(), it.alternatives.end(),
-                            [&](const Alternative& other) { return differ(it, {"P"}, place, other, kRounding); });
+            const Point<PanelFrame> centre = place * extent.centre;
+            const bool unlike = std::all_of(taken.begin(), taken.end(), [&](const Point<PanelFrame>& other) {
+              return distance(centre, other) >= extent.shorter_side / 2 + kRounding;
+            });
             if (unlike && wood.admits(place * it.artwork_outline)) ++left_out;
           }
         }
