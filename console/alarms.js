@@ -1,6 +1,6 @@
 // What needs somebody, asked for whenever that changes, and a tone while something is new. The tone is of this browser:
 // off until somebody puts it on here.
-import {askAll} from "./link.js";
+import {askAll, recall, remember} from "./link.js";
 import {changed, followEvent, followStatus, loader, model} from "./model.js";
 
 const kSound = "veneer_sound";
@@ -9,11 +9,11 @@ let alarms = null, told = "", speaker = null, soundedAt = 0;
 
 export const allAlarms = () => alarms || [];
 export const countOf = (state) => ((model.cell && model.cell.alarms) || {})[state] || 0;
-export const soundOn = () => localStorage.getItem(kSound) === "on";
+export const soundOn = () => recall(kSound) === "on";
 
 // A browser lets a page sound only after a hand was on it.
 export function setSound(on) {
-  localStorage.setItem(kSound, on ? "on" : "off");
+  remember(kSound, on ? "on" : "off");
   if (on) beep();
   changed();
 }

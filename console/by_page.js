@@ -1,6 +1,8 @@
 // What the cell says to do is told as commands (`veneerctl job redo 3 A1-2`), since it speaks to whoever asked. On the
-// page each is told by the screen and the button that do the same; what the page has no button for stays as it is.
+// page each is told by the screen and the button that do the same; what the page has no button for stays as it is. So are options and
+// parameters of a request, by the fields that say the same.
 import {t} from "./words.js";
+import {fieldAt, kNextName} from "./field_names.js";
 
 // A1-2; without rows A312.
 const kOneMark = "[A-Z]+\\d+(?:-\\d+)?(?![\\w-])";
@@ -93,13 +95,16 @@ function placeOf(text, all) {
     const found = text.match(words);
     if (!found) continue;
     const [screen, what] = place(...found.slice(1));
-    return {length: found[0].length, href: `#${screen}`, text: [t(`screen.${screen.split("/")[0]}`), ...what].join(": ")};
+    return {length: found[0].length, href: `#${screen}`, text: titleOf(screen, what)};
   }
   return null;
 }
 
+const titleOf = (screen, what) => [t(`screen.${screen.split("/")[0]}`), ...what].join(": ");
+const kNext = new RegExp(`\`|veneerctl |--[a-z]|\\(or released|${kNextName}`, "i");
+
 // A sentence of the cell's in parts: its own words, which are English, and {text, href} in the page's language for each
-// way that the page has.
+// way that the page has, and for what it has no field for (href: "").
 export function byPage(sentence) {
   const parts = [];
   let own = "";
@@ -108,11 +113,12 @@ export function byPage(sentence) {
     own = own.replace(/\b(?:run|Run) $/, (run) => (run[0] === "R" ? "Go to " : "go to "));
     if (own) parts.push(own);
     own = "";
-    parts.push({text: t("by.quoted", {what: place.text}), href: place.href});
+    parts.push({text: place.href ? t("by.quoted", {what: place.text}) : place.text, href: place.href});
   };
+  const wayOf = (field) => field && {length: field.length, href: field.screen && `#${field.screen}`, text: field.screen ? titleOf(field.screen, field.words) : field.words[0]};
   let at = 0;
   while (at < sentence.length) {
-    const rest = sentence.slice(at);
+    const rest = sentence.slice(at), field = at === 0 || /[\s(]/.test(sentence[at - 1]) ? fieldAt(rest) : null;
     const quoted = rest.match(/^`([^`]*)`/);
     if (quoted) {
       const inner = quoted[1].replace(/^veneerctl /i, ""), place = placeOf(inner, kCommands);
@@ -134,11 +140,14 @@ export function byPage(sentence) {
       take(", when ");
       at += kOr.length;
     } else if (/^--[a-z]/.test(rest) && (at === 0 || /[\s(]/.test(sentence[at - 1]))) {
-      const place = placeOf(rest, kOptions.filter(({of}) => !of || parts.some(({href}) => href === of))), [option] = rest.match(/^--[a-z-]+/);
+      const place = placeOf(rest, kOptions.filter(({of}) => !of || parts.some(({href}) => href === of))) || wayOf(field), [option] = rest.match(/^--[a-z-]+/);
       if (place) tell(place); else take(option);
       at += place ? place.length : option.length;
+    } else if (field) {
+      tell(wayOf(field));
+      at += field.length;
     } else {
-      const next = rest.slice(1).search(/`|veneerctl |--[a-z]|\(or released/i);
+      const next = rest.slice(1).search(kNext);
       const length = next < 0 ? rest.length : next + 1;
       take(rest.slice(0, length));
       at += length;

@@ -6,7 +6,7 @@ import {asSentence, t} from "./words.js";
 import {changed} from "./model.js";
 import {button, inEnglish} from "./parts.js";
 import {brushKey} from "./brush_keys.js";
-import {drawPart, smallPicture} from "./sketch.js";
+import {drawPart, pictureKey, smallPicture} from "./sketch.js";
 import {hasCountsOf, sizeOf} from "./grid_lines.js";
 import {liveLines} from "./live_lines.js";
 import {distance, simplified} from "./strokes.js";
@@ -27,10 +27,9 @@ let left = "";               // the picture that had curves before this one
 let tool = "draw";
 let hand = null;             // what a finger does: {points, from: [x, y], moved, erases}
 let cross = [.5, .5];        // where the keyboard's crosshair stands, of what is shown
-let byKeys = false, said = "", version = 0;
+let byKeys = false, said = "", version = 0, changes = 0;
 const live = liveLines("/plans/mosaic", {request: requestOf, waits: () => Boolean(hand), came: () => { ++version; }});
 
-const keyOf = (file) => `${file.name} ${file.size} ${file.lastModified}`;
 const isCurve = (one) => Boolean(one && one.length > 1);
 const all = () => [...mine.curves, ...(isCurve(mine.open) ? [mine.open] : [])];  // a corner alone is no curve
 
@@ -38,7 +37,7 @@ const all = () => [...mine.curves, ...(isCurve(mine.open) ? [mine.open] : [])]; 
 export function wantCells(file, whole, crop, query) {
   of = file && whole ? file : null;
   if (!of) { wanted = hand = null; live.want(null); return; }
-  const key = keyOf(file), other = pictures.get(key);
+  const key = pictureKey(file), other = pictures.get(key);
   if (!mine || mine.key !== key) {
     if (mine) left = all().length ? mine.name : "";
     mine = other || {key, name: file.name, curves: [], open: null, instead: false, before: []};
@@ -130,7 +129,35 @@ function remember() {
 }
 
 // A new list each time, so that those of before stay as they were.
-const become = (curves, open) => { Object.assign(mine, {curves, open}); ++version; };
+const become = (curves, open) => { Object.assign(mine, {curves, open}); ++version; ++changes; };
+
+// ---- what is kept of them -------------------------------------------------------------------------------------------
+
+// As keptPaint(), restorePaint() and the others (picture_brush.js).
+export const curvesVersion = () => changes;
+const isDrawn = ({curves, open}) => curves.length > 0 || Boolean(open);
+export const keptCurves = () => [...pictures.values()].filter(isDrawn).map(({key, name, curves, open, instead}) => ({key, name, curves, open, instead}));
+
+const isLine = (line) => Array.isArray(line) && line.length > 0 && line.every((point) => Array.isArray(point) && point.length === 2 && point.every(Number.isFinite));
+export function restoreCurves(all) {
+  for (const {key, name, curves, open, instead} of all) {
+    if (!Array.isArray(curves) || !curves.every(isLine) || (open && !isLine(open))) continue;
+    const known = pictures.get(key);
+    if (!known) pictures.set(key, {key, name, curves, open, instead: Boolean(instead), before: []});
+    else if (!isDrawn(known)) Object.assign(known, {curves, open, instead: Boolean(instead)});
+  }
+  ++version;
+}
+
+export function forgetCurves() {
+  pictures.clear();
+  wanted = of = mine = hand = null;
+  live.want(null);
+  left = said = "";
+  tool = "draw";
+  ++version;
+  ++changes;
+}
 
 // `goesOn`: the open one is part of it.
 function add(curve, goesOn) {
@@ -218,15 +245,22 @@ function up(event) {
 
 // ---- the keyboard ---------------------------------------------------------------------------------------------------
 
+// With the tool that erases, which stays when the last curve goes: the next key of a hand that erases on its way draws nothing.
+function eraseByKey(point, near, quietly) {
+  if (!erase(point, near) && !quietly) said = t("cells.nothing");
+  tool = "erase";
+}
+
 function keyed(event) {
   if (!wanted || event.ctrlKey || event.altKey || event.metaKey) return;
   const {part} = wanted, key = brushKey(event), here = () => [part.x + cross[0] * part.width, part.y + cross[1] * part.height], near = kStep / 2 * Math.min(part.width, part.height);
   byKeys = true;
   if (key) {
-    const draws = key.across || key.down;
-    if (key.paints) corner(here(), near, !draws);
+    const goes = key.across || key.down;
+    const act = (ends) => (tool === "erase" ? eraseByKey(here(), 3 * near, goes) : corner(here(), near, ends));
+    if (key.paints) act(!goes);
     cross = [[cross[0], key.across], [cross[1], key.down]].map(([at, way]) => Math.min(1, Math.max(0, at + way * kStep)));
-    if (key.paints && draws) corner(here(), near, false);
+    if (key.paints && goes) act(false);
     if (!key.paints) said = t("cells.at", {across: Math.round(100 * cross[0]), down: Math.round(100 * cross[1])});
   } else if (event.key === "Enter") endOpen();
   else if (event.key === "Delete" || event.key === "Backspace") { if (!erase(here(), 3 * near)) said = t("cells.nothing"); }
@@ -337,6 +371,6 @@ export function cellControls(among, aspect) {
       button(t("cells.undo"), act(() => { const {curves, open} = mine.before.pop(); become(curves, open); said = ""; }), {id: "cells-undo", disabled: !mine.before.length}),
       button(t("cells.none"), act(() => { remember(); become([], null); said = ""; tool = "draw"; }), {id: "cells-none", disabled: !count && !mine.open})),
     count > 0 && h("div.choices", {role: "group", "aria-label": t("cells.edges")},
-      choice("beside", !mine.instead, () => { mine.instead = false; }), choice("instead", mine.instead, () => { mine.instead = true; })),
+      choice("beside", !mine.instead, () => { mine.instead = false; ++changes; }), choice("instead", mine.instead, () => { mine.instead = true; ++changes; })),
     aspect);
 }

@@ -31,11 +31,12 @@ export function faultOf(text, {whole = false, least = -Infinity, most = Infinity
 export const firstFault = (...fields) => fields.map(({label, text, rules}) => ({label, fault: faultOf(text, rules)})).find(({fault}) => fault) || null;
 export const faultWords = (found) => (found ? t("number.of", {label: found.label, fault: found.fault}) : "");
 
-// `take` is given what was typed, faulty or not: whoever uses it asks faultOf first.
-export function numberField(label, text, take, {whole = false, least, most, optional, ...more} = {}) {
+// `take` is given what was typed, faulty or not: whoever uses it asks faultOf first. `said`: the id of what says the fault, where it is
+// not said under the field.
+export function numberField(label, text, take, {whole = false, least, most, optional, said = "", ...more} = {}) {
   const fault = faultOf(text, {whole, least, most, optional});
   return h("label", {}, label,
-    h("input", {type: "text", inputmode: whole ? "numeric" : "decimal", autocomplete: "off", value: String(text), "aria-invalid": fault ? "true" : null,
+    h("input", {type: "text", inputmode: whole ? "numeric" : "decimal", autocomplete: "off", value: String(text), "aria-invalid": fault ? "true" : null, "aria-describedby": said || null,
                 oninput: (event) => take(event.target.value), ...more}),
-    fault && h("small.number-fault", {role: "status"}, `▲ ${fault}`));
+    fault && !said && h("small.number-fault", {role: "status"}, `▲ ${fault}`));
 }

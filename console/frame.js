@@ -1,6 +1,7 @@
 // What stands on every screen: the cell's state, how old all of it is, what to do next, the way to the screens.
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
+import {recall, remember} from "./link.js";
 import {isStale, model} from "./model.js";
 import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
 import {button, inEnglish, link} from "./parts.js";
@@ -100,14 +101,14 @@ $("skip").addEventListener("click", (event) => {
 // ---- light and dark -------------------------------------------------------------------------------------------------
 
 const kThemes = ["auto", "light", "dark"];
-const theme = () => localStorage.getItem("veneer_theme") || "auto";
+const theme = () => recall("veneer_theme") || "auto";
 function showTheme() {
   if (theme() === "auto") delete document.documentElement.dataset.theme; else document.documentElement.dataset.theme = theme();
   const [sign, ...words] = t(`theme.${theme()}`).split(" ");
   put($("theme"), sign, h("span.words", {}, ` ${words.join(" ")}`));
 }
 $("theme").addEventListener("click", () => {
-  localStorage.setItem("veneer_theme", kThemes[(kThemes.indexOf(theme()) + 1) % kThemes.length]);
+  remember("veneer_theme", kThemes[(kThemes.indexOf(theme()) + 1) % kThemes.length]);
   showTheme();
 });
 showTheme();
@@ -118,6 +119,6 @@ const other = Object.keys(kLanguages).find((one) => one !== language);
 $("language").textContent = kLanguages[other].name;
 $("language").lang = other;
 $("language").addEventListener("click", () => {
-  localStorage.setItem("veneer_language", other);
+  remember("veneer_language", other);
   location.reload();
 });

@@ -4,7 +4,7 @@ import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {changed} from "./model.js";
 import {button, inEnglish} from "./parts.js";
-import {drawPart, smallPicture} from "./sketch.js";
+import {drawPart, pictureKey, smallPicture} from "./sketch.js";
 import {liveLines} from "./live_lines.js";
 
 const kShownPx = 720;
@@ -18,10 +18,10 @@ const live = liveLines("/plans/grid", {request: requestOf, waits: () => Boolean(
 const pinned = new Map();    // by grid, see nameOf(): Map of "row,column" to [across, down], of the part, from 0 to 1
 let hand = null;             // the vertex that a finger drags: {row, column, moved}
 let cursor = [1, 1];         // row, column; of the keyboard
-let byKeys = false, said = "", version = 0;
+let byKeys = false, said = "", version = 0, changes = 0;
 
 // What makes another grid of it: pins of one mean nothing in another.
-const nameOf = (file, crop, {rows, columns}) => `${file.name} ${file.size} ${file.lastModified} ${crop ? Object.values(crop) : ""} ${rows}x${columns}`;
+const nameOf = (file, crop, {rows, columns}) => `${pictureKey(file)} ${crop ? Object.values(crop) : ""} ${rows}x${columns}`;
 
 // As the planner has it (planner/plan.cc, planner/layout/grid.cc), of a picture with so many pixels.
 export function sizeOf(pixels, shorter, patch) {
@@ -65,6 +65,25 @@ export function pinsInto(query) {
   if (pins().size) query.set("pinned_vertices", pinText(pins(), wanted.size));
 }
 
+// ---- what is kept of it ---------------------------------------------------------------------------------------------
+
+// As keptPaint(), restorePaint() and the others (picture_brush.js).
+export const pinsVersion = () => changes;
+export const keptPins = () => [...pinned].map(([name, holds]) => ({name, holds: [...holds]}));
+export function restorePins(all) {
+  const isPin = ([key, place]) => /^\d+,\d+$/.test(key) && Array.isArray(place) && place.length === 2 && place.every(Number.isFinite);
+  for (const {name, holds} of all) if (!pinned.has(name) && holds.every(isPin)) pinned.set(name, new Map(holds));
+  ++version;
+}
+export function forgetPins() {
+  pinned.clear();
+  wanted = hand = null;
+  live.want(null);
+  said = "";
+  ++version;
+  ++changes;
+}
+
 // ---- the finger and the keyboard ------------------------------------------------------------------------------------
 
 const straight = (row, column) => [column / wanted.size.columns, row / wanted.size.rows];
@@ -105,6 +124,7 @@ function pin(row, column, place) {
   pinned.set(name, holds);  // the newest come last
   if (pinned.size > kMostGrids) pinned.delete(pinned.keys().next().value);
   ++version;
+  ++changes;
   return true;
 }
 
@@ -113,12 +133,14 @@ function free(row, column) {
   if (!holds || !holds.delete(keyOf(row, column))) return;
   if (!holds.size) pinned.delete(wanted.name);
   ++version;
+  ++changes;
 }
 
 function freeAll() {
   pinned.delete(wanted.name);
   said = "";
   ++version;
+  ++changes;
   changed();
 }
 
@@ -267,7 +289,7 @@ export function linesDrawn(place) {
   if (wanted) for (const canvas of place.querySelectorAll("canvas.lines")) draw(canvas);
 }
 
-const elsewhere = (file) => [...pinned.keys()].filter((name) => name.startsWith(`${file.name} ${file.size} ${file.lastModified} `) && !(wanted && wanted.name === name)).length;
+const elsewhere = (file) => [...pinned.keys()].filter((name) => name.startsWith(`${pictureKey(file)} `) && !(wanted && wanted.name === name)).length;
 
 // `file`: that is chosen; null: none.
 export function lineControls(file) {

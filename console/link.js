@@ -7,8 +7,23 @@ const kSession = "veneer_session";
 const kByCookie = location.protocol === "https:";
 const kPollMs = 2000;
 
+// What the browser keeps of this page: `store()` is localStorage or sessionStorage. Where they are shut or full, as by a setting, that is
+// until the page is left; nothing on the page may fail for it, STOP least of all.
+const untilLeft = new Map();
+export function recall(name, store = () => localStorage) {
+  let kept = null;
+  try { kept = store().getItem(name); } catch (fault) { /* shut */ }
+  return kept ?? untilLeft.get(name) ?? null;
+}
+// null: it is forgotten.
+export function remember(name, value, store = () => localStorage) {
+  if (value === null) untilLeft.delete(name); else untilLeft.set(name, value);
+  try { if (value === null) store().removeItem(name); else store().setItem(name, value); } catch (fault) { /* shut, or full */ }
+}
+const ofTab = () => sessionStorage;
+
 export function headersOf(headers) {
-  const session = sessionStorage.getItem(kSession);
+  const session = recall(kSession, ofTab);
   return session ? {...headers, Authorization: `Bearer ${session}`} : headers;
 }
 
@@ -22,7 +37,7 @@ export async function enter() {
 
 async function open(by) {
   const opened = await ask("POST", "/api/v1/session", {body: kByCookie ? {...by, cookie: true} : by});
-  if (opened.session) sessionStorage.setItem(kSession, opened.session);
+  if (opened.session) remember(kSession, opened.session, ofTab);
 }
 
 // The page begins anew as somebody else.
@@ -34,7 +49,7 @@ export async function signIn(user, password) {
 
 export async function signOut() {
   await ask("DELETE", "/api/v1/session");
-  sessionStorage.removeItem(kSession);
+  remember(kSession, null, ofTab);
   location.hash = "";
   location.reload();
 }
@@ -102,7 +117,7 @@ export async function askAll(path, list, most = Infinity) {
 let life = "", seen = 0;
 export function listen(take) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  const session = sessionStorage.getItem(kSession);
+  const session = recall(kSession, ofTab);
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
   const place = life ? `?life=${encodeURIComponent(life)}&since=${seen}` : "";
   const socket = new WebSocket(`${scheme}://${location.host}` + "/api/v1/events" + place, protocols);

@@ -16,8 +16,8 @@ export const button = (label, act, {disabled = false, next = false, wide = false
 export function inEnglish(text) {
   if (!text) return text;
   const parts = byPage(text);
-  if (language !== "en") return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part)));
-  return parts.some(({href}) => href) ? parts.map((part) => (part.href ? link(part.href, part.text) : part)) : text;
+  if (language !== "en") return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part.text ? h("span", {lang: language}, part.text) : part)));
+  return parts.some(({text: told}) => told) ? parts.map((part) => (part.href ? link(part.href, part.text) : part.text || part)) : text;
 }
 // An entry of the catalogue, with what the cell says in the place of {name}.
 export function tWith(key, name, said) {

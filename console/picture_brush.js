@@ -7,7 +7,7 @@ import {t} from "./words.js";
 import {changed} from "./model.js";
 import {button} from "./parts.js";
 import {brushKey} from "./brush_keys.js";
-import {drawPart} from "./sketch.js";
+import {drawPart, pictureKey} from "./sketch.js";
 
 const kStored = 192;   // cells along a picture's longer side, of what is kept
 const kShownPx = 720;
@@ -32,18 +32,18 @@ let last = null, version = 0;
 const layersOf = (brush) => (hand[brush].layer === "both" ? kBrushes[brush].layers : [hand[brush].layer]);
 const filled = (brush, value) => new Uint8Array(painted.width * painted.height).fill(value);
 const hasPaint = (brush, one = painted) => kBrushes[brush].layers.some((layer) => one.masks[layer].some((value) => value !== kBrushes[brush].usual));
-const keyOf = (one) => `${one.name} ${one.size} ${one.lastModified}`;
 
 // What is painted on now; `crop`: {x, y, width, height} in pixels, or null for all of `shape`. Without a file, or while
 // nobody knows its size, nothing is; what was painted stays.
 export function wantPaint(wanted, shape, crop) {
   if (!wanted || !shape) { part = null; return; }
   if (file !== wanted) {
-    if (painted && keyOf(file) !== keyOf(wanted)) left = Object.keys(kBrushes).some((brush) => hasPaint(brush)) ? painted.name : "";
+    if (painted && pictureKey(file) !== pictureKey(wanted)) left = Object.keys(kBrushes).some((brush) => hasPaint(brush)) ? painted.name : "";
     [file, whole] = [wanted, shape];
-    painted = pictures.get(keyOf(wanted)) || blank(wanted, shape);
-    pictures.delete(keyOf(wanted));
-    pictures.set(keyOf(wanted), painted);  // the newest come last
+    const key = pictureKey(wanted);
+    painted = pictures.get(key) || blank(wanted, shape);
+    pictures.delete(key);
+    pictures.set(key, painted);  // the newest come last
     if (pictures.size > kMostPictures) pictures.delete(pictures.keys().next().value);
     ++version;
   }
@@ -107,6 +107,32 @@ export function paintInto(query, layout) {
       query.set(layer, `${columns}x${rows}:${hex}`);
     }
   }
+}
+
+// ---- what is kept of it ---------------------------------------------------------------------------------------------
+
+// Another number, other paint.
+export const paintVersion = () => version;
+const isPainted = (one) => Object.keys(kBrushes).some((brush) => hasPaint(brush, one));
+// All pictures that something is painted on, the newest last.
+export const keptPaint = () => [...pictures].filter(([, one]) => isPainted(one)).map(([key, {name, width, height, masks}]) => ({key, name, width, height, masks}));
+
+// As keptPaint() gave it, be it long ago. What somebody has painted meanwhile stays.
+export function restorePaint(all) {
+  for (const {key, name, width, height, masks} of all) {
+    if (!Object.values(kBrushes).every(({layers}) => layers.every((layer) => masks[layer] instanceof Uint8Array && masks[layer].length === width * height))) continue;
+    const known = pictures.get(key);
+    if (!known) pictures.set(key, {name, width, height, masks, before: Object.fromEntries(Object.keys(kBrushes).map((brush) => [brush, []]))});
+    else if (!isPainted(known) && known.width === width && known.height === height) Object.assign(known.masks, masks);
+  }
+  ++version;
+}
+
+export function forgetPaint() {
+  pictures.clear();
+  file = whole = painted = part = null;
+  left = "";
+  ++version;
 }
 
 // ---- the finger -----------------------------------------------------------------------------------------------------
@@ -276,7 +302,7 @@ function controls(brush, ...more) {
     h("p.dim.keys", {id: `${brush}-keys`}, t("paint.keys")),
     h("canvas.paint", {"data-keep": "", "data-key": brush, "data-brush": brush, tabindex: 0, role: "application", "aria-label": t(`${brush}.map`), "aria-describedby": `${brush}-keys`,
       onkeydown: (event) => keyed(brush, event), onfocus: (event) => { if (event.currentTarget.matches(":focus-visible")) { byKeys = brush; draw(event.currentTarget); } },
-      onblur: (event) => { byKeys = ""; draw(event.currentTarget); },
+      onblur: (event) => { byKeys = ""; if (part) draw(event.currentTarget); },
       onpointerdown: (event) => begin(brush, event), onpointermove: (event) => { if (holds(event)) paint(brush, event); }, onpointerup: changed}),
     h("p.dim", {role: "status", id: `${brush}-said`}, said[brush]),
     layers.length > 1 && choices(brush, "layer", ["both", ...layers], brush),

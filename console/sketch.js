@@ -25,12 +25,22 @@ export const pictureSize = (file) => (picture && picture.file === file && pictur
 // It is, or the browser cannot read it.
 export const isOpened = (file) => Boolean(picture && picture.file === file);
 
+// Which picture it is, by name and content, once it is opened; where a browser tells no digest, by when it was changed last.
+const digests = new WeakMap();
+export const pictureKey = (file) => `${file.name} ${file.size} ${digests.get(file) ?? file.lastModified}`;
+async function digest(file) {
+  try {
+    const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", await file.arrayBuffer()));
+    digests.set(file, [...hash].map((byte) => byte.toString(16).padStart(2, "0")).join(""));
+  } catch (fault) { /* as it is */ }
+}
+
 export async function openPicture(file) {
   if (picture && picture.bitmap) picture.bitmap.close();
   picture = null;
   chosen = file;
   if (!file) return;
-  const bitmap = await createImageBitmap(file).catch(() => null);
+  const [bitmap] = await Promise.all([createImageBitmap(file).catch(() => null), digest(file)]);
   if (chosen !== file) {
     if (bitmap) bitmap.close();
     return;

@@ -5,10 +5,10 @@
 // What became of it is told until the cell, asked anew after it was confirmed, says that it rests: what the stream of
 // events tells may be older. Unconfirmed it ends only when somebody who was told so says that it is seen to, or once the
 // cell has aborted since and was cleared by a person.
-import {ask, pause, stopAsking} from "./link.js";
+import {ask, pause, recall, stopAsking} from "./link.js";
 
 // Its own words, so that a catalogue that did not come keeps nobody from hearing of it.
-const german = (localStorage.getItem("veneer_language") || navigator.language).startsWith("de");
+const german = (recall("veneer_language") || navigator.language).startsWith("de");
 const kSaid = german ? {
   button: "Strahl sofort aus",
   pressed: (at) => `STOP um ${at} gedrückt, noch nicht bestätigt.`,

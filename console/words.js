@@ -1,13 +1,13 @@
 // What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
 // from the daemon, in English.
-import {kAgainMs, pause} from "./link.js";
+import {kAgainMs, pause, recall} from "./link.js";
 
 // Its own name for each, which is on the button that changes to it, and how it writes dates.
 export const kLanguages = {
   en: {name: "English", dates: "en-GB"},
   de: {name: "Deutsch", dates: "de-DE"},
 };
-const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
+const chosen = recall("veneer_language") || navigator.language.slice(0, 2);
 // One is asked for, by whoever reads it; another one that does not come leaves English. While neither comes both are asked for
 // again: the daemon may begin anew just then.
 async function firstOf(...asked) {

@@ -1,28 +1,29 @@
 // A picture becomes a plan, plans are compared, and one of them becomes a job. Planning reserves no wood.
 import {h} from "../dom.js";
-import {language, t} from "../words.js";
+import {asSentence, dayTime, language, t} from "../words.js";
 import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, hint, lacking, taskRow} from "../parts.js";
+import {button, card, hint, inEnglish, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {kAgainMs} from "../link.js";
-import {edgeControls, matterControls, paintDrawn, paintInto, sizeControls, wantPaint} from "../picture_brush.js";
 import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {firstSize, waits} from "../first_size.js";
 
-const wanted = {
+const blank = () => ({
   file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
   panels: new Set(), remnants: "", triangles: false, rematch: "0",
   cell_aspect: 1, limits: new Map(),  // of a mosaic's cells; the share of the picture that a wood may take at most
-};
+});
+const wanted = blank();
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 const begun = [];   // tasks of this tab, the newest first
-let grid = null, cells = null, frame = null;  // grid_lines.js, cell_curves.js and crop_frame.js, which the first view of the page does without
+// picture_brush.js, grid_lines.js, cell_curves.js, crop_frame.js and drafts.js, which the first view of the page does without
+let brush = null, grid = null, cells = null, frame = null, drafts = null;
 let advice = 0;     // the task that looks for advice, or found it
 let typed = false;  // somebody has said how large
 let sizedFor = null;  // the picture beside which a size was proposed, of the wood that is free
@@ -37,8 +38,9 @@ const again = new Map();
 const later = (load) => { clearTimeout(again.get(load)); again.set(load, setTimeout(load, kAgainMs)); };
 async function loadTools() {
   if (grid) return;
-  try { [grid, cells, frame] = await Promise.all([import("../grid_lines.js"), import("../cell_curves.js"), import("../crop_frame.js")]); } catch (fault) { later(loadTools); }
+  try { [brush, grid, cells, frame, drafts] = await Promise.all(["picture_brush", "grid_lines", "cell_curves", "crop_frame", "drafts"].map((name) => import(`../${name}.js`))); } catch (fault) { later(loadTools); }
   changed();
+  if (drafts) takeDraft();
 }
 const inStock = () => model.panels.filter((panel) => !panel.retired);
 const woodsOf = (panels) => [...new Set(panels.flatMap((panel) => panel.woods || []))].sort();
@@ -58,11 +60,14 @@ function propose() {
 
 export function draw() {
   propose();
-  wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
+  if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
+  keepDraft();
   const bad = fault();
   if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
-  if (grid) grid.wantGrid(operates() && !bad ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
-  if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), bad ? null : cellsQuery());
+  followNumbers();
+  if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
+  if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), cellsQuery());
+  followFocus();
   const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
   if (planInHand()) return h("div.column", {"data-key": "in-hand"}, rest);
@@ -72,8 +77,23 @@ export function draw() {
     sketch && h("div.column", {}, rest)];
 }
 
+// A button that goes, or is shut, by being pressed hands the focus on to what it was about.
+let focused = null;  // {node, group} before the page is drawn
+function followFocus() {
+  const node = document.activeElement, group = node && node.closest("#cells, #lines, .form details");
+  focused = group ? {node, group} : null;
+}
+function handFocusOn() {
+  if (!focused || (focused.node.isConnected && !focused.node.disabled)) return;
+  const next = focused.group.querySelector("canvas") || focused.group.querySelector("summary");
+  if (next) next.focus({preventScroll: true});
+}
+
 export function drawn(place) {
-  paintDrawn(place);
+  handFocusOn();
+  const field = place.querySelector("#picture-file");
+  if (field) showFile(field);
+  if (brush) brush.paintDrawn(place);
   if (grid) grid.linesDrawn(place);
   if (cells) cells.cellsDrawn(place);
 }
@@ -96,6 +116,19 @@ const fault = () => firstFault(...Object.entries(kNumbers).filter(([name]) => na
   .map(([name, {label, ...rules}]) => ({label: t(label), text: wanted[name], rules})));
 const asNumber = (name) => String(numberOf(wanted[name]));
 
+// The sizes that could be used last: while one of them is typed anew, the lines over the picture stay, and nothing on the page moves.
+const usable = {};
+function followNumbers() {
+  for (const name of Object.keys(kSizes)) if (!firstFault({text: wanted[name], rules: kNumbers[name]})) usable[name] = asNumber(name);
+}
+const areUsable = () => Object.keys(kSizes).every((name) => name in usable);
+
+// What is wrong with one of them stands where it says otherwise what they are.
+function lengthsSaid() {
+  const bad = firstFault(...Object.keys(kSizes).map((name) => ({label: t(kNumbers[name].label), text: wanted[name], rules: kNumbers[name]})));
+  return h("p.lengths-said", {id: "lengths-said", role: "status", class: bad ? "number-fault" : "dim"}, bad ? `▲ ${faultWords(bad)}` : t("picture.sizes"));
+}
+
 const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
   h("input", {type: "range", min: 0, max, step: .05, value: String(value), "aria-label": label, id: `slide-${name}`, oninput: (event) => act(Number(event.target.value))}));
 
@@ -104,15 +137,125 @@ const select = (name, label, options) => h("label", {}, label,
 
 function takeFile(event) {
   const [file] = event.target.files;
-  if (wanted.url) URL.revokeObjectURL(wanted.url);
-  wanted.file = file || null;
+  takePicture(file || null);
   wanted.drawing = null;
-  wanted.url = file ? URL.createObjectURL(file) : "";
   takeWhole();
-  advice = 0;
-  openPicture(wanted.file);
   if (file) wanted.name = file.name.replace(/\.[^.]*$/, "");
+  if (restored && file && isSame(file, restored.of)) Object.assign(wanted, restored.about);
+  restored = null;
   changed();
+}
+
+function takePicture(file) {
+  if (wanted.url) URL.revokeObjectURL(wanted.url);
+  wanted.file = file;
+  wanted.url = file ? URL.createObjectURL(file) : "";
+  advice = 0;
+  openPicture(file);
+}
+
+const isSame = (one, other) => Boolean(one && other) && ["name", "size", "lastModified"].every((fact) => one[fact] === other[fact]);
+
+// Its field was made anew with the screen, and a browser puts no file into one by itself.
+function showFile(field) {
+  const [shown] = field.files;
+  if (!wanted.file) { if (shown) field.value = ""; return; }
+  if (isSame(shown, wanted.file)) return;
+  const files = new DataTransfer();
+  files.items.add(wanted.file);
+  field.files = files.files;
+}
+
+// ---- a draft of it, kept in this browser ----------------------------------------------------------------------------
+
+const kKeepMs = 400;     // a hand on a slider says many things a second
+const kOfPicture = ["name", "wide", "high", "across", "down", "crop"];  // of the form: what another picture does not have
+let keptAs = null;       // what is in the store, or on its way; null: nobody has looked into it yet
+let keepSoon = 0;        // a timer
+let draftOf = "";        // whose it is; whoever is signed in after that begins the page anew
+let restored = null;     // {at, of: the picture, about: what the form says of it}, as it was kept
+
+// Who uses one console link after the other ("console link 3 of uid 1000") is the same user.
+const draftUser = () => model.session.user || (model.session.who || "").replace(/^console link \d+ /, "console link ");
+const drawings = () => ({paint: brush.keptPaint(), curves: cells.keptCurves(), pins: grid.keptPins()});
+const isBegun = () => Boolean(wanted.file || restored) || JSON.stringify(keptForm(), plain) !== kNothing || Object.values(drawings()).some(({length}) => length);
+
+// A size that was only proposed is proposed anew.
+function keptForm() {
+  const {file, url, drawing, size_mm, patch_mm, ...rest} = wanted, sized = Boolean(file) && sizedFor === file;
+  return {...rest, typed, sized, ...((typed || sized) && {size_mm, patch_mm})};
+}
+
+const plain = (name, value) => (value instanceof Set || value instanceof Map ? [...value] : value);
+const kNothing = JSON.stringify(keptForm(), plain);
+const stateOfForm = () => JSON.stringify([keptForm(), brush.paintVersion(), cells.curvesVersion(), grid.pinsVersion(), wanted.url, wanted.drawing && [wanted.drawing.name, wanted.drawing.size, wanted.drawing.lastModified]], plain);
+
+function keepDraft() {
+  if (keptAs === null || draftUser() !== draftOf || stateOfForm() === keptAs) return;
+  keptAs = stateOfForm();
+  if (!keepSoon) keepSoon = setTimeout(keepNow, kKeepMs);
+}
+
+async function keepNow() {
+  clearTimeout(keepSoon);
+  keepSoon = 0;
+  await drafts.keepDraft(draftOf, {form: {...keptForm(), ...drawings()}, picture: wanted.file, drawing: wanted.drawing});
+  changed();
+}
+addEventListener("pagehide", () => { if (keepSoon) keepNow(); });
+
+// Once. What somebody has begun before it came stays.
+async function takeDraft() {
+  if (keptAs !== null) return;
+  const user = draftUser(), kept = await drafts.readDraft(user);
+  if (keptAs !== null) return;
+  draftOf = user;
+  if (kept) try { restore(kept); } catch (fault) { /* it is none that this page understands */ }
+  keptAs = stateOfForm();
+  changed();
+}
+
+function restore({form, at, of, picture, drawing}) {
+  brush.restorePaint(form.paint);
+  cells.restoreCurves(form.curves);
+  grid.restorePins(form.pins);
+  if (wanted.file || typed) return;
+  const usual = blank(), like = (one, other) => typeof one === typeof other && one.constructor === other.constructor;
+  const said = Object.fromEntries(Object.entries(form).filter(([name, value]) => usual[name] !== null && name in usual && like(value, usual[name])));
+  const about = Object.fromEntries(kOfPicture.filter((name) => name in said).map((name) => [name, said[name]]));
+  Object.assign(wanted, said);
+  typed = form.typed === true;
+  restored = {at, of, about};
+  if (of && !picture) { Object.assign(wanted, Object.fromEntries(kOfPicture.map((name) => [name, usual[name]]))); return; }
+  takePicture(picture);
+  wanted.drawing = drawing;
+  if (form.sized === true) sizedFor = picture;
+}
+
+async function startAfresh() {
+  if (wanted.file && !confirm(t("draft.sure"))) return;
+  clearTimeout(keepSoon);
+  keepSoon = 0;
+  brush.forgetPaint();
+  cells.forgetCurves();
+  grid.forgetPins();
+  takePicture(null);
+  Object.assign(wanted, blank());
+  typed = false;
+  sizedFor = restored = null;
+  keptAs = stateOfForm();
+  changed();
+  await drafts.forgetDraft(draftOf);
+}
+
+function draftControls() {
+  if (!drafts || !isBegun()) return null;
+  const lost = restored && restored.of && !wanted.file, said = drafts.draftFault();
+  return h("div.draft", {id: "draft", role: "status"},
+    restored && h("p.dim", {id: "draft-restored"}, t("draft.restored", {at: dayTime(restored.at)})),
+    lost && h("p.warn", {id: "draft-picture"}, `▲ ${t("draft.picture", {name: restored.of.name})}`),
+    said && !lost && h("p.warn", {id: "draft-fault"}, `▲ ${t(`draft.${said}`)}`),
+    button(t("draft.afresh"), startAfresh, {id: "draft-afresh"}));
 }
 
 // ---- which part of it -----------------------------------------------------------------------------------------------
@@ -217,14 +360,16 @@ function formCard() {
   return card(t("picture.form"),
     h("form.form", {onsubmit: plan},
       h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
+      draftControls(),
       wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
-      h("div.pair", {}, number("size_mm", {id: "picture-size"}), number("patch_mm", {id: "picture-patch"})),
+      h("div.pair", {}, number("size_mm", {id: "picture-size", said: "lengths-said"}), number("patch_mm", {id: "picture-patch", said: "lengths-said"})),
+      lengthsSaid(),
       lack && h("p.warn", {id: "no-wood"}, `▲ ${t(`picture.${lack}`, {panels: model.panels.filter(waits).map(({id}) => id).join(", ")})}`),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       drawingControl(), grid && grid.lineControls(operates() ? wanted.file : null), cells && cells.cellControls(wanted.layout === "mosaic", aspectSlider()),
-      edgeControls(wanted.layout === "morph"), sizeControls(wanted.layout === "mosaic"), matterControls(),
+      brush && [brush.edgeControls(wanted.layout === "morph"), brush.sizeControls(wanted.layout === "mosaic"), brush.matterControls()],
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       tick("refine", t("picture.refine"), "picture-refine"),
       wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
@@ -267,26 +412,26 @@ function sketchQuery() {
   query.set("patch_mm", asNumber("patch_mm"));
   query.set("layout", wanted.layout);
   if (wanted.crop) query.set("crop", wanted.crop);
-  paintInto(query, "");  // squares follow no edges
+  if (brush) brush.paintInto(query, "");  // squares follow no edges
   return query;
 }
 
 // What the lines of a grid depend on; null with a layout that has none.
 function gridQuery() {
-  if (wanted.layout !== "morph") return null;
-  const query = new URLSearchParams({layout: "morph", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
+  if (wanted.layout !== "morph" || !areUsable()) return null;
+  const query = new URLSearchParams({layout: "morph", ...usable});
   if (wanted.triangles) query.set("triangles", "1");
-  paintInto(query, "morph");
+  if (brush) brush.paintInto(query, "morph");
   query.delete("importance");  // of wood
   return query;
 }
 
 // The same of the cells of a mosaic, beside the curves that they lie along.
 function cellsQuery() {
-  if (wanted.layout !== "mosaic") return null;
-  const query = new URLSearchParams({layout: "mosaic", size_mm: asNumber("size_mm"), patch_mm: asNumber("patch_mm")});
+  if (wanted.layout !== "mosaic" || !areUsable()) return null;
+  const query = new URLSearchParams({layout: "mosaic", ...usable});
   if (wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
-  paintInto(query, "mosaic");
+  if (brush) brush.paintInto(query, "mosaic");
   return query;
 }
 
@@ -300,7 +445,7 @@ async function plan(event) {
   query.set("patch_mm", asNumber("patch_mm"));
   for (const choice of ["layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
-  paintInto(query, wanted.layout);
+  if (brush) brush.paintInto(query, wanted.layout);
   if (grid && wanted.layout === "morph") grid.pinsInto(query);
   if (cells && wanted.layout === "mosaic") cells.curvesInto(query);
   if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
@@ -322,8 +467,8 @@ async function plan(event) {
 async function advise() {
   takeWhole();
   const query = asked();
-  wantPaint(wanted.file, pictureSize(wanted.file), null);
-  paintInto(query, "");  // of all of the picture: which part is what is asked
+  if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), null);
+  if (brush) brush.paintInto(query, "");  // of all of the picture: which part is what is asked
   const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(advice = started.task);
   changed();
@@ -334,7 +479,7 @@ function adviceCard() {
   const found = task && task.state === "done" && task.result;
   if (!found) return null;
   return card(t("advice"),
-    ...found.remarks.map((remark) => h("p.hint", {}, remark)),
+    ...found.remarks.map((remark) => h("p.hint", {}, inEnglish(asSentence(remark)))),
     h("ul.plans.advice", {}, ...found.suggestions.map((one, at) => h("li", {"data-key": at},
       h("img", {src: `data:image/jpeg;base64,${one.preview_jpeg}`, alt: t("advice.picture", {n: at + 1})}),
       h("b", {}, `${at + 1}: ${Math.round(one.width_mm)} × ${Math.round(one.height_mm)} mm${at + 1 === found.suggested ? ` – ${t("advice.best")}` : ""}`),

@@ -157,10 +157,27 @@ const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.w
 // What was seen and is not in stock yet, whoever scanned it; asked for anew whenever that may have changed.
 let waiting = [], waitingFor = null;
 function followWaiting(task) {
-  const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
+  const over = [...model.tasks.values()].filter(({state}) => state !== "running").length;  // anybody's: one of them may have decided
+  const now = `${task ? task.id + task.state : ""} ${over} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; keepDoubts(proposals); changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
+  const again = () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs);
+  get("/proposals").then(({proposals}) => {
+    if (waitingFor !== now) return;
+    waiting = proposals;
+    keepDoubts(proposals);
+    changed();
+    if (proposed && !proposals.some(({number}) => number === proposed)) followVerdict(proposed).catch(again);
+  }, again);
+}
+
+// Somebody has decided, here or elsewhere: once it is in stock, the ticks that it was scanned with are over.
+async function followVerdict(number) {
+  const {decided} = await get(`/proposals/${number}`);
+  if (!decided || number !== proposed) return;
+  if (decided.verdict === "accepted") wanted.retag = wanted.bare = false;
+  proposed = 0;
+  changed();
 }
 
 // What it is in doubt about stands before the buttons, each with its own answer.

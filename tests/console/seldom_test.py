@@ -242,6 +242,32 @@ class Seldom(Page):
         self.assertEqual(told, ["#scan/P-0002", "P-0002", [True, False, False], [with_tags, with_tags, {"face": "show", "more": False, "panel": "P-0002"}]],
                          "new tags are asked for until a scan has them")
 
+    def decided_elsewhere(self, verdict):
+        """A scan with new tags was proposed; somebody decides on it with another program, of which a task tells."""
+        return self.steps("""
+            answer({'/proposals/4': {number: 4, decided: null}, '/scans': {task: 21}});
+            const isTicked = () => draw().querySelector('#scan-retag').checked, asked = () => window.asked.filter(({path}) => path.endsWith('/proposals')).length;
+            await enter('scan', 'P-0001');
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            main.querySelector('#scan-retag').click(); draw();
+            await press('#do-scan');
+            model.tasks.set(21, {id: 21, kind: 'scan', state: 'done', progress: 1, text: '', result: {proposal: 4, panel: 'P-0001', face: 'show'}});
+            await until(() => draw().querySelector('#accept-4'));
+            const before = isTicked();
+            window.answers['/proposals'].proposals = [];
+            window.answers['/proposals/4'].decided = {verdict: '%s'};
+            model.tasks.set(35, {id: 35, kind: 'accept', state: 'done', progress: 1, text: '', result: {}});
+            await until(() => !draw().querySelector('#accept-4'));
+            await until(() => window.asked.some(({path}) => path.endsWith('/proposals/4')));
+            await settled();
+            return [before, isTicked()]""" % verdict)
+
+    def test_what_was_accepted_elsewhere_takes_its_tick_along(self):
+        self.assertEqual(self.decided_elsewhere("accepted"), [True, False])
+
+    def test_what_was_refused_elsewhere_leaves_its_tick(self):
+        self.assertEqual(self.decided_elsewhere("refused"), [True, True], "the next scan of it has new tags too")
+
     def test_new_tags_are_asked_for_until_what_a_scan_proposed_is_in_stock(self):
         told = self.steps("""
             answer({'/proposals/4/accept': {task: 22}, '/proposals/4/picture': {}, '/scans': {task: 21}});

@@ -356,7 +356,9 @@ class Stock(Pieces):
         self.press("#language")
         self.until_says("#nav", "Platten")
         self.go("new")
-        self.until("the form", lambda: self.find("#main form"))
+        self.until_says("#draft-restored", "in diesem Browser aufgehoben")  # the picture that was chosen while the page spoke English
+        self.browser.execute_script("window.confirm = () => true")
+        self.press("#draft-afresh")
         self.browser.execute_script("document.querySelector('#main form').dispatchEvent(new Event('submit', {cancelable: true}))")
         self.until_says("#refusal", "Wählen Sie erst ein Bild.")
         assert self.find("#refusal").get_attribute("lang") == "de", "the page's own words"
