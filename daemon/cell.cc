@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/journal.h"
-#include "daemon/services/cell_alarms.h"
-#include "daemon/services/device_places.h"
+#include "daemon/devices/device_places.h"
+#include "daemon/news/cell_alarms.h"
 #include "daemon/store/backup.h"
 #include "daemon/unit/disk_room.h"
 #include "daemon/unit/job_words.h"

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "daemon/cell.h"
-#include "daemon/services/cell_alarms.h"
-#include "daemon/services/kept_alarms.h"
-#include "daemon/services/kept_tasks.h"
+#include "daemon/news/cell_alarms.h"
+#include "daemon/news/kept_alarms.h"
+#include "daemon/news/kept_tasks.h"
 
 namespace veneer::daemon {
 

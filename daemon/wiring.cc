@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/services/sane_scanner.h"
-#include "daemon/services/v4l2_camera.h"
+#include "daemon/devices/sane_scanner.h"
+#include "daemon/devices/v4l2_camera.h"
 #include "daemon/workers/worker_processes.h"
 #include "drivers/file/file_camera.h"
 #include "drivers/file/file_scanner.h"

@@ -518,7 +518,7 @@ Result<std::optional<ScanRecord>> Panels::last_scan(const PanelId& panel, Face f
 
 Result<std::optional<std::string>> Panels::scanned_before(const std::string& sha256,
                                                           const std::optional<PanelId>& panel) {
-  // The scans of a proposal have their content in their names (daemon/services/panel_library.h).
+  // The scans of a proposal have their content in their names (daemon/stock/panel_library.h).
   constexpr std::size_t kInName = 16;
   if (sha256.size() < kInName) return std::optional<std::string>();
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<std::string>> {

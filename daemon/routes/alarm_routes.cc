@@ -6,8 +6,8 @@
 
 #include "base/clock.h"
 #include "daemon/api/page.h"
+#include "daemon/devices/device_places.h"
 #include "daemon/routes/cell_routes.h"
-#include "daemon/services/device_places.h"
 
 namespace veneer::daemon {
 namespace {

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "daemon/api/request_reader.h"
+#include "daemon/devices/camera_trial.h"
+#include "daemon/devices/v4l2_camera.h"
 #include "daemon/orders/capture_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/post_work.h"
-#include "daemon/services/camera_trial.h"
-#include "daemon/services/v4l2_camera.h"
 #include "drivers/camera_size.h"
 
 namespace veneer::daemon {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "daemon/api/api_message.h"
-#include "daemon/services/calibration_service.h"
-#include "daemon/services/panel_figures.h"
-#include "daemon/services/plan_service.h"
-#include "daemon/services/remnants.h"
-#include "daemon/services/scan_service.h"
+#include "daemon/calibration/calibration_service.h"
+#include "daemon/plans/plan_service.h"
+#include "daemon/stock/panel_figures.h"
+#include "daemon/stock/remnants.h"
+#include "daemon/stock/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/cell_view.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "daemon/api/router.h"
-#include "daemon/services/query_pool.h"
+#include "daemon/records/query_pool.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {

@@ -6,9 +6,9 @@
 
 #include "calib/fiducial_sheet.h"
 #include "calib/tag_pattern.h"
+#include "daemon/calibration/fiducial_print.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/fiducial_print.h"
 
 namespace veneer::daemon {
 namespace {

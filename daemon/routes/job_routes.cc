@@ -7,13 +7,13 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/api/page.h"
 #include "daemon/api/route_table.h"
+#include "daemon/plans/plan_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/plan_wood.h"
 #include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {

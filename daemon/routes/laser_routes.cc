@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/calibration/test_pattern.h"
+#include "daemon/plans/run_strokes.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/run_strokes.h"
-#include "daemon/services/test_pattern.h"
 
 namespace veneer::daemon {
 namespace {

@@ -12,8 +12,8 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"
-#include "daemon/services/brush.h"
-#include "daemon/services/mask_painter.h"
+#include "daemon/stock/brush.h"
+#include "daemon/stock/mask_painter.h"
 
 namespace veneer::daemon {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "daemon/api/api_message.h"
-#include "daemon/services/panel_library.h"
-#include "daemon/services/query_pool.h"
+#include "daemon/records/query_pool.h"
+#include "daemon/stock/panel_library.h"
 
 namespace veneer::daemon {
 

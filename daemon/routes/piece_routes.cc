@@ -7,7 +7,7 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/piece_picture.h"
+#include "daemon/stock/piece_picture.h"
 
 namespace veneer::daemon {
 namespace {

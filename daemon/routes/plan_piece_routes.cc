@@ -16,8 +16,8 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/piece_picture.h"
-#include "daemon/services/wood_place.h"
+#include "daemon/stock/piece_picture.h"
+#include "daemon/stock/wood_place.h"
 #include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
 

@@ -4,13 +4,13 @@
 
 #include "base/clock.h"
 #include "daemon/api/page.h"
+#include "daemon/plans/plan_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/plan_wood.h"
 #include "planner/drawings/drawn_areas.h"
 
 namespace veneer::daemon {

@@ -6,11 +6,11 @@
 
 #include "base/clock.h"
 #include "daemon/api/page.h"
+#include "daemon/plans/cut_file.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/cut_file.h"
 
 namespace veneer::daemon {
 namespace {

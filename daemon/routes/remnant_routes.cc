@@ -15,7 +15,7 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/panel_label.h"
+#include "daemon/stock/panel_label.h"
 
 namespace veneer::daemon {
 namespace {

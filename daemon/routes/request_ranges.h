@@ -34,7 +34,7 @@ inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kLeaseDays{1, 90};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};
 inline constexpr std::ptrdiff_t kLongestReason = 500;  // characters
-inline constexpr NumberRange kBrushWidth{0.5, 60};     // mm; services/brush.h has the same
+inline constexpr NumberRange kBrushWidth{0.5, 60};     // mm; stock/brush.h has the same
 inline constexpr std::size_t kMostCorners = 1'500;     // of an outline that is painted on a mask, with any digits
 inline constexpr NumberRange kPointsOfStroke{2, 500'000};
 inline constexpr NumberRange kSwitch{0, 1};                                                             // off, on

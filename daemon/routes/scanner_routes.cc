@@ -1,8 +1,8 @@
 // Which scanners there are, and what can be set on them.
+#include "daemon/devices/sane_scanner.h"
 #include "daemon/orders/capture_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/post_work.h"
-#include "daemon/services/sane_scanner.h"
 
 namespace veneer::daemon {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "calib/april_grid.h"
+#include "daemon/calibration/calibration_service.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/calibration_service.h"
 
 namespace veneer::daemon {
 namespace {

@@ -16,7 +16,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"
-#include "daemon/services/panel_merge.h"
+#include "daemon/stock/panel_merge.h"
 
 namespace veneer::daemon {
 namespace {

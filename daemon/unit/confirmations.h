@@ -9,7 +9,7 @@
 namespace veneer::daemon {
 
 // Confirmed of the board that is measured by, before the laser's pattern is burnt into it: that it lies in the middle
-// of the bed, and that the camera does not tell it from the bed (daemon/services/pattern_board.h).
+// of the bed, and that the camera does not tell it from the bed (daemon/calibration/pattern_board.h).
 inline constexpr const char* kBoardOnTheBed = "board on the bed";
 inline constexpr const char* kBoardNotSeen = "board not seen";
 

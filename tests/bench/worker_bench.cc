@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/services/plan_service.h"
+#include "daemon/plans/plan_service.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/worker_processes.h"
 #include "tests/support/temp_directory.h"

@@ -285,7 +285,7 @@ class Remedies(Page):
     def test_the_planners_and_daemons_refusals_name_no_option(self):
         """Whatever of its sentences the page may show: each option that the planner names has a field, or words."""
         named = set()
-        for room in ("planner", "daemon/workers", "daemon/services/plan_service.cc"):
+        for room in ("planner", "daemon/workers", "daemon/plans/plan_service.cc"):
             for file in [ROOT / room] if room.endswith(".cc") else sorted((ROOT / room).rglob("*.cc")):
                 named |= set(re.findall(r'"[^"\n]*?(?<![\w-])(--[a-z][a-z0-9]*(?:-[a-z0-9]+)*)[^"\n]*"', file.read_text()))
         told = self.does("const {byPage} = await load('by_page.js'); return given[0].filter((name) => byPage(`see to it (${name})`).length === 1)", sorted(named - self.ELSEWHERE))

@@ -65,7 +65,7 @@ TEST_F(V4l2OrderTest, ALookIsWrittenAsOnePicture) {
   EXPECT_EQ(file.size(), 13U + 48 * 48 * 3);
 }
 
-// By that a camera is known which was stuck between two looks (daemon/services/bed_pictures.h).
+// By that a camera is known which was stuck between two looks (daemon/devices/bed_pictures.h).
 TEST_F(V4l2OrderTest, TheSamePixelsMakeTheSameFile) {
   ASSERT_TRUE(take().ok());  // after which no motor moves
   PlayedCamera first(clock), again(clock);

@@ -52,19 +52,32 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       allowed["daemon/store"] = "base calib db daemon/threads"
       allowed["daemon/unit"] = "base calib db drivers daemon/store daemon/threads"
       allowed["daemon/orders"] = "base calib db drivers drivers/sane drivers/v4l2 planner daemon daemon/store daemon/workers"
-      allowed["daemon/services"] = "base calib db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/store" \
-                                   " daemon/threads daemon/unit daemon/workers"
-      allowed["daemon/routes"] = allowed["daemon/services"] " daemon/services"
+      allowed["daemon/records"] = "base db daemon/api daemon/store daemon/threads"
+      allowed["daemon/stock"] = "base calib db drivers planner daemon daemon/orders daemon/store daemon/threads daemon/workers"
+      allowed["daemon/devices"] = "base drivers daemon daemon/orders daemon/stock daemon/store daemon/threads daemon/unit" \
+                                  " daemon/workers"
+      allowed["daemon/news"] = "base calib db drivers daemon daemon/api daemon/devices daemon/orders daemon/records daemon/store" \
+                               " daemon/threads daemon/unit daemon/workers"
+      allowed["daemon/plans"] = "base db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/stock daemon/store" \
+                                " daemon/threads daemon/unit daemon/workers"
+      allowed["daemon/calibration"] = "base calib drivers planner daemon daemon/devices daemon/orders daemon/stock daemon/store" \
+                                      " daemon/unit daemon/workers"
+      allowed["daemon/routes"] = "base calib db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/store" \
+                                 " daemon/threads daemon/unit daemon/workers daemon/records daemon/stock daemon/devices" \
+                                 " daemon/news daemon/plans daemon/calibration"
       # Of the wiring, what everybody needs who is wired.
       only_of["daemon/orders"] = "daemon/config.h"
-      only_of["daemon/services"] = "daemon/config.h"
+      only_of["daemon/stock"] = only_of["daemon/devices"] = only_of["daemon/news"] = "daemon/config.h"
+      only_of["daemon/plans"] = only_of["daemon/calibration"] = "daemon/config.h"
       allowed["daemon"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sim/client" \
                           " drivers/transport calib planner db guardian console daemon/api daemon/routes" \
-                          " daemon/services daemon/store daemon/threads daemon/unit daemon/workers"
+                          " daemon/store daemon/threads daemon/unit daemon/workers daemon/records daemon/stock daemon/devices" \
+                          " daemon/news daemon/plans daemon/calibration"
       allowed["cli"] = "base planner"
       allowed["tests"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sane drivers/sim drivers/sim/client" \
                          " drivers/transport drivers/v4l2 calib planner db guardian daemon daemon/api daemon/orders daemon/routes" \
-                         " daemon/services daemon/store daemon/threads daemon/unit daemon/workers cli console"
+                         " daemon/store daemon/threads daemon/unit daemon/workers daemon/records daemon/stock daemon/devices" \
+                         " daemon/news daemon/plans daemon/calibration cli console"
 
       # The language, C, POSIX and Linux are open to all; a library has its doors.
       open_to_all = "^([a-z_]+|(dlfcn|emmintrin|fcntl|fnmatch|grp|immintrin|malloc|netdb|poll|pthread|pwd|sched|signal|spawn|stdlib|termios|time|unistd)\\.h|(arpa|linux|net|netinet|sys)/[a-z_/]+\\.h)$"
@@ -76,22 +89,22 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^archive", "^(base/archive\\.cc$|tests/base/)")
       door("^boost/beast", "^(daemon/(api/|orders/webhook\\.cc$)|cli/|tests/)")
       door("^boost/", "^(drivers/|guardian/|daemon/|cli/|tests/)")
-      door("^cairo", "^(daemon/services/(fiducial_print|panel_label)\\.cc|planner/(assembly|cutting|pages)/)")
+      door("^cairo", "^(daemon/(calibration/fiducial_print|stock/panel_label)\\.cc|planner/(assembly|cutting|pages)/)")
       door("^dl_[a-z]+\\.h", "^tests/")
       door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
       door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
       door("^linux/videodev2", "^(drivers/v4l2/(control_lock|proposed_settings|video_device)\\.cc$|tests/support/(camera_file|played_webcam)\\.h$)")
       door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
       door("^libusb", "^drivers/transport/usb_port\\.cc$")
-      door("^mosquitto\\.h$", "^(daemon/orders/mqtt\\.cc|tests/daemon/services/notifier_test\\.cc)$")
+      door("^mosquitto\\.h$", "^(daemon/orders/mqtt\\.cc|tests/daemon/news/notifier_test\\.cc)$")
       door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
-      door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/(orders|routes|services)/|cli/|drivers/sim/|tests/)")
+      door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/(orders|routes|stock)/|cli/|drivers/sim/|tests/)")
       door("^openssl/", "^(base/(base64|hash)\\.cc|daemon/)")
       door("^png\\.h", "^(cli/painted_mask\\.cc|planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(planner/drawings/svg_drawing\\.cc|planner/cutting/|tests/)")
-      door("^prometheus/", "^daemon/services/metrics\\.cc$")
-      door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
+      door("^prometheus/", "^daemon/news/metrics\\.cc$")
+      door("^qrencode\\.h$", "^daemon/stock/panel_label\\.cc$")
       door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
       door("^sodium", "^daemon/api/passwords\\.cc$")
@@ -101,7 +114,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^tiffio", "^(planner/pictures/(tiff_inks|tile_pyramid)\\.cc|tests/planner/)")
       door("^toml", "^(daemon|drivers/sim)/")
       door("^umockdev", "^tests/support/(board|camera)_file")
-      door("^zbar\\.h$", "^tests/daemon/services/panel_label_test\\.cc$")
+      door("^zbar\\.h$", "^tests/daemon/stock/panel_label_test\\.cc$")
       door("^zlib", "^(planner/pictures/(picture_metadata|png_codec|tiff_inks)\\.cc|tests/planner/)")
     }
     function holds(list, word) { return index(" " list " ", " " word " ") > 0 }

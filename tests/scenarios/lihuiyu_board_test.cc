@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "daemon/services/test_pattern.h"
+#include "daemon/calibration/test_pattern.h"
 #include "tests/support/board_file.h"
 #include "tests/support/guarded_record.h"
 #include "tests/support/lihuiyu_job.h"

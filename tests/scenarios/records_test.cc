@@ -12,7 +12,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "daemon/services/panel_library.h"
+#include "daemon/stock/panel_library.h"
 #include "db/sql.h"
 #include "tests/support/lone_daemon.h"
 #include "tests/support/stocked_database.h"

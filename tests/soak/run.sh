@@ -144,13 +144,13 @@ show_table=1 campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEE
   "$build/tests/db_tests" db/raw_writers_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/stock-life" "$seed" env VENEER_SEED="$seed" VENEER_STOCK_PANELS=60 VENEER_STOCK_JOBS=2000 \
-  "$build/tests/daemon_services_tests" daemon/services/stock_life_test.cc
+  "$build/tests/daemon_stock_tests" daemon/stock/stock_life_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/cell-life" "$seed" "$build/bin/veneer-soak" cell-life --seed "$seed" \
   --dir "$(dirname "$out")/soak-life" --out "$(dirname "$out")/cell-life.json"
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
-  "$build/tests/daemon_services_tests" daemon/services/area_life_test.cc
+  "$build/tests/daemon_stock_tests" daemon/stock/area_life_test.cc
 
 # A cell has wood for some 25 kills, and each test begins two with a copy of the same one.
 if [[ ledger/daemon-kills == "$name"* || $name == ledger/daemon-kills* ]]; then

@@ -23,7 +23,7 @@
 
 #include "calib/kerf_meter.h"
 #include "daemon/api/route_table.h"
-#include "daemon/services/panel_library.h"
+#include "daemon/stock/panel_library.h"
 #include "daemon/store/calibration.h"
 #include "daemon/store/database_thread.h"
 #include "tests/support/event_listener.h"

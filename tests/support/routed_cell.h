@@ -15,8 +15,8 @@
 
 #include "daemon/api/account_routes.h"
 #include "daemon/api/console_routes.h"
+#include "daemon/records/account_store.h"
 #include "daemon/routes/bind_routes.h"
-#include "daemon/services/account_store.h"
 #include "daemon/wiring.h"
 #include "tests/support/temp_directory.h"
 

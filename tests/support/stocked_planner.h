@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/services/plan_service.h"
+#include "daemon/plans/plan_service.h"
 #include "daemon/store/calibration.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"

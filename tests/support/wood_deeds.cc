@@ -143,7 +143,7 @@ const char* name_of(Fate fate) {
 }
 
 bool is_doubted(const PieceVerdict& piece) {
-  constexpr double kCut = 0.9, kWhole = 0.05;             // as suspects are told (daemon/services/scan_proposals.cc)
+  constexpr double kCut = 0.9, kWhole = 0.05;             // as suspects are told (daemon/stock/scan_proposals.cc)
   if (piece.fate == Fate::kNarrowUnbooked) return false;  // it has no inside
   const bool gone = vanished(piece.fate) || piece.fate == Fate::kCutAsBooked;
   return gone ? piece.share_gone < kCut : piece.share_gone > kWhole;

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "daemon/orders/wood_options.h"
-#include "daemon/services/cut_file.h"
+#include "daemon/plans/cut_file.h"
 #include "planner/cutting/lead_choice.h"
 
 namespace veneer::daemon {

@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "base/files.h"
-#include "daemon/services/backup_disk.h"
+#include "daemon/records/backup_disk.h"
 #include "daemon/store/backup.h"
 #include "db/audit.h"
 #include "tests/support/hanging_file.h"

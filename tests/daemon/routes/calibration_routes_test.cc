@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/calibration/calibration_service.h"
 #include "daemon/routes/cell_routes.h"
-#include "daemon/services/calibration_service.h"
 #include "daemon/store/calibration.h"
 #include "tests/support/routed_cell.h"
 

@@ -7,7 +7,7 @@
 #include "calib/tag_detector.h"
 #include "cli/render.h"
 #include "daemon/orders/stored_picture.h"
-#include "daemon/services/mask_painter.h"
+#include "daemon/stock/mask_painter.h"
 #include "planner/pictures/pictures.h"
 #include "tests/support/routed_cell.h"
 

@@ -60,7 +60,7 @@ TEST_F(SetupRoutes, AlarmsComeInPagesAndWhatIsNewerThanAllInSightStays) {
   EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all"))["acknowledged"], 1);
 }
 
-// What comes of it is its worker's (services/v4l2_camera_test.cc).
+// What comes of it is its worker's (devices/v4l2_camera_test.cc).
 TEST_F(SetupRoutes, CamerasAreLookedForAsATask) {
   cell->device_roots = {directory / "dev", directory / "sys"};
   router = Router();

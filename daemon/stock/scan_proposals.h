@@ -1,0 +1,128 @@
+// From what was read of a scan to stock: it waits as a proposal until somebody accepts or refuses it, or is entered.
+//
+// A first scan always waits; so does one that would take more of a panel's free wood, or give more back, than is left
+// to nobody's eye. While one of a known panel waits, nothing is planned or cut from that panel. What is accepted enters
+// in one transaction with the word that accepted it. Files of decided proposals are removed.
+//
+// Threading: blocks on files and the database; all on one worker, the scanner's.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "calib/reconcile.h"
+#include "daemon/orders/scan_work.h"
+#include "daemon/stock/panel_library.h"
+#include "daemon/store/database_thread.h"
+
+namespace veneer::daemon {
+
+// What wood and ledger disagree about, and the pieces whose wood it is: cut ones that still hang there, reserved ones
+// whose wood is gone.
+struct FoundDifference {
+  struct Piece {
+    JobId job;
+    std::string mark;
+    db::AllocationState state = db::AllocationState::kReserved;
+  };
+  calib::Difference seen;
+  std::vector<Piece> pieces;
+};
+
+// What a scan saw of a suspect piece's wood: a proposal.
+struct SeenSuspect {
+  JobId job;
+  std::string mark;
+  db::Sighting sighting;
+};
+
+struct ScanOutcome {
+  std::size_t tiles = 0;         // collected so far
+  std::optional<PanelId> panel;  // none while further tiles follow, and of a new sheet that waits to be accepted
+  std::optional<db::ProposalId> proposal;  // that waits to be accepted or refused: nothing has changed yet
+  bool is_new = false;
+  std::optional<PanelId> part_of;  // of a new panel: the one that it was sawn from
+  std::size_t carried = 0;         // pieces and scrap of that one that lay in its wood
+  Face face = Face::kShow;
+  std::optional<Millimetres> rms, max;  // of the registration
+  std::optional<Millimetres> left_out;  // the worst fiducial of a later scan, from where the others put it
+  std::vector<int> new_tags;            // that became the panel's
+  SquareMillimetres usable{0};          // of a show face
+  std::size_t zones = 0;
+  std::optional<std::vector<FoundDifference>> differences;  // of a show face that was known: against the ledger
+  std::vector<SeenSuspect> suspects;                        // of a show face that was known
+  Millimetres width{0}, height{0};                          // of a show face: the sheet
+  SquareMillimetres lost{0}, gained{0};                     // of a show face that was known: PanelRead
+  std::vector<ScanWarning> warnings;                        // of a show face
+};
+
+// A raw scan in the data folder.
+struct TakenTile {
+  std::string file, sha256, device, taken_at;
+  double dpi = 0;
+};
+// Wood that was suspect when the scan was looked at.
+struct SuspectWood {
+  std::int64_t allocation = 0, piece = 0;
+};
+
+// What a scan of a show face showed, and what it was compared with.
+struct SeenSheet {
+  PanelRead read;
+  std::vector<TakenTile> tiles;
+  std::string map_file, map_sha256, mask_file;  // in the data folder
+  std::optional<PanelId> panel;                 // a known one
+  int after = 0;                                // and the version of its mask
+  // Its first map is lost: it was compared with a later one, which may have been made after a suspect's wood had gone.
+  // Wood that shows no change since is then a sighting that is unclear, never one that is still there.
+  bool later_map = false;
+  std::optional<PanelId> parent;  // of a new one: the sawn panel that it is a part of
+  calib::PanelFiducials parent_fiducials;
+  std::vector<SuspectWood> suspects;
+};
+
+// How much free wood a scan may take from a panel, or give back, before somebody has to look: the greater of the two.
+inline constexpr SquareMillimetres kMostUnasked{200};
+inline constexpr double kMostUnaskedShare = 0.01;  // of what the mask calls usable
+
+class ScanProposals {
+ public:
+  // All references outlive this.
+  ScanProposals(DatabaseThread& database, const PanelLibrary& library, Logger log)
+      : database_(database), library_(library), log_(std::move(log)) {}
+
+  // Warnings that only stock tells are added: wood that would be lost or gained. A known panel whose wood changes less
+  // is entered at once, with all warnings told.
+  Result<ScanOutcome> propose(SeenSheet seen, const std::string& who);
+  // kNotFound; kConflict when it was decided before, or stock has changed since; kRefused when a warning is not among
+  // the `overruled`: the sentence names it. kInvalidArgument: it has no warning of a name that is overruled.
+  Result<ScanOutcome> accept(db::ProposalId proposal, const std::vector<std::string>& overruled,
+                             const std::string& who);
+  Status refuse(db::ProposalId proposal, const std::string& note, const std::string& who);
+
+ private:
+  Result<SeenSheet> read_back(const db::ProposalRecord& proposal) const;
+  Result<ScanOutcome> enter(SeenSheet seen, const std::optional<db::Acceptance>& of);
+  Result<ScanOutcome> enter_new(const SeenSheet& seen, const PanelId& id, const std::optional<db::Acceptance>& of);
+  Result<ScanOutcome> enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of);
+  Status move_pictures(SeenSheet& seen, const PanelId& panel) const;
+  void remove_spent();
+
+  DatabaseThread& database_;
+  const PanelLibrary& library_;
+  Logger log_;
+};
+
+// As the database keeps them with a proposal.
+std::string to_text(const std::vector<ScanWarning>& warnings);
+std::vector<ScanWarning> warnings_of(const db::ProposalRecord& proposal);
+// Of the tags that a scan of a known face added to it.
+std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face);
+
+std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const std::vector<TakenTile>& tiles,
+                                         const PanelRead& read);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,226 @@
+// Each link of the interlock chain: good, in the way with its remedy, or not known and said so.
+#include "daemon/news/interlocks.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/devices/device_places.h"
+#include "daemon/unit/disk_room.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const auto kNow = std::chrono::system_clock::time_point(std::chrono::hours(500'000));
+
+// A cell that may cut at once.
+struct Chain {
+  CellView view;
+  LaserStatus laser;
+  CellNeeds needs;
+  InterlockFacts facts;
+
+  Chain() {
+    view.state = CellState::kIdle;
+    laser.connected = laser.homed = true, laser.state = "Idle", laser.lid_open = false;
+    for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
+                            db::CertificateKind::kKerf})
+      needs.certificates.push_back({kind, CertificateState::kValid});
+    facts.guardian = Ok();
+    facts.camera.at = facts.scanner.at = kNow - std::chrono::seconds(12);
+    facts.free_bytes = 50'000'000'000;
+    facts.backups = BackupsSeen{kNow - std::chrono::hours(20)};
+    facts.now = kNow;
+  }
+  Interlock link(const std::string& name) const {
+    for (const Interlock& one : interlocks(view, laser, needs, facts))
+      if (one.name == name) return one;
+    ADD_FAILURE() << "there is no " << name;
+    return {};
+  }
+};
+
+TEST(Interlocks, NothingIsInTheWayOfACellThatMayCut) {
+  const Chain chain;
+  for (const Interlock& one : interlocks(chain.view, chain.laser, chain.needs, chain.facts)) {
+    EXPECT_EQ(one.state, InterlockState::kGood) << one.name << ": " << one.sentence;
+    EXPECT_THAT(one.sentence, Not(IsEmpty())) << one.name;
+    EXPECT_THAT(one.remedy, IsEmpty()) << one.name;
+  }
+  EXPECT_EQ(chain.link("camera").age_s, 12);
+  EXPECT_EQ(chain.link("backup").age_s, 20 * 3600);
+}
+
+TEST(Interlocks, WhatNobodyHasToldIsNotKnown) {
+  Chain chain;
+  chain.laser = {};
+  chain.needs.certificates.clear();
+  chain.facts = {};
+  for (const char* name : {"lid", "machine", "guardian", "certificates", "camera", "scanner", "disk", "backup"})
+    EXPECT_EQ(chain.link(name).state, InterlockState::kUnknown) << name;
+  EXPECT_EQ(to_json(interlocks(chain.view, chain.laser, chain.needs, chain.facts))[6],
+            (nlohmann::json{{"name", "camera"},
+                            {"state", "unknown"},
+                            {"sentence", "no picture of the bed since the program began"},
+                            {"remedy", nullptr},
+                            {"age_s", nullptr}}));
+  chain.laser.connected = true;
+  EXPECT_EQ(chain.link("lid").state, InterlockState::kUnknown) << "no switch is wired";
+}
+
+TEST(Interlocks, WhatBlocksNamesItsRemedy) {
+  const auto blocks = [](const char* name, auto change) {
+    Chain chain;
+    change(chain);
+    const Interlock link = chain.link(name);
+    EXPECT_EQ(link.state, InterlockState::kBlocks) << name << ": " << link.sentence;
+    return link.sentence + " | " + link.remedy;
+  };
+  EXPECT_EQ(blocks("lid", [](Chain& c) { c.laser.lid_open = true; }), "the lid is open | Close the lid.");
+  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1"; }), HasSubstr("Clear and Reset"));
+  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Door:0"; }), HasSubstr("Close the door"));
+  EXPECT_THAT(blocks("machine",
+                     [](Chain& c) { c.laser.connected = false, c.laser.why_not_connected = "/dev/ttyUSB0 is gone"; }),
+              HasSubstr("/dev/ttyUSB0 is gone | See that the laser is switched on"));
+  EXPECT_EQ(blocks("stop", [](Chain& c) { c.view.state = CellState::kAborted, c.view.reason = "STOP was pressed"; }),
+            "STOP was pressed | See to the cause, then Clear and Reset.");
+  EXPECT_THAT(blocks("stop", [](Chain& c) { c.view.state = CellState::kHeld; }), HasSubstr("Unhold"));
+  EXPECT_THAT(blocks("guardian",
+                     [](Chain& c) {
+                       c.facts.guardian = Error{ErrorCode::kRefused, "nobody watches"};
+                     }),
+              HasSubstr("nobody watches | It comes back"));
+  EXPECT_THAT(blocks("certificates", [](Chain& c) { c.needs.certificates[2].state = CertificateState::kMissing; }),
+              HasSubstr("the laser on the bed was never calibrated | Calibrate it"));
+  EXPECT_THAT(blocks("camera",
+                     [](Chain& c) {
+                       c.facts.camera.outcome = Error{ErrorCode::kTimeout, "/dev/video0 is silent"};
+                     }),
+              HasSubstr("/dev/video0 is silent | See that the camera is plugged in"));
+  EXPECT_THAT(blocks("database",
+                     [](Chain& c) {
+                       c.needs.database_busy = "a row is not as it was written", c.needs.database_damaged = true;
+                     }),
+              HasSubstr("db check"));
+}
+
+TEST(Interlocks, WhileAPanelIsLoadedConsentIsWhatIsAskedFor) {
+  Chain chain;
+  chain.view.state = CellState::kSuspended;
+  chain.view.load.emplace();
+  chain.view.load->panel = PanelId{"P-0002"};
+  EXPECT_EQ(chain.link("consent").remedy, "Lay panel P-0002 on the bed.");
+  chain.view.load->found = true;
+  chain.needs.confirm = {"exhaust", "air assist"};
+  EXPECT_EQ(chain.link("consent").remedy, "See to exhaust, air assist, tick each, then say Unsuspend.");
+  EXPECT_EQ(chain.link("consent").state, InterlockState::kBlocks);
+  chain.view.state = CellState::kExecute;
+  EXPECT_EQ(chain.link("consent").state, InterlockState::kGood);
+}
+
+TEST(Interlocks, WhatIsMissedOnlyLaterWarns) {
+  Chain chain;
+  chain.facts.scanner.outcome = Error{ErrorCode::kDisconnected, "no scanner answers"};
+  chain.facts.free_bytes = 1'300'000'000;
+  chain.facts.backups = BackupsSeen{};
+  EXPECT_EQ(chain.link("scanner").state, InterlockState::kWarns);
+  EXPECT_EQ(chain.link("disk").state, InterlockState::kWarns);
+  EXPECT_EQ(chain.link("disk").sentence, "1.3 GB are free");
+  EXPECT_EQ(chain.link("backup").sentence, "no backup was made yet");
+  chain.facts.backups->newest_at = kNow - std::chrono::hours(8 * 24);
+  EXPECT_EQ(chain.link("backup").state, InterlockState::kWarns);
+  chain.facts.backups_silent = "the disk of the backups does not answer";
+  EXPECT_EQ(chain.link("backup").sentence, chain.facts.backups_silent);
+  EXPECT_EQ(chain.link("backup").age_s, std::nullopt) << "nobody can say how old it is";
+}
+
+// Pictures keep coming, and no look believes them.
+TEST(Interlocks, APictureThatProvesNothingIsInTheWay) {
+  Chain chain;
+  chain.facts.camera.behind = std::chrono::seconds(60);
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kGood);
+  chain.facts.camera.behind = std::chrono::seconds(300);
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_THAT(chain.link("camera").sentence, HasSubstr("300 s old already"));
+  EXPECT_THAT(chain.link("camera").remedy, HasSubstr("the program that takes the camera's pictures runs"));
+  chain.facts.camera.behind = {};
+  chain.facts.picture_fresh = Error{ErrorCode::kUnavailable, "/dev/video0 gives the same picture again"};
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("camera").sentence, "/dev/video0 gives the same picture again");
+  chain.facts.tell_why = false;
+  EXPECT_THAT(chain.link("camera").sentence, Not(HasSubstr("/dev")));
+}
+
+TEST(Interlocks, NoStockIsCutByASimulatedEye) {
+  Chain chain;
+  chain.facts.stock_refusal = "the laser is a real one, but the camera is simulated: configure a real one";
+  EXPECT_EQ(chain.link("camera").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("camera").sentence, chain.facts.stock_refusal);
+}
+
+TEST(Interlocks, OnAFullDiskNothingIsCut) {
+  Chain chain;
+  chain.facts.free_bytes = 1'000'000;
+  EXPECT_EQ(chain.link("disk").state, InterlockState::kBlocks);
+  EXPECT_EQ(chain.link("disk").sentence + " | " + chain.link("disk").remedy,
+            "the disk is nearly full, and soon no cut can be booked | Make room on the disk.");
+  EXPECT_THAT(check_room(chain.facts.free_bytes).error().message, ::testing::StartsWith(chain.link("disk").sentence))
+      << "as Start says it";
+}
+
+TEST(Interlocks, AScannersCertificateKeepsNobodyFromCutting) {
+  Chain chain;
+  chain.needs.certificates[0].state = CertificateState::kExpired;
+  EXPECT_EQ(chain.link("certificates").state, InterlockState::kWarns);
+  chain.needs.certificates[3].state = CertificateState::kExpired;
+  EXPECT_EQ(chain.link("certificates").state, InterlockState::kBlocks);
+}
+
+TEST(Interlocks, AViewerIsToldNeitherPortsNorPaths) {
+  Chain chain;
+  chain.facts.tell_why = false;
+  chain.laser.connected = false, chain.laser.why_not_connected = "/dev/ttyUSB0 is gone";
+  chain.facts.camera.outcome = Error{ErrorCode::kTimeout, "/dev/video0 is silent"};
+  EXPECT_EQ(chain.link("machine").sentence, kLaserIsSilent);
+  EXPECT_THAT(chain.link("camera").sentence, Not(HasSubstr("/dev")));
+}
+
+// A device that was asked and did not answer is not the same as one that nobody has asked.
+class OneAnswer final : public CameraDriver {
+ public:
+  explicit OneAnswer(Result<std::filesystem::path> answer,
+                     std::optional<std::chrono::system_clock::time_point> taken_at = {})
+      : answer_(std::move(answer)), taken_at_(taken_at) {}
+  Result<std::filesystem::path> capture() override { return answer_; }
+  std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken_at_; }
+  std::string device() const override { return "test"; }
+  void give_up() noexcept override { answer_ = Error{ErrorCode::kCancelled, "the program ends"}; }
+
+ private:
+  Result<std::filesystem::path> answer_;
+  std::optional<std::chrono::system_clock::time_point> taken_at_;
+};
+
+TEST(NotedDevices, NoteHowTheLastPictureCameOut) {
+  NotedCamera dead(std::make_unique<OneAnswer>(Error{ErrorCode::kTimeout, "silent"}));
+  EXPECT_FALSE(dead.last().at.has_value());
+  EXPECT_FALSE(dead.capture().ok());
+  ASSERT_TRUE(dead.last().at.has_value());
+  EXPECT_EQ(dead.last().outcome.error().message, "silent");
+  NotedCamera slow(std::make_unique<OneAnswer>(std::filesystem::path("picture.png"),
+                                               std::chrono::system_clock::now() - std::chrono::hours(1)));
+  EXPECT_TRUE(slow.capture().ok());
+  EXPECT_GE(slow.last().behind, std::chrono::hours(1));
+  NotedCamera given_up(std::make_unique<OneAnswer>(Error{ErrorCode::kCancelled, "a look goes first"}));
+  EXPECT_FALSE(given_up.glance({}).ok());
+  EXPECT_FALSE(given_up.last().at.has_value()) << "somebody broke it off: that says nothing of the camera";
+  slow.give_up();
+  EXPECT_FALSE(slow.capture().ok()) << "the device itself is not told";
+}
+
+}  // namespace
+}  // namespace veneer::daemon

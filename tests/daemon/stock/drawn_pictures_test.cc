@@ -1,0 +1,29 @@
+#include "daemon/stock/drawn_pictures.h"
+
+#include <gtest/gtest.h>
+
+namespace veneer::daemon {
+namespace {
+
+TEST(DrawnPictures, AreFoundByTheirVersionAndTheOldestGiveWay) {
+  const DrawnPictures drawn(100);
+  EXPECT_EQ(drawn.find("a"), std::nullopt);
+  drawn.keep("a", std::string(25, 'a'));
+  drawn.keep("b", std::string(25, 'b'));
+  drawn.keep("c", std::string(25, 'c'));
+  drawn.keep("d", std::string(25, 'd'));
+  EXPECT_EQ(drawn.find("a"), std::string(25, 'a'));
+  drawn.keep("e", std::string(25, 'e'));
+  EXPECT_EQ(drawn.find("b"), std::nullopt) << "nobody had asked for it for the longest time";
+  EXPECT_EQ(drawn.find("a"), std::string(25, 'a'));
+  EXPECT_EQ(drawn.find("e"), std::string(25, 'e'));
+  drawn.keep("a", "anew");
+  EXPECT_EQ(drawn.find("a"), "anew");
+  drawn.keep("large", std::string(50, 'l'));
+  EXPECT_EQ(drawn.find("large"), std::string(50, 'l'));
+  drawn.keep("huge", std::string(51, 'h'));
+  EXPECT_EQ(drawn.find("huge"), std::nullopt) << "it would leave no room for others";
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,125 @@
+// The check of `./dev soak ledger/cell-life` on area books: it agrees with a true one, and with none that is false.
+#include "tests/support/panel_areas.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "daemon/routes/cell_json.h"
+#include "daemon/stock/area_book.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using testing::count_areas;
+using testing::disagreement;
+using ::testing::HasSubstr;
+using testing::PanelAreas;
+using S = db::AllocationState;
+
+constexpr double kMaskPixel = 25.4 / 300, kWithin = 1e-6;
+
+// A panel of 30 x 20 mm with a piece in each state that counts, turned, with kerf; two lie half where no wood is.
+class AreaCheck : public ::testing::Test {
+ protected:
+  static constexpr double kWidth = 30, kHeight = 20;
+
+  AreaCheck() {
+    mask_.pixels(cv::Rect(60, 0, 90, mask_.pixels.rows)) = 0;
+    mask_.pixels(cv::Rect(200, 100, 3, 2)) = 0;  // a pinhole
+    double x = 4;
+    for (const S state : {S::kReserved, S::kCutting, S::kCut, S::kSuspect, S::kScrap, S::kReleased, S::kCut}) {
+      db::AllocationRecord& one = wood_.emplace_back();
+      for (int corner = 0; corner < 5; ++corner) {
+        const double turn = 0.3 * x + 2 * std::numbers::pi * corner / 5;
+        one.outline.push_back(point<PanelFrame>(micrometres(x + 1.5 * std::cos(turn)),
+                                                micrometres(8 + std::fmod(x, 5) + 1.5 * std::sin(turn))));
+      }
+      one.area = offset(Region<PanelFrame>(one.outline), 0.2_mm);
+      one.state = state;
+      x += 3.9;
+    }
+    // A burnt frame around a spot, which is somebody else's.
+    db::AllocationRecord& frame = wood_.emplace_back();
+    frame.state = S::kScrap;
+    frame.area = subtract(Region<PanelFrame>(square(20, 1, 6)), Region<PanelFrame>(square(22, 3, 2)));
+  }
+  static double micrometres(double mm) { return std::round(mm * 1000) / 1000; }
+  static Ring<PanelFrame> square(double x, double y, double side) {
+    return {point<PanelFrame>(x, y), point<PanelFrame>(x + side, y), point<PanelFrame>(x + side, y + side),
+            point<PanelFrame>(x, y + side)};
+  }
+
+  // As GET /panels/ID tells it.
+  json book() const {
+    const auto panel = whole_panel(Millimetres(kWidth), Millimetres(kHeight));
+    AreaBook out = opened(panel, usable_of_panel(mask_, Millimetres(kWidth), Millimetres(kHeight)));
+    for (const auto& one : wood_) enter(out, booked_wood(one, mask_, panel), one.state);
+    return to_json(out);
+  }
+  PanelAreas counted() const {
+    json told = json::array();
+    for (const auto& one : wood_) told.push_back(to_json(one, "A1"));
+    return count_areas(told, mask_.pixels, kMaskPixel, kWidth, kHeight);
+  }
+
+  Raster<PanelFrame> mask_{cv::Mat(237, 355, CV_8UC1, cv::Scalar(255)), ScanResolution::from_dpi(300)};
+  std::vector<db::AllocationRecord> wood_;
+};
+
+TEST_F(AreaCheck, AgreesWithATrueBook) {
+  const json told = book();
+  for (const auto& [name, area] : counted()) EXPECT_GT(area, 1) << name << ": a class that none is of shows nothing";
+  EXPECT_EQ(disagreement(told, counted(), kWithin), "") << told.dump(2);
+}
+
+TEST_F(AreaCheck, EachFalseFigureIsFoundThoughTheSumIsTrue) {
+  const std::vector<std::string> classes = {"free", "reserved", "cut", "kerf", "suspect", "scrap", "unusable"};
+  for (const std::string& more : classes)
+    for (const std::string& less : classes) {
+      if (more == less) continue;
+      json broken = book();
+      broken[more] = broken[more].get<double>() + 0.001;
+      broken[less] = broken[less].get<double>() - 0.001;
+      EXPECT_THAT(disagreement(broken, counted(), kWithin), HasSubstr("and a count")) << more << " for " << less;
+    }
+}
+
+TEST_F(AreaCheck, WhatTheBookWouldAddUpAllTheSameIsFound) {
+  // A state that was entered as another one, a mask of another scan, wood that was left out or counted twice.
+  const PanelAreas truth = counted();
+  wood_[3].state = S::kScrap;
+  EXPECT_THAT(disagreement(book(), truth, kWithin), HasSubstr("scrap"));
+  wood_[3].state = S::kSuspect;
+  mask_.pixels(cv::Rect(0, 0, 5, 1)) = 0;
+  EXPECT_THAT(disagreement(book(), truth, kWithin), HasSubstr("free"));
+  mask_.pixels(cv::Rect(0, 0, 5, 1)) = 255;
+  ASSERT_EQ(disagreement(book(), truth, kWithin), "");
+  wood_.push_back(wood_[2]);
+  EXPECT_THAT(disagreement(book(), truth, kWithin), HasSubstr("cut"));
+}
+
+TEST_F(AreaCheck, WoodThatIsBookedTwiceIsFoundThoughTheBookIsOfTheSameRows) {
+  wood_.push_back(wood_[2]);
+  const json told = book();
+  EXPECT_NEAR(told["free"].get<double>() + told["unusable"].get<double>(),
+              counted().at("free") + counted().at("unusable"), 1e-6);
+  // A whole panel of pieces: less than nothing is free, and it all adds up.
+  for (int i = 0; i < 300; ++i) wood_.push_back(wood_[0]);
+  EXPECT_THAT(disagreement(book(), counted(), kWithin), HasSubstr("are free"));
+}
+
+TEST_F(AreaCheck, AFigureThatIsMissingIsNamed) {
+  json told = book();
+  told.erase("kerf");
+  EXPECT_EQ(disagreement(told, counted(), kWithin), "the area book does not tell what is kerf");
+  EXPECT_NE(disagreement(json(), counted(), kWithin), "");
+}
+
+}  // namespace
+}  // namespace veneer::daemon
