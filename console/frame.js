@@ -1,7 +1,7 @@
 // What stands on every screen: the cell's state, how old all of it is, what to do next, the way to the screens.
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
-import {recall, remember} from "./link.js";
+import {beginAnew, recall, remember} from "./link.js";
 import {isStale, model} from "./model.js";
 import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
 import {button, inEnglish, link} from "./parts.js";
@@ -120,5 +120,5 @@ $("language").textContent = kLanguages[other].name;
 $("language").lang = other;
 $("language").addEventListener("click", () => {
   remember("veneer_language", other);
-  location.reload();
+  beginAnew();
 });

@@ -8,17 +8,25 @@ const kByCookie = location.protocol === "https:";
 const kPollMs = 2000;
 
 // What the browser keeps of this page: `store()` is localStorage or sessionStorage. Where they are shut or full, as by a setting, that is
-// until the page is left; nothing on the page may fail for it, STOP least of all.
-const untilLeft = new Map();
+// until somebody leaves the page or loads it anew; nothing on the page may fail for it, STOP least of all.
+const untilLeft = new Map((history.state && history.state.untilLeft) || []);
+if (untilLeft.size) history.replaceState(null, "");
 export function recall(name, store = () => localStorage) {
-  let kept = null;
-  try { kept = store().getItem(name); } catch (fault) { /* shut */ }
-  return kept ?? untilLeft.get(name) ?? null;
+  if (untilLeft.has(name)) return untilLeft.get(name);  // the store may still have what was there before
+  try { return store().getItem(name); } catch (fault) { return null; }
 }
 // null: it is forgotten.
 export function remember(name, value, store = () => localStorage) {
-  if (value === null) untilLeft.delete(name); else untilLeft.set(name, value);
-  try { if (value === null) store().removeItem(name); else store().setItem(name, value); } catch (fault) { /* shut, or full */ }
+  untilLeft.set(name, value);
+  try {
+    if (value === null) store().removeItem(name); else store().setItem(name, value);
+    untilLeft.delete(name);
+  } catch (fault) { /* shut, or full */ }
+}
+// The page is loaded anew by itself: what no store has goes along.
+export function beginAnew() {
+  if (untilLeft.size) history.replaceState({untilLeft: [...untilLeft]}, "");
+  location.reload();
 }
 const ofTab = () => sessionStorage;
 
@@ -44,14 +52,14 @@ async function open(by) {
 export async function signIn(user, password) {
   await open({user, password});
   location.hash = "";
-  location.reload();
+  beginAnew();
 }
 
 export async function signOut() {
   await ask("DELETE", "/api/v1/session");
   remember(kSession, null, ofTab);
   location.hash = "";
-  location.reload();
+  beginAnew();
 }
 
 // A browser has six connections to one server, and a request that finds them taken waits in the browser. Nothing may

@@ -27,7 +27,7 @@ let painted = null;  // of `pictures`
 let part = null;     // of the picture, in cells that are kept: {x, y, width, height}; crop: the same in pixels
 let left = "";       // the picture that was painted on before this one
 const hand = {edges: {layer: "both", value: "off", size: "middle"}, sizes: {layer: "both", value: "detail", size: "middle"}, matters: {layer: "both", value: "detail", size: "middle"}};
-let last = null, version = 0;
+let last = null, version = 0, changes = 0;
 
 const layersOf = (brush) => (hand[brush].layer === "both" ? kBrushes[brush].layers : [hand[brush].layer]);
 const filled = (brush, value) => new Uint8Array(painted.width * painted.height).fill(value);
@@ -111,8 +111,8 @@ export function paintInto(query, layout) {
 
 // ---- what is kept of it ---------------------------------------------------------------------------------------------
 
-// Another number, other paint.
-export const paintVersion = () => version;
+// Another number, other paint by a hand.
+export const paintVersion = () => changes;
 const isPainted = (one) => Object.keys(kBrushes).some((brush) => hasPaint(brush, one));
 // All pictures that something is painted on, the newest last.
 export const keptPaint = () => [...pictures].filter(([, one]) => isPainted(one)).map(([key, {name, width, height, masks}]) => ({key, name, width, height, masks}));
@@ -133,6 +133,7 @@ export function forgetPaint() {
   file = whole = painted = part = null;
   left = "";
   ++version;
+  ++changes;
 }
 
 // ---- the finger -----------------------------------------------------------------------------------------------------
@@ -154,6 +155,7 @@ function paintTo(brush, canvas, across, down) {
   for (let step = 1; step <= steps; ++step) dab(brush, from[0] + (x - from[0]) * step / steps, from[1] + (y - from[1]) * step / steps, radius);
   last = [x, y];
   ++version;
+  ++changes;
   draw(canvas);
 }
 
@@ -287,6 +289,7 @@ export function paintDrawn(place) {
 }
 
 const set = (act) => () => { act(); ++version; changed(); };
+const repaint = (act) => set(() => { act(); ++changes; });
 const choices = (brush, what, options, words, glyph = null) => h("div.choices", {role: "group", "aria-label": t(`paint.${what}`)}, ...options.map((one) =>
   h("button.with-glyph", {type: "button", "aria-pressed": String(hand[brush][what] === one), "data-choice": one, onclick: set(() => { hand[brush][what] = one; })}, glyph && glyph(one), t(`${words}.${one}`))));
 
@@ -309,15 +312,15 @@ function controls(brush, ...more) {
     choices(brush, "value", Object.keys(values), brush, uneven && sizeGlyph),
     choices(brush, "size", Object.keys(kSizes), "paint"),
     h("div.commands", {},
-      button(t("paint.undo"), set(() => { Object.assign(painted.masks, before[brush].pop()); }), {id: `${brush}-undo`, disabled: !before[brush].length}),
-      button(t(`${brush}.all`), set(() => { remember(brush); for (const layer of layersOf(brush)) painted.masks[layer] = filled(brush, usual); }), {id: `${brush}-all`}),
+      button(t("paint.undo"), repaint(() => { Object.assign(painted.masks, before[brush].pop()); }), {id: `${brush}-undo`, disabled: !before[brush].length}),
+      button(t(`${brush}.all`), repaint(() => { remember(brush); for (const layer of layersOf(brush)) painted.masks[layer] = filled(brush, usual); }), {id: `${brush}-all`}),
       ...more));
 }
 
 // `followed`: whether the layout follows edges at all.
 export function edgeControls(followed) {
   if (!followed) return painted && part && hasPaint("edges") && h("p.dim", {id: "edges-idle"}, t("edges.idle"));
-  return controls("edges", button(t("edges.none"), set(() => { remember("edges"); for (const layer of layersOf("edges")) painted.masks[layer] = filled("edges", 0); hand.edges.value = "on"; }), {id: "edges-none"}));
+  return controls("edges", button(t("edges.none"), repaint(() => { remember("edges"); for (const layer of layersOf("edges")) painted.masks[layer] = filled("edges", 0); hand.edges.value = "on"; }), {id: "edges-none"}));
 }
 export const matterControls = () => controls("matters");
 export function sizeControls(among) {

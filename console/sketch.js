@@ -9,6 +9,7 @@ import {button, inEnglish} from "./parts.js";
 const kSettleMs = 120;      // a hand on a slider says many things a second
 const kPatienceMs = 40000;  // the first sketch after wood has changed reads that wood whole
 const kTries = 40;          // sizes, until one suits
+export const kMostPictureBytes = 64 * 1024 * 1024;  // that the cell takes (kPictureBody, daemon/api/route_table.h)
 const kSentSide = 640;      // pixels: a picture is sent as small as a sketch looks at it
 
 let picture = null;   // {file, bitmap: null where the browser cannot read it}
@@ -25,10 +26,12 @@ export const pictureSize = (file) => (picture && picture.file === file && pictur
 // It is, or the browser cannot read it.
 export const isOpened = (file) => Boolean(picture && picture.file === file);
 
-// Which picture it is, by name and content, once it is opened; where a browser tells no digest, by when it was changed last.
+// Which picture it is, by name and content, once it is opened; of one that is too large for the cell, or where a browser tells no digest,
+// by when it was changed last.
 const digests = new WeakMap();
 export const pictureKey = (file) => `${file.name} ${file.size} ${digests.get(file) ?? file.lastModified}`;
 async function digest(file) {
+  if (file.size > kMostPictureBytes) return;  // it would lie in memory whole
   try {
     const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", await file.arrayBuffer()));
     digests.set(file, [...hash].map((byte) => byte.toString(16).padStart(2, "0")).join(""));

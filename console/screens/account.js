@@ -4,7 +4,7 @@ import {dayTime, t} from "../words.js";
 import {changed, mayDo, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, fact, facts, hint} from "../parts.js";
-import {get, kAgainMs, signIn, signOut} from "../link.js";
+import {beginAnew, get, kAgainMs, signIn, signOut} from "../link.js";
 import {faultOf, numberField, numberOf} from "../fields.js";
 
 const kRoles = ["viewer", "operator", "maintainer", "admin"];
@@ -93,7 +93,7 @@ function passwordCard() {
 
 async function changeOwn(event) {
   const form = event.target;
-  if (await command("/session/password", {body: taken(event)})) { form.reset(); location.reload(); }
+  if (await command("/session/password", {body: taken(event)})) { form.reset(); beginAnew(); }
 }
 
 // ---- everybody ------------------------------------------------------------------------------------------------------

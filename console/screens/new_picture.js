@@ -7,12 +7,13 @@ import {button, card, hint, inEnglish, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {kAgainMs} from "../link.js";
-import {isOpened, openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
+import {isOpened, openPicture, pictureKey, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {firstSize, waits} from "../first_size.js";
 
 const blank = () => ({
-  file: null, url: "", drawing: null, name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
+  file: null, url: "", drawing: null, lost_drawing: "",  // a drawing that could not be kept: its name
+  name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
@@ -24,6 +25,8 @@ const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "de
 const begun = [];   // tasks of this tab, the newest first
 // picture_brush.js, grid_lines.js, cell_curves.js, crop_frame.js and drafts.js, which the first view of the page does without
 let brush = null, grid = null, cells = null, frame = null, drafts = null;
+let draft = null;   // what drafts.js keeps of this form
+let restored = null;  // of a draft whose picture is not open: {of: which one, {name, key}; picture: the file, or null; about: what is of it alone}
 let advice = 0;     // the task that looks for advice, or found it
 let typed = false;  // somebody has said how large
 let sizedFor = null;  // the picture beside which a size was proposed, of the wood that is free
@@ -39,8 +42,8 @@ const later = (load) => { clearTimeout(again.get(load)); again.set(load, setTime
 async function loadTools() {
   if (grid) return;
   try { [brush, grid, cells, frame, drafts] = await Promise.all(["picture_brush", "grid_lines", "cell_curves", "crop_frame", "drafts"].map((name) => import(`../${name}.js`))); } catch (fault) { later(loadTools); }
+  if (drafts) draft ??= drafts.draftOf(form);
   changed();
-  if (drafts) takeDraft();
 }
 const inStock = () => model.panels.filter((panel) => !panel.retired);
 const woodsOf = (panels) => [...new Set(panels.flatMap((panel) => panel.woods || []))].sort();
@@ -60,8 +63,9 @@ function propose() {
 
 export function draw() {
   propose();
+  followRestored();
   if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
-  keepDraft();
+  if (draft) draft.follow();
   const bad = fault();
   if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
   followNumbers();
@@ -137,12 +141,12 @@ const select = (name, label, options) => h("label", {}, label,
 
 function takeFile(event) {
   const [file] = event.target.files;
+  if (restored && !wanted.file) Object.assign(restored.about, some(kOfPicture, wanted));
   takePicture(file || null);
-  wanted.drawing = null;
+  Object.assign(wanted, {drawing: null, lost_drawing: ""});
   takeWhole();
   if (file) wanted.name = file.name.replace(/\.[^.]*$/, "");
-  if (restored && file && isSame(file, restored.of)) Object.assign(wanted, restored.about);
-  restored = null;
+  else if (restored) Object.assign(wanted, some(kOfPicture, restored.about));
   changed();
 }
 
@@ -154,31 +158,25 @@ function takePicture(file) {
   openPicture(file);
 }
 
-const isSame = (one, other) => Boolean(one && other) && ["name", "size", "lastModified"].every((fact) => one[fact] === other[fact]);
-
 // Its field was made anew with the screen, and a browser puts no file into one by itself.
 function showFile(field) {
   const [shown] = field.files;
   if (!wanted.file) { if (shown) field.value = ""; return; }
-  if (isSame(shown, wanted.file)) return;
+  if (shown && ["name", "size", "lastModified"].every((fact) => shown[fact] === wanted.file[fact])) return;
   const files = new DataTransfer();
   files.items.add(wanted.file);
   field.files = files.files;
 }
 
-// ---- a draft of it, kept in this browser ----------------------------------------------------------------------------
+// ---- a draft of it, kept in this browser (drafts.js) ----------------------------------------------------------------
 
-const kKeepMs = 400;     // a hand on a slider says many things a second
-const kOfPicture = ["name", "wide", "high", "across", "down", "crop"];  // of the form: what another picture does not have
-let keptAs = null;       // what is in the store, or on its way; null: nobody has looked into it yet
-let keepSoon = 0;        // a timer
-let draftOf = "";        // whose it is; whoever is signed in after that begins the page anew
-let restored = null;     // {at, of: the picture, about: what the form says of it}, as it was kept
+const kPart = ["wide", "high", "across", "down", "crop"];
+const kOfPicture = ["name", "drawing", "lost_drawing"];  // besides its part: what another picture does not have
+const some = (names, from) => Object.fromEntries(names.filter((name) => name in from).map((name) => [name, from[name]]));
 
-// Who uses one console link after the other ("console link 3 of uid 1000") is the same user.
-const draftUser = () => model.session.user || (model.session.who || "").replace(/^console link \d+ /, "console link ");
 const drawings = () => ({paint: brush.keptPaint(), curves: cells.keptCurves(), pins: grid.keptPins()});
-const isBegun = () => Boolean(wanted.file || restored) || JSON.stringify(keptForm(), plain) !== kNothing || Object.values(drawings()).some(({length}) => length);
+const ofPicture = () => some([...kPart, ...kOfPicture], wanted);
+const isBegun = () => Boolean(draft) && (Boolean(wanted.file || wanted.drawing || restored) || isTouched() || Object.values(drawings()).some(({length}) => length));
 
 // A size that was only proposed is proposed anew.
 function keptForm() {
@@ -188,54 +186,45 @@ function keptForm() {
 
 const plain = (name, value) => (value instanceof Set || value instanceof Map ? [...value] : value);
 const kNothing = JSON.stringify(keptForm(), plain);
-const stateOfForm = () => JSON.stringify([keptForm(), brush.paintVersion(), cells.curvesVersion(), grid.pinsVersion(), wanted.url, wanted.drawing && [wanted.drawing.name, wanted.drawing.size, wanted.drawing.lastModified]], plain);
+const isTouched = () => Boolean(wanted.file) || JSON.stringify(keptForm(), plain) !== kNothing;
 
-function keepDraft() {
-  if (keptAs === null || draftUser() !== draftOf || stateOfForm() === keptAs) return;
-  keptAs = stateOfForm();
-  if (!keepSoon) keepSoon = setTimeout(keepNow, kKeepMs);
+const form = {
+  isBegun, clear,
+  isOpened: () => !wanted.file || isOpened(wanted.file),
+  state: () => JSON.stringify([keptForm(), brush.paintVersion(), cells.curvesVersion(), grid.pinsVersion(), drafts.fileId(wanted.file), drafts.fileId(wanted.drawing)], plain),
+  taken() {
+    const {file} = wanted, waits = !file && restored;
+    return {form: {...keptForm(), ...(waits && some(kPart, restored.about)), ...drawings()}, drawing: wanted.drawing, picture: file || (waits && waits.picture) || null,
+            of: file ? {name: file.name, key: pictureKey(file)} : waits ? waits.of : null, opening: Boolean(waits && waits.picture)};
+  },
+  restore({form: kept, of, picture, drawing, drawing_name, opening}) {
+    brush.restorePaint(kept.paint);
+    cells.restoreCurves(kept.curves);
+    grid.restorePins(kept.pins);
+    if (isTouched()) return false;
+    const usual = blank(), like = (one, other) => typeof one === typeof other && one.constructor === other.constructor;
+    Object.assign(wanted, Object.fromEntries(Object.entries(kept).filter(([name, value]) => usual[name] !== null && name in usual && like(value, usual[name]))),
+      {drawing, ...(!drawing && drawing_name && {lost_drawing: drawing_name})});
+    typed = kept.typed === true;
+    if (of && (!picture || opening)) {
+      restored = {of, picture, about: ofPicture()};
+      Object.assign(wanted, some(kPart, usual));
+      return true;
+    }
+    takePicture(picture);
+    if (kept.sized === true) sizedFor = picture;
+    return true;
+  },
+};
+
+// Once it is chosen, or opened, again, the picture has its part, name and drawing back; another one of the same name gets none of it.
+function followRestored() {
+  if (!restored || !isOpened(wanted.file) || pictureKey(wanted.file) !== restored.of.key) return;
+  Object.assign(wanted, restored.about);
+  restored = null;
 }
 
-async function keepNow() {
-  clearTimeout(keepSoon);
-  keepSoon = 0;
-  await drafts.keepDraft(draftOf, {form: {...keptForm(), ...drawings()}, picture: wanted.file, drawing: wanted.drawing});
-  changed();
-}
-addEventListener("pagehide", () => { if (keepSoon) keepNow(); });
-
-// Once. What somebody has begun before it came stays.
-async function takeDraft() {
-  if (keptAs !== null) return;
-  const user = draftUser(), kept = await drafts.readDraft(user);
-  if (keptAs !== null) return;
-  draftOf = user;
-  if (kept) try { restore(kept); } catch (fault) { /* it is none that this page understands */ }
-  keptAs = stateOfForm();
-  changed();
-}
-
-function restore({form, at, of, picture, drawing}) {
-  brush.restorePaint(form.paint);
-  cells.restoreCurves(form.curves);
-  grid.restorePins(form.pins);
-  if (wanted.file || typed) return;
-  const usual = blank(), like = (one, other) => typeof one === typeof other && one.constructor === other.constructor;
-  const said = Object.fromEntries(Object.entries(form).filter(([name, value]) => usual[name] !== null && name in usual && like(value, usual[name])));
-  const about = Object.fromEntries(kOfPicture.filter((name) => name in said).map((name) => [name, said[name]]));
-  Object.assign(wanted, said);
-  typed = form.typed === true;
-  restored = {at, of, about};
-  if (of && !picture) { Object.assign(wanted, Object.fromEntries(kOfPicture.map((name) => [name, usual[name]]))); return; }
-  takePicture(picture);
-  wanted.drawing = drawing;
-  if (form.sized === true) sizedFor = picture;
-}
-
-async function startAfresh() {
-  if (wanted.file && !confirm(t("draft.sure"))) return;
-  clearTimeout(keepSoon);
-  keepSoon = 0;
+function clear() {
   brush.forgetPaint();
   cells.forgetCurves();
   grid.forgetPins();
@@ -243,19 +232,39 @@ async function startAfresh() {
   Object.assign(wanted, blank());
   typed = false;
   sizedFor = restored = null;
-  keptAs = stateOfForm();
+}
+
+const focusFile = () => document.getElementById("picture-file").focus({preventScroll: true});  // the button that was pressed goes, or is shut
+
+function startAfresh() {
+  if (!confirm(t("draft.sure"))) return;
+  clear();
+  draft.forget();
   changed();
-  await drafts.forgetDraft(draftOf);
+  focusFile();
+}
+
+function openRestored() {
+  Object.assign(restored.about, some(kOfPicture, wanted));
+  takePicture(restored.picture);
+  changed();
+  focusFile();
+}
+
+// Beside the field that asks for it.
+function lostPicture() {
+  if (!restored || wanted.file) return null;
+  const {of: {name}, picture} = restored;
+  if (!picture) return h("p.warn", {id: "draft-picture", role: "status"}, `▲ ${t("draft.picture", {name})}`);
+  return h("div.draft", {id: "draft-waits"}, h("p.warn", {role: "status"}, `▲ ${t("draft.waits", {name})}`), button(t("draft.open", {name}), openRestored, {id: "draft-open", needs: "viewer"}));
 }
 
 function draftControls() {
-  if (!drafts || !isBegun()) return null;
-  const lost = restored && restored.of && !wanted.file, said = drafts.draftFault();
-  return h("div.draft", {id: "draft", role: "status"},
-    restored && h("p.dim", {id: "draft-restored"}, t("draft.restored", {at: dayTime(restored.at)})),
-    lost && h("p.warn", {id: "draft-picture"}, `▲ ${t("draft.picture", {name: restored.of.name})}`),
-    said && !lost && h("p.warn", {id: "draft-fault"}, `▲ ${t(`draft.${said}`)}`),
-    button(t("draft.afresh"), startAfresh, {id: "draft-afresh"}));
+  const {at, fault} = draft ? draft.told() : {}, begun = isBegun(), isLost = restored && !restored.picture && !wanted.file;
+  return h("div.draft", {id: "draft"},
+    begun && at && h("p.dim", {id: "draft-restored", role: "status"}, t("draft.restored", {at: dayTime(at)})),
+    begun && fault && !isLost && h("p.warn", {id: "draft-fault", role: "status"}, `▲ ${t(`draft.${fault}`)}`),
+    button(t("draft.afresh"), startAfresh, {id: "draft-afresh", disabled: !begun, needs: "viewer"}));
 }
 
 // ---- which part of it -----------------------------------------------------------------------------------------------
@@ -360,7 +369,7 @@ function formCard() {
   return card(t("picture.form"),
     h("form.form", {onsubmit: plan},
       h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
-      draftControls(),
+      lostPicture(),
       wanted.url && target(),
       partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
@@ -383,15 +392,17 @@ function formCard() {
       h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayPlan, wide: true, id: "do-advise"}),
         h("button.wide", {type: "submit", id: "do-plan", disabled: !mayPlan, class: mayPlan ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       bad && hint(faultWords(bad)),
-      h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
+      h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need")),
+      draftControls()));
 }
 
 // It goes with its picture: another one has none.
 function drawingControl() {
   if (wanted.layout !== "segmentation") return null;
   return h("label.file", {"data-key": `drawing of ${wanted.url}`}, t("picture.drawing"),
-    h("input", {type: "file", id: "picture-drawing", accept: ".svg,image/*", onchange: (event) => take("drawing", event.target.files[0] || null)}),
-    wanted.drawing && h("span.dim", {id: "drawing-name"}, wanted.drawing.name));
+    h("input", {type: "file", id: "picture-drawing", accept: ".svg,image/*", onchange: (event) => { wanted.lost_drawing = ""; take("drawing", event.target.files[0] || null); }}),
+    wanted.drawing && h("span.dim", {id: "drawing-name"}, wanted.drawing.name),
+    wanted.lost_drawing && h("span.warn", {id: "drawing-lost", role: "status"}, `▲ ${t("draft.drawing", {name: wanted.lost_drawing})}`));
 }
 
 function asked() {

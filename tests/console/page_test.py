@@ -260,7 +260,7 @@ class Remedies(Page):
 
     def test_an_option_by_its_field(self):
         picture = lambda what: f"“New picture: {what}”"
-        least = "least width of a piece (only the command line sets it)"
+        least = "smallest piece width (command line only)"
         for sentence, words, *hrefs in (
             ("narrower than 2 mm: raise --patch-mm, or lower --cell-aspect", f"narrower than 2 mm: raise {picture('Smallest patch, mm')}, or lower {picture('How long its cells are')}", "#new", "#new"),
             ("let go of some of them, or raise its limit (--material-limit)", f"let go of some of them, or raise its limit ({picture('How much of the picture each may take, at most')})", "#new"),
@@ -268,7 +268,7 @@ class Remedies(Page):
             ("choose that layout (--layout morph)", f"choose that layout ({picture('How it is divided: bent squares that follow its edges')})", "#new"),
             ("let them choose together (--optimize global)", f"let them choose together ({picture('Care: all patches together (takes minutes)')})", "#new"),
             ("cells that are small there (--cell-sizes), or simpler lines for them (--flow-lines)", f"cells that are small there ({picture('How large its cells are')}), or simpler lines for them ({picture('How its cells lie')})", "#new", "#new"),
-            ("a smaller --min-size-mm or --min-width-mm", f"a smaller least size of a piece (only the command line sets it) or {least}", "", ""),
+            ("a smaller --min-size-mm or --min-width-mm", f"a smaller smallest piece size (command line only) or {least}", "", ""),
             ("Size_mm is 5e9: it must be a number from 0.1 to 100000.", f"{picture('Shorter side, mm')} is 5e9: it must be a number from 0.1 to 100000.", "#new"),
             ("patch_mm must be a number, not \"x\"", f"{picture('Smallest patch, mm')} must be a number, not \"x\"", "#new"),
             ("measure both its sides and tell them with --board-width-mm and --board-height-mm", "measure both its sides and tell them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
