@@ -20,7 +20,7 @@ function database() {
     const request = indexedDB.open(kDatabase, kLayout);
     request.onupgradeneeded = () => {
       const {result} = request;
-      for (const name of result.objectStoreNames) result.deleteObjectStore(name);
+      for (const name of [...result.objectStoreNames]) result.deleteObjectStore(name);
       result.createObjectStore(kStore);
     };
     request.onerror = () => failed(request.error);
@@ -34,7 +34,10 @@ function database() {
   return opened;
 }
 
-const answered = (request) => new Promise((done, failed) => { request.onsuccess = () => done(request.result); request.onerror = () => failed(request.error); });
+const answered = (request) => new Promise((done, failed) => {
+  request.onsuccess = () => done(request.result);
+  request.onerror = () => failed(request.error);
+});
 
 // All that `act(store)` does, in one transaction: what it returns once that is on disk; nothing is done where any of it fails.
 async function inStore(mode, act) {
@@ -72,12 +75,13 @@ export function fileId(file) {
 // Of whom nobody has heard for long, and of more than are kept.
 async function forgetOld(store, owner) {
   const forms = (await answered(store.getAllKeys())).filter(([, , part]) => part === "form");
-  const known = await Promise.all(forms.map(async (place) => ({of: place.slice(0, 2), at: Number((await answered(store.get(place))).at) || 0})));
+  const all = await Promise.all(forms.map(async (place) => ({of: place.slice(0, 2), at: Number((await answered(store.get(place))).at) || 0})));
   let room = kMostUsers - 1;  // beside the owner's
-  for (const {of, at} of known.sort((a, b) => b.at - a.at))
+  for (const {of, at} of all.sort((a, b) => b.at - a.at))
     if (at < Date.now() - kOldestMs || (!isSame(of, owner) && room-- <= 0)) store.delete(allOf(of));
 }
 
+let known = {};  // ids of the files that the store holds, as this tab has seen it last
 async function lookInto(store, owner) {
   const [record, picture, drawing] = await Promise.all(["form", ...kFiles].map((part) => answered(store.get(placeOf(owner, part)))));
   if (!isUsable(record)) return null;
@@ -87,7 +91,8 @@ async function lookInto(store, owner) {
     if (files[part]) ids.set(files[part], record[part]);
   }
   known = some(kFiles, record);
-  return {id: record.id, at: record.at, form: record.form, of: record.of, drawing_name: record.drawing_name, opening: record.opening, ...files};
+  const {id, at, form, of, drawing_name, opening} = record;
+  return {id, at, form, of, drawing_name, opening, ...files};
 }
 
 // {id, at, form: as it was kept, of: which picture it was, as the form said it, or null; drawing_name; picture, drawing: files, null where
@@ -124,7 +129,6 @@ function putInto(store, owner, {picture, drawing, ...form}, files, held) {
   store.put({version: kVersion, at: Date.now(), ...form, drawing_name: drawing ? drawing.name : "", ...kept}, placeOf(owner, "form"));
   return kept;
 }
-let known = {};  // ids of the files that the store holds, as this tab has seen it last
 
 // One transaction, whatever another tab has put there meanwhile: files that the store does not hold yet go with the form. Whether it keeps
 // all of them; it throws where it keeps nothing.
@@ -177,8 +181,8 @@ function ownerNow() {
 // ---- a form's draft -------------------------------------------------------------------------------------------------
 
 // `form`: {state(): a text, another one once a hand has changed something; isBegun(); isOpened(): whether the picture that is chosen is open,
-// if one is; taken(): {form, of, picture, drawing, opening}, as readDraft() gives them; restore(draft): whether it took the draft, which it
-// does not once a hand has set something; clear()}.
+// if one is; taken(): {form, of, picture, drawing, opening: whether the picture still waits to be opened}; restore(draft), as readDraft()
+// gives it: whether the form took it, which it does not once a hand has set something; clear()}.
 // -> {follow(): to be called whenever the form is drawn; forget(): the form begins anew; told(): {at: when what stands there was kept, null
 // once it was changed; fault: "" | "files" | "all" | "nobody": what is not kept}}.
 export function draftOf(form) {
@@ -239,8 +243,10 @@ export function draftOf(form) {
     if (!now || isLeaving) return;
     if (!owner) { owner = now; take(); }
     if (!isTaken || !form.isOpened()) return;
-    // A picture that ends the page is never kept, and one that was kept is known by the note that nobody took away.
-    if (isNoted && !form.taken().opening) { isNoted = false; inStore("readwrite", (store) => noteOpening(store, owner, false)).catch(() => {}); }
+    if (isNoted && !form.taken().opening) {  // the picture that was kept is open
+      isNoted = false;
+      inStore("readwrite", (store) => noteOpening(store, owner, false)).catch(() => {});
+    }
     const state = form.state();
     if (state === keptAs) return;
     keptAs = state;

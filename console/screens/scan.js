@@ -167,7 +167,7 @@ function followWaiting(task) {
     waiting = proposals;
     keepDoubts(proposals);
     changed();
-    if (proposed && !proposals.some(({number}) => number === proposed)) followVerdict(proposed).catch(again);
+    if (proposed && !proposals.some(({number}) => number === proposed)) followVerdict(proposed).catch((fault) => { if (fault.status === 404) proposed = 0; else again(); });  // the cell knows it no more
   }, again);
 }
 

@@ -184,7 +184,7 @@ export const words = {
   "draft.picture": "{name} ließ sich in diesem Browser nicht speichern: Wählen Sie die Datei noch einmal, dann erscheint wieder, was Sie darüber gezeichnet haben.", "draft.files": "Das Bild oder seine Zeichnung ließ sich in diesem Browser nicht speichern (zu groß, oder die Datei ist nicht lesbar): Nach einem Neuladen müssen Sie es noch einmal wählen. Was Sie über das Bild zeichnen, wird gespeichert.",
   "draft.all": "Dieser Browser speichert nichts (privates Fenster oder Speicher voll). Was Sie hier einstellen und zeichnen, ist weg, sobald Sie die Seite verlassen.",
   "draft.nobody": "Sie sind nicht angemeldet. Was Sie jetzt hier einstellen und zeichnen, ist weg, sobald Sie die Seite verlassen.", "draft.drawing": "Die Zeichnung {name} ließ sich in diesem Browser nicht speichern: Wählen Sie sie noch einmal.",
-  "draft.waits": "Beim letzten Öffnen von {name} wurde diese Seite beendet, vielleicht wegen dieses Bildes. Es ist gespeichert, wurde aber nicht wieder geöffnet.", "draft.open": "{name} öffnen",
+  "draft.waits": "{name} ist gespeichert, wurde aber nicht von selbst geöffnet: Beim letzten Mal ist diese Seite damit vielleicht nicht fertig geworden.", "draft.open": "{name} öffnen",
   // Stücke eines Plans: eines nach dem anderen ansehen und ändern
   "other.on": "Seine Stücke ansehen und einzelne ändern", "other.off": "Die Stücke lassen, wie sie sind", "other.tool": "Was ein Finger tut", "other.choose": "Ein Stück wählen", "other.brush": "Anderes Holz mit dem Pinsel",
   "other.about_choose": "Tippen Sie ein Stück an: Sein Holz wird gezeigt, und was sich damit machen lässt. Der Plan bleibt, wie er ist; aus Ihren Wünschen entsteht ein weiterer.",

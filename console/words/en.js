@@ -176,7 +176,7 @@ export const words = {
   "draft.picture": "{name} could not be kept in this browser: choose it again, and your drawing comes back.", "draft.files": "The picture or its drawing could not be kept in this browser (too large, or the file cannot be read): after a reload you have to choose it again. What you draw over the picture is kept.",
   "draft.all": "This browser keeps nothing (a private window, or no room is left): what is set and drawn here is lost when you leave this page.",
   "draft.nobody": "You are not signed in: what you set and draw here now is lost when you leave this page.", "draft.drawing": "The drawing {name} could not be kept in this browser: choose it again.",
-  "draft.waits": "This page ended the last time it opened {name}, perhaps because of that picture. It is kept, but was not opened again.", "draft.open": "Open {name}",
+  "draft.waits": "{name} is kept, but was not opened by itself: the last time, this page may not have finished opening it.", "draft.open": "Open {name}",
   // Pieces of a plan: looked at and changed one by one
   "other.on": "Look at its pieces and change some", "other.off": "Leave the pieces as they are", "other.tool": "What a finger does", "other.choose": "Choose a piece", "other.brush": "Other wood, by brush",
   "other.about_choose": "Tap a piece: its wood is shown, and what can be done about it. The plan stays as it is; another one is made of what you want.",

@@ -47,7 +47,7 @@ DRAFT = """
       return out.form && {...out.form, picture: fileOf('picture'), drawing: fileOf('drawing')};
     };
     const plant = (owner, record) => inStore('readwrite', (store) => { store.put({version: 2, id: 'planted', at: Date.now(), of: null, picture: null, drawing: null, ...record}, [...owner, 'form']); });
-    const soon = async (is) => { for (const end = performance.now() + 20000; performance.now() < end; ) { const told = await is(); if (told) return told; await new Promise((go) => setTimeout(go, 10)); } throw new Error('it did not come: ' + is); };
+    const soon = async (is) => { for (const end = performance.now() + 20000; performance.now() < end; await new Promise((go) => setTimeout(go, 10))) { const told = await is(); if (told) return told; } throw new Error('it did not come: ' + is); };
     const kept = (is, owner = anna) => soon(async () => { draw(); const told = await stored(owner); return told && is(told) && told; });
     const forgotten = (owner = anna) => soon(async () => !await stored(owner));
     // All that waits is kept at once, and what was kept has come.
@@ -170,7 +170,7 @@ class Drafts(Page):
             const {picture, opening} = await kept(({form}) => form.w_edge === .4);
             return {shown, kept: [picture.name, opening]}""")
         self.assertEqual(seen["shown"][:2], [0, None])
-        self.assertIn("ended the last time it opened bird.bmp", seen["shown"][2])
+        self.assertIn("bird.bmp is kept, but was not opened by itself", seen["shown"][2])
         self.assertEqual(seen["kept"], ["bird.bmp", True], "it is no less kept for that")
         self.reload()
         seen = self.at("await come(); type('#slide-w_edge', '.9'); press('#draft-open'); await until(() => sheet('canvas.cells')); await fine(); const plan = await planned(); await kept(({opening, form}) => !opening && form.w_edge === .9); return [plan, document.activeElement.id, sheet('#draft-waits')]")

@@ -268,6 +268,27 @@ class Seldom(Page):
     def test_what_was_refused_elsewhere_leaves_its_tick(self):
         self.assertEqual(self.decided_elsewhere("refused"), [True, True], "the next scan of it has new tags too")
 
+    def test_what_the_cell_knows_no_more_is_asked_for_once(self):
+        seen = self.steps('''
+            const tell = window.fetch, later = window.setTimeout, never = window.clearTimeout, waits = new Map();
+            window.fetch = async (path, how) => { const told = await tell(path, how); return String(path).endsWith('/proposals/4') ? {ok: false, status: 404, json: async () => ({error: {message: 'there is no proposal 4'}})} : told; };
+            answer({'/scans': {task: 21}});
+            const asked = () => window.asked.filter(({path}) => path.endsWith('/proposals/4')).length;
+            await enter('scan', 'P-0001');
+            await until(() => !draw().querySelector('#do-scan').disabled);
+            main.querySelector('#scan-retag').click(); draw();
+            await press('#do-scan');
+            model.tasks.set(21, {id: 21, kind: 'scan', state: 'done', progress: 1, text: '', result: {proposal: 4, panel: 'P-0001', face: 'show'}});
+            await until(() => draw().querySelector('#accept-4'));
+            window.setTimeout = (act, ms) => { const id = later(act, ms); waits.set(id, ms); return id; };
+            window.clearTimeout = (id) => { waits.delete(id); never(id); };
+            window.answers['/proposals'].proposals = [];
+            model.tasks.set(35, {id: 35, kind: 'accept', state: 'done', progress: 1, text: '', result: {}});
+            await until(() => { draw(); return asked(); });
+            await settled();
+            return [asked(), [...waits.values()].filter((ms) => ms === 5000)]''')
+        self.assertEqual(seen, [1, []])
+
     def test_new_tags_are_asked_for_until_what_a_scan_proposed_is_in_stock(self):
         told = self.steps("""
             answer({'/proposals/4/accept': {task: 22}, '/proposals/4/picture': {}, '/scans': {task: 21}});

@@ -60,8 +60,8 @@ SIGHT = """
       const texts = document.createTreeWalker(place, NodeFilter.SHOW_TEXT);
       for (let text = texts.nextNode(); text; text = texts.nextNode()) {
         const node = text.parentElement, words = text.data.trim();
-        ++looked.texts;
         if (!words || ['SCRIPT', 'STYLE', 'NOSCRIPT'].includes(node.nodeName) || !isSeen(node)) continue;
+        ++looked.texts;
         const style = styleOf(node);
         if (node instanceof SVGElement) {
           // On a picture: its own rim is what lies behind it.

@@ -356,7 +356,7 @@ class Stock(Pieces):
         self.press("#language")
         self.until_says("#nav", "Platten")
         self.go("new")
-        self.until_says("#draft-restored", "in diesem Browser aufgehoben")  # the picture that was chosen while the page spoke English
+        self.until_says("#draft-restored", "in diesem Browser gespeichert")  # the picture that was chosen while the page spoke English
         self.browser.execute_script("window.confirm = () => true")
         self.press("#draft-afresh")
         self.browser.execute_script("document.querySelector('#main form').dispatchEvent(new Event('submit', {cancelable: true}))")
