@@ -9,6 +9,7 @@ const kLayout = 2;        // of the store: what lies in one of before goes with 
 const kVersion = 2;       // of what is kept: what another version of the page has kept is left alone
 const kFiles = ["picture", "drawing"];
 const kKeepMs = 400;      // a hand on a slider says many things a second
+const kDrawnFirst = 2;    // times that a picture is drawn before it counts as open: what is too large for a tab may show only then
 const kMostUsers = 5;     // whose drafts are kept; the oldest go
 const kOldestMs = 30 * 24 * 3600 * 1000;
 
@@ -151,14 +152,17 @@ async function putDraft(owner, draft) {
   }
 }
 
-// The page is being left, and hears no answer any more. Files that another tab has put there meanwhile are told by their ids.
-async function putLast(owner, draft) {
+// The page is being left, and hears no answer any more: nothing is read before. Files that another tab has put there meanwhile are told by
+// their ids.
+async function doLast(act) {
   try {
     const transaction = (await database()).transaction(kStore, "readwrite");
-    putInto(transaction.objectStore(kStore), owner, draft, {picture: mayBeKept(draft.picture), drawing: mayBeKept(draft.drawing)}, known);
+    act(transaction.objectStore(kStore));
     transaction.commit();
   } catch (refused) { /* nobody is there to be told */ }
 }
+const putLast = (owner, draft) => doLast((store) => putInto(store, owner, draft, {picture: mayBeKept(draft.picture), drawing: mayBeKept(draft.drawing)}, known));
+const dropLast = (owner) => doLast((store) => store.delete(allOf(owner)));
 
 // Unless it is another draft, which another tab has begun; `id` null: whichever it is.
 const dropDraft = (owner, id) => inStore("readwrite", async (store) => {
@@ -190,9 +194,9 @@ export function draftOf(form) {
   let id = crypto.randomUUID();  // of this draft in all tabs, until one of them begins afresh
   let isTaken = false;        // what was kept has come
   let keptAs = "";            // form.state() of what is in the store, or on its way
-  let isNoted = false;        // that the picture is being opened
+  let noted = 0;              // drawings until the note goes that the picture is being opened; 0: there is none
   let at = null, fault = "", timer = 0, isLeaving = false;
-  const begun = () => { keptAs = form.state(); at = null; isNoted = false; clearTimeout(timer); timer = 0; };
+  const begun = () => { keptAs = form.state(); at = null; noted = 0; clearTimeout(timer); timer = 0; };
 
   async function take() {
     const asked = id;
@@ -203,7 +207,7 @@ export function draftOf(form) {
     let isRestored = false;
     if (draft) {
       id = draft.id;
-      isNoted = Boolean(draft.picture);
+      noted = draft.picture ? kDrawnFirst : 0;
       try { isRestored = form.restore(draft); } catch (strange) { /* it is none that this page understands */ }
     }
     if (isRestored) at = draft.at;
@@ -231,11 +235,14 @@ export function draftOf(form) {
     timer = 0;
     if (!form.isOpened()) { keptAs = ""; return; }  // another picture was chosen meanwhile
     const draft = {id, ...form.taken()};
-    isNoted = draft.opening;
+    noted = draft.opening ? kDrawnFirst : 0;
     put(draft);
   }
   const keepSoon = () => keepNow((draft) => keepInTurn(() => putDraft(owner, draft)));
-  addEventListener("pagehide", () => { if (timer) keepNow((draft) => putLast(owner, draft)); });
+  addEventListener("pagehide", () => {
+    if (isKeeping && !form.isBegun()) dropLast(owner);
+    else if (timer || isKeeping) keepNow((draft) => putLast(owner, draft));
+  });
 
   function follow() {
     const now = ownerNow();
@@ -243,8 +250,7 @@ export function draftOf(form) {
     if (!now || isLeaving) return;
     if (!owner) { owner = now; take(); }
     if (!isTaken || !form.isOpened()) return;
-    if (isNoted && !form.taken().opening) {  // the picture that was kept is open
-      isNoted = false;
+    if (noted && !form.taken().opening && --noted === 0) {
       inStore("readwrite", (store) => noteOpening(store, owner, false)).catch(() => {});
     }
     const state = form.state();
@@ -256,10 +262,11 @@ export function draftOf(form) {
 
   // Other tabs that show the same draft begin afresh too: what was forgotten would come back with their next change.
   const tabs = "BroadcastChannel" in window ? new BroadcastChannel(kDatabase) : null;
-  const drop = (which) => { if (owner && isSame(ownerNow(), owner)) keepInTurn(() => dropDraft(owner, which).then(() => true)); };
+  const isOwners = () => Boolean(owner) && isSame(ownerNow(), owner);  // nobody forgets another one's
+  const drop = (which) => { if (isOwners()) keepInTurn(() => dropDraft(owner, which).then(() => true)); };
   function forget() {
     const which = isTaken ? id : null;
-    if (tabs && isTaken) tabs.postMessage({forgotten: id});
+    if (tabs && isTaken && isOwners()) tabs.postMessage({forgotten: id});
     id = crypto.randomUUID();
     isTaken = Boolean(owner);
     begun();

@@ -245,7 +245,7 @@ class Drafts(Page):
         self.browser.switch_to.window(first)
         self.at("await until(() => !sheet('#target')); await choosePicture(await painted(90, 'owl.bmp')); await kept(({of}) => of && of.name === 'owl.bmp')")
         self.browser.switch_to.window(second)
-        seen = self.at("window.confirm = () => true; press('#draft-afresh'); await atOnce(); return (await stored()).picture.name")
+        seen = self.at("window.confirm = () => true; press('#draft-afresh'); await stored(); await settled(); return (await stored()).picture.name")
         self.browser.switch_to.window(first)
         self.assertEqual([seen, self.at("return sheet('#picture-file').files[0].name")], ["owl.bmp", "owl.bmp"])
 
@@ -310,6 +310,12 @@ class Drafts(Page):
         self.by(self.ANNA, "await entered(); await choosePicture(await painted(200)); await kept(({picture}) => picture); type('#slide-w_edge', '.4'); window.stays = true; setTimeout(() => { model.session = {who: 'user ben', user: 'ben'}; draw(); })")
         WebDriverWait(self.browser, page_test.PATIENCE_S).until(lambda browser: browser.execute_script("return document.readyState === 'complete' && !window.stays"))
         self.assertEqual(self.at("return [(await stored()).form.w_edge, await stored(['user', 'ben'])]"), [.4, None])
+
+    def test_what_was_forgotten_stays_so_where_the_page_is_left_at_once(self):
+        self.begin()
+        self.at("window.confirm = () => true; press('#draft-afresh')")
+        self.reload()
+        self.assertIsNone(self.at("return stored()"))
 
     def test_nobody_forgets_the_draft_of_another_user(self):
         seen = self.by(self.ANNA, """
