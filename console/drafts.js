@@ -40,12 +40,13 @@ const answered = (request) => new Promise((done, failed) => {
   request.onerror = () => failed(request.error);
 });
 
+let current = null;  // the transaction that was begun last
 // All that `act(store)` does, in one transaction: what it returns once that is on disk; nothing is done where any of it fails.
 async function inStore(mode, act) {
-  const transaction = (await database()).transaction(kStore, mode);
+  const transaction = current = (await database()).transaction(kStore, mode);
   const over = new Promise((done, failed) => {
     transaction.oncomplete = done;
-    transaction.onabort = () => failed(transaction.error || new Error("the store gave it up"));
+    transaction.onabort = () => failed(transaction.error || new DOMException("it was given up", "AbortError"));
   });
   over.catch(() => {});  // it is told below
   try {
@@ -63,6 +64,7 @@ const placeOf = (owner, part) => [...owner, part];
 const allOf = (owner) => IDBKeyRange.bound(owner, [...owner, []]);
 const isSame = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 const some = (names, from) => Object.fromEntries(names.map((name) => [name, from[name]]));
+const isGivenUp = (refused) => refused.name === "AbortError";  // by the page, which is being left: no matter of room
 const isUsable = (record) => Boolean(record) && record.version === kVersion;
 
 // A file is known by this, in all tabs, once it was kept; it is large, and put into the store once.
@@ -147,7 +149,7 @@ async function putDraft(owner, draft) {
       for (const file of lost) refusedFiles.add(file);
       return lost.length === 0;
     } catch (refused) {
-      if (n === tries.length - 1) throw refused;
+      if (isGivenUp(refused) || n === tries.length - 1) throw refused;
     }
   }
 }
@@ -156,7 +158,9 @@ async function putDraft(owner, draft) {
 // their ids.
 async function doLast(act) {
   try {
-    const transaction = (await database()).transaction(kStore, "readwrite");
+    const db = await database();
+    try { current.abort(); } catch (ended) { /* it is over, and holds nothing up */ }
+    const transaction = db.transaction(kStore, "readwrite");
     act(transaction.objectStore(kStore));
     transaction.commit();
   } catch (refused) { /* nobody is there to be told */ }
@@ -224,7 +228,7 @@ export function draftOf(form) {
     while (waiting) {
       const act = waiting;
       waiting = null;
-      try { fault = await act() ? "" : "files"; } catch (refused) { fault = "all"; }
+      try { fault = await act() ? "" : "files"; } catch (refused) { if (!isGivenUp(refused)) fault = "all"; }
     }
     isKeeping = false;
     changed();
