@@ -80,7 +80,9 @@ struct KeptPiece {
   bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
   bool held = false;                   // its wood is taken for it already, or cut: it stays there, free or not
   Ring<ArtworkFrame> outline{};        // of a curved piece; empty: its layout's
-  // Where it was, of a piece that a person moved: changes no choice, but is told where a limit of wood is broken.
+  // Of a piece that a person moved, and where it was, if it had wood: this changes no choice, but is told where a limit
+  // of wood is broken.
+  bool moved = false;
   std::optional<Placement> moved_from{};
 };
 

@@ -248,12 +248,6 @@ void note_turning_cells(const MosaicReport& report, std::span<const Artwork> art
                   cells, report.tiles, kTurningDegrees, places, report.turning.size() > kNamed ? ", ..." : ""));
 }
 
-// Under which limits a piece's wood falls, and how much of it that is.
-std::pair<LimitSet, SquareMillimetres> limited_wood(const Problem& problem, const Ring<ArtworkFrame>& outline,
-                                                    const PatchPlacement& placement) {
-  return {problem.limits.at(placement.panel, placement.panel_from_artwork * middle_of(outline)), area_of(outline)};
-}
-
 // Areas that were drawn and are no pieces.
 void note_merged_areas(const SegmentationReport& report, std::span<const Artwork> artworks, const PlanOptions& options,
                        std::vector<std::string>& warnings) {
@@ -333,8 +327,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   };
   MaterialUse kept_use(problem->limits);  // of pieces that stay
   for (std::size_t i = 0; i < staying->tasks.size(); ++i) {
-    const auto& [under, area] = limited_wood(*problem, staying->tasks[i].match.outline, *staying->placements[i]);
-    kept_use.add(under, area);
+    const Ring<ArtworkFrame>& outline = staying->tasks[i].match.outline;
+    const PatchPlacement& there = *staying->placements[i];
+    kept_use.add(problem->limits.of(outline, there.panel, there.panel_from_artwork), area_of(outline));
   }
   MaterialUse use = kept_use;
   LimitSet refused;  // limits that refused wood to a patch

@@ -104,8 +104,10 @@ json why_none(const db::PlanRecord& plan, const PickedPiece& picked) {
   if (asked.is_number() && asked.get<double>() > 0)
     return fmt::format(
         "no other place was found for piece {} in the wood that plan {} leaves free{}: take wood of another piece "
-        "(swap), or scan more wood and plan the picture anew",
-        picked.piece.mark, plan.id.value, limits.empty() ? "" : " within the limits of its woods");
+        "(swap), {}",
+        picked.piece.mark, plan.id.value, limits.empty() ? "" : " and the limits of its woods allow",
+        limits.empty() ? "or scan more wood and plan the picture anew"
+                       : "plan the picture anew with higher limits, or scan more wood");
   return fmt::format(
       "plan {0} was made without other places: have them looked for with veneerctl job change {0} --alternatives 6, "
       "which makes the same plan with them",

@@ -44,16 +44,15 @@ std::optional<FlowLine> line_of(std::string_view text) {
   return out;
 }
 
-// "210x140".
+// "210x140". Only its shape matters, so a page is as large as its drawing says, which may be in any unit.
 std::optional<DrawingPoint> page_of(std::string_view text) {
-  constexpr double kLongest = 1e6;
   const std::size_t by = std::min(text.find('x'), text.size());
   if (by == text.size()) return std::nullopt;
   DrawingPoint out{};
   for (const auto& [side, number] : {std::pair(&out[0], text.substr(0, by)), std::pair(&out[1], text.substr(by + 1))}) {
     const auto [end, fault] = std::from_chars(number.data(), number.data() + number.size(), *side);
     if (fault != std::errc() || end != number.data() + number.size()) return std::nullopt;
-    if (!(*side >= 1 / kLongest && *side <= kLongest)) return std::nullopt;
+    if (!(std::isfinite(*side) && *side > 0)) return std::nullopt;
   }
   return out;
 }

@@ -46,11 +46,8 @@ class OtherPlaces {
   }
 
  private:
-  LimitSet under(const Ring<ArtworkFrame>& outline, int panel, const Isometry2<PanelFrame, ArtworkFrame>& map) const {
-    return problem_.limits.at(panel, map * middle_of(outline));
-  }
   LimitSet under(std::size_t task, const PatchPlacement& placement) const {
-    return under(problem_.queue[task].match.outline, placement.panel, placement.panel_from_artwork);
+    return problem_.limits.of(problem_.queue[task].match.outline, placement.panel, placement.panel_from_artwork);
   }
 
   // Limits whose wood a piece cannot have, with what it has now given back.
@@ -96,7 +93,7 @@ class OtherPlaces {
     for (const LatticeCandidate& candidate : *candidates) {
       const auto map = matcher_.panel_from_artwork(patch, candidate);
       // A bent piece may lie around the corner of a zone that its middle is in.
-      if (under(patch.outline, candidate.panel, map).meets(closed)) continue;
+      if (problem_.limits.of(patch.outline, candidate.panel, map).meets(closed)) continue;
       out_[task].push_back({{stock_[static_cast<std::size_t>(candidate.panel)].id, map}, candidate.cost});
     }
     return Ok();

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -27,10 +28,10 @@ Result<Piece*> find_placed(Plan& plan, const std::string& mark) {
   return piece;
 }
 
-// Where a piece lies before it is moved; none that has no wood.
-void note_place(const Plan& plan, const std::string& mark, std::map<std::string, Placement>& places) {
+// Where a piece lies before it is moved; none: it has no wood.
+void note_place(const Plan& plan, const std::string& mark, std::map<std::string, std::optional<Placement>>& places) {
   const auto piece = std::ranges::find(plan.pieces, mark, &Piece::mark);
-  if (piece != plan.pieces.end() && piece->placement) places.emplace(mark, *piece->placement);
+  if (piece != plan.pieces.end()) places.emplace(mark, piece->placement);
 }
 
 bool has_no_rows(const Plan& plan, std::size_t artwork) {
@@ -145,7 +146,7 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
 
 Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   std::vector<std::string> staying = edits.pins;
-  std::map<std::string, Placement> moved_from;
+  std::map<std::string, std::optional<Placement>> moved_from;
   for (const auto& [one, other] : edits.swaps) note_place(plan, one, moved_from), note_place(plan, other, moved_from);
   for (const auto& take : edits.takes) note_place(plan, take.first, moved_from);
   for (const auto& [one, other] : edits.swaps) {
@@ -160,7 +161,8 @@ Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   if (!kept.ok()) return kept.error();
   options.kept = std::move(*kept);
   for (KeptPiece& piece : options.kept)
-    if (const auto from = moved_from.find(piece.mark); from != moved_from.end()) piece.moved_from = from->second;
+    if (const auto from = moved_from.find(piece.mark); from != moved_from.end())
+      piece.moved = true, piece.moved_from = from->second;
   if (edits.held)
     for (KeptPiece& piece : options.kept) piece.held = piece.must = piece.placement.has_value();
   // What it refined stays as it is.

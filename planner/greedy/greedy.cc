@@ -73,7 +73,7 @@ class Greedy {
     if (limits_.empty() || use_ == nullptr) return true;
     const MatchPatch& patch = queue_[i].match;
     const LatticeCandidate& best = *answers_[i].best;
-    const LimitSet under = limits_.at(best.panel, matcher_.panel_from_artwork(patch, best) * middle_of(patch.outline));
+    const LimitSet under = limits_.of(patch.outline, best.panel, matcher_.panel_from_artwork(patch, best));
     const SquareMillimetres area = area_of(patch.outline);
     const LimitSet refused = use_->refused(under, area);
     if (refused.empty()) {

@@ -29,17 +29,25 @@ class TileArea {
                     tile_.width / 2 - std::abs(cos_ * dy - sin_ * dx));
   }
 
-  // Calls `visit` with all cells, column and row, of a grid with `finer` cells a pixel whose middles lie in the tile.
+  // Calls `visit` with all cells, column and row, of a grid with `finer` cells a pixel whose middles lie in the tile,
+  // those beyond the raster too.
   template <class Visit>
-  void for_each(cv::Size size, int finer, const Visit& visit) const {
+  void for_each(int finer, const Visit& visit) const {
     const double reach = std::hypot(tile_.length, tile_.width) / 2;
-    const auto first = [&](double at) { return std::max(0, static_cast<int>(std::floor((at - reach) * finer))); };
-    const auto last = [&](double at, int most) {
-      return std::min(most * finer, static_cast<int>(std::ceil((at + reach) * finer)));
-    };
-    for (int r = first(tile_.middle.y); r < last(tile_.middle.y, size.height); ++r)
-      for (int c = first(tile_.middle.x); c < last(tile_.middle.x, size.width); ++c)
+    const auto first = [&](double at) { return static_cast<int>(std::floor((at - reach) * finer)); };
+    const auto end = [&](double at) { return static_cast<int>(std::ceil((at + reach) * finer)); };
+    for (int r = first(tile_.middle.y); r < end(tile_.middle.y); ++r)
+      for (int c = first(tile_.middle.x); c < end(tile_.middle.x); ++c)
         if (depth((c + 0.5) / finer, (r + 0.5) / finer) >= 0) visit(c, r);
+  }
+
+  // The same with those on a raster of this size alone.
+  template <class Visit>
+  void for_each_on(cv::Size size, int finer, const Visit& visit) const {
+    const cv::Rect raster({0, 0}, size * finer);
+    for_each(finer, [&](int c, int r) {
+      if (raster.contains({c, r})) visit(c, r);
+    });
   }
 
  private:
@@ -48,11 +56,13 @@ class TileArea {
 };
 
 double share_beyond(const DisjointTile& tile, const cv::Mat& labels, int cell) {
-  int within = 0, all = 0;
-  TileArea(tile).for_each(labels.size(), 1,
-                          [&](int c, int r) { ++all, within += labels.at<int>(r, c) == cell ? 1 : 0; });
-  // What lies beyond the raster is beyond the cell, too.
-  return 1 - within / std::max(static_cast<double>(all), tile.length * tile.width);
+  const cv::Rect raster({0, 0}, labels.size() * kFiner);
+  int beyond = 0, all = 0;
+  TileArea(tile).for_each(kFiner, [&](int c, int r) {
+    ++all;
+    if (!raster.contains({c, r}) || labels.at<int>(r / kFiner, c / kFiner) != cell) ++beyond;
+  });
+  return static_cast<double>(beyond) / std::max(1, all);
 }
 
 // The largest tile that lies in its cell, nearest to where it was; or the smallest that is looked at, where least of it
@@ -120,9 +130,9 @@ Result<TileFigures> tile_figures(const std::vector<DisjointTile>& tiles, const c
   for (const DisjointTile& tile : tiles) {
     if (Status status = unless_cancelled(stop); !status.ok()) return status.error();
     const TileArea area(tile);
-    area.for_each(size, kFiner, [&](int c, int r) { ++sum, covered.at<std::uint8_t>(r, c) = 1; });
+    area.for_each_on(size, kFiner, [&](int c, int r) { ++sum, covered.at<std::uint8_t>(r, c) = 1; });
     double cos = 0, sin = 0, deep = 0;
-    area.for_each(size, 1, [&](int c, int r) {
+    area.for_each_on(size, 1, [&](int c, int r) {
       const auto four = 4 * static_cast<double>(angle.at<float>(r, c));
       cos += std::cos(four), sin += std::sin(four);
       if (edges.at<std::uint8_t>(r, c) != 0 && area.depth(c + 0.5, r + 0.5) > kStraddlingDepth * tile.width) ++deep;

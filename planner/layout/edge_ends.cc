@@ -30,8 +30,8 @@ class LooseEnds {
     return groups == 1 && beside <= 2;
   }
 
-  // From some pixels back along the line to its end.
-  cv::Point2d direction(const cv::Point& end) const {
+  // The line's last pixels, from its end back.
+  std::vector<cv::Point> last_pixels(const cv::Point& end) const {
     std::vector<cv::Point> way{end};
     while (way.size() < kSeen) {
       const cv::Point* next = nullptr;
@@ -45,7 +45,25 @@ class LooseEnds {
       if (next == nullptr) break;
       way.push_back(*next);
     }
-    return cv::Point2d(end - way.back());
+    return way;
+  }
+
+  // Draws the line on, straight, as far as the next edge.
+  void lead_on(const cv::Point& end, double length, cv::Mat& out) const {
+    const std::vector<cv::Point> way = last_pixels(end);
+    const auto is_other = [&](const cv::Point& p) { return is_edge(p) && std::ranges::find(way, p) == way.end(); };
+    const cv::Point2d direction(end - way.back());
+    const cv::Point2d to = cv::Point2d(end) + direction * (length / cv::norm(direction));
+    cv::LineIterator at(out, end, {cvRound(to.x), cvRound(to.y)});
+    cv::Point before = end;
+    for (int i = 1; i < at.count; ++i) {
+      ++at;
+      const cv::Point here = at.pos();
+      // An edge that runs aslant would be passed between two of its pixels.
+      if (is_other(here) || (is_other({here.x, before.y}) && is_other({before.x, here.y}))) return;
+      out.at<std::uint8_t>(here) = 255;
+      before = here;
+    }
   }
 
  private:
@@ -60,11 +78,7 @@ cv::Mat with_longer_ends(const cv::Mat& edges, double length) {
   for (int r = 0; r < edges.rows; ++r)
     for (int c = 0; c < edges.cols; ++c) {
       const cv::Point end(c, r);
-      if (!ends.is_edge(end) || !ends.is_end(end)) continue;
-      const cv::Point2d direction = ends.direction(end);
-      const double norm = cv::norm(direction);
-      const cv::Point2d to = cv::Point2d(end) + direction * (length / norm);
-      cv::line(out, end, {cvRound(to.x), cvRound(to.y)}, cv::Scalar(255));
+      if (ends.is_edge(end) && ends.is_end(end)) ends.lead_on(end, length, out);
     }
   return out;
 }

@@ -131,7 +131,7 @@ class FineRotation {
 
   LimitSet limits_at(std::size_t patch, const Pose& pose) const {
     if (limits_.empty()) return {};
-    return limits_.at(pose.panel, footprints_[patch].panel_from_artwork(pose) * middle_of(queue_[patch].match.outline));
+    return limits_.of(queue_[patch].match.outline, pose.panel, footprints_[patch].panel_from_artwork(pose));
   }
 
   // None when the patch lies best where it is, or once `stop` is requested.

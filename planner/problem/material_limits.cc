@@ -37,6 +37,11 @@ LimitSet MaterialLimits::at(int panel, const Point<PanelFrame>& middle) const {
   return out;
 }
 
+LimitSet MaterialLimits::of(const Ring<ArtworkFrame>& outline, int panel,
+                            const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork) const {
+  return at(panel, panel_from_artwork * middle_of(outline));
+}
+
 std::vector<MaterialLimits::Wood> MaterialLimits::wood_under(std::size_t number) const {
   std::vector<Wood> out;
   for (std::size_t p = 0; p < panels_.size(); ++p) {

@@ -54,6 +54,9 @@ class MaterialLimits {
 
   // The limits for a piece whose middle lies here.
   LimitSet at(int panel, const Point<PanelFrame>& middle) const;
+  // The limits for a piece of this outline that lies there.
+  LimitSet of(const Ring<ArtworkFrame>& outline, int panel,
+              const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork) const;
 
   // All wood under a limit.
   struct Wood {

@@ -263,7 +263,7 @@ class Remedies(Page):
         least = "smallest piece width (command line only)"
         for sentence, words, *hrefs in (
             ("narrower than 2 mm: raise --patch-mm, or lower --cell-aspect", f"narrower than 2 mm: raise {picture('Smallest patch, mm')}, or lower {picture('How long its cells are')}", "#new", "#new"),
-            ("let go of some of them, or raise its limit (--material-limit)", f"let go of some of them, or raise its limit ({picture('How much of the picture each may take, at most')})", "#new"),
+            ("plan some of these anew, or raise the limit of oak (--material-limit)", f"plan some of these anew, or raise the limit of oak ({picture('How much of the picture each may take, at most')})", "#new"),
             ("the colour weight is 0: raise it (--w-colour)", f"the colour weight is 0: raise it ({picture('Colour')})", "#new"),
             ("choose that layout (--layout morph)", f"choose that layout ({picture('How it is divided: bent squares that follow its edges')})", "#new"),
             ("let them choose together (--optimize global)", f"let them choose together ({picture('Care: all patches together (takes minutes)')})", "#new"),

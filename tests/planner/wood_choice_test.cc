@@ -2,8 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
@@ -482,7 +486,7 @@ TEST_F(WoodLimits, AreNoBarToWhatAPersonMovesButAreTold) {
   // The same, with places of all woods.
   options_.material_limits = {}, options_.alternatives = 3;
   ASSERT_TRUE(keep_edited(*limited, {}, options_).ok());
-  const auto listed = planned();
+  auto listed = planned();
   ASSERT_TRUE(listed.ok()) << listed.error().message;
   std::vector<std::pair<std::string, std::size_t>> to_dark;
   std::string is_dark;  // a piece that is, as large as the others
@@ -508,9 +512,8 @@ TEST_F(WoodLimits, AreNoBarToWhatAPersonMovesButAreTold) {
   ASSERT_TRUE(one.ok()) << one.error().message;
   EXPECT_GT(share_of(*one, "dark"), 0.3) << "it went there";
   const std::string because = "of the pictures, more than it may be (30 %), because ";
-  EXPECT_THAT(said(*one), HasSubstr(because + to_dark[0].first +
-                                    " was moved to it: move it to other wood, or raise "
-                                    "its limit (--material-limit)"));
+  EXPECT_THAT(said(*one), HasSubstr(because + to_dark[0].first + " was moved to such wood: give " + to_dark[0].first +
+                                    " other wood, or raise the limit of dark (--material-limit)"));
   const auto by_swap = edited(swap, 0.3);
   ASSERT_TRUE(by_swap.ok()) << by_swap.error().message;
   EXPECT_EQ(said(*by_swap), "") << "one came for another";
@@ -518,14 +521,119 @@ TEST_F(WoodLimits, AreNoBarToWhatAPersonMovesButAreTold) {
   two.takes = {to_dark[0]}, two.swaps = {{is_dark, to_dark[1].first}};
   const auto both = edited(two, 0.3);
   ASSERT_TRUE(both.ok()) << both.error().message;
-  EXPECT_THAT(said(*both), HasSubstr("were moved to it: move them to other wood"));
+  EXPECT_THAT(said(*both), HasSubstr("were moved to such wood: give some of them other wood"));
   EXPECT_THAT(said(*both), HasSubstr(to_dark[0].first));
   EXPECT_THAT(said(*both), HasSubstr(to_dark[1].first));
   // Of a limit that was broken before, whoever was moved there is not the only one to go.
   const auto already = edited(take, 0.1);
   ASSERT_TRUE(already.ok()) << already.error().message;
-  EXPECT_THAT(said(*already), HasSubstr("more than it may be (10 %), because pieces that stay are of it, and " +
-                                        to_dark[0].first + " was moved to it: let go of some of them"));
+  EXPECT_THAT(said(*already),
+              HasSubstr("more than it may be (10 %), because pieces of dark stay, and " + to_dark[0].first +
+                        " was moved to it as well: plan some of these anew, or "
+                        "raise the limit of dark (--material-limit)"));
+  const auto kept = edited({}, 0.1);
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  EXPECT_THAT(said(*kept), HasSubstr("because pieces of dark stay: plan some of them anew, or raise the limit of "
+                                     "dark (--material-limit)"));
+  // One that had no wood came as well.
+  std::ranges::find(listed->pieces, to_dark[0].first, &Piece::mark)->placement.reset();
+  const auto first = edited(take, 0.3);
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  EXPECT_THAT(said(*first), HasSubstr(because + to_dark[0].first + " was moved to such wood"));
+}
+
+// Not as text, in which the tenth of a row comes before the second.
+TEST_F(WoodLimits, NamePiecesThatWereMovedInTheirOrder) {
+  options_.patch = 2.4_mm, options_.material_limits = {{"dark", 0.3}};
+  const auto limited = planned();
+  ASSERT_TRUE(limited.ok()) << limited.error().message;
+  std::vector<std::string> dark, pale;
+  for (const Piece& piece : limited->pieces)
+    (piece.placement->panel.value == "dark" ? dark : pale).push_back(piece.mark);
+  ASSERT_GE(dark.size(), 2U);
+  const auto later = std::ranges::adjacent_find(pale, std::ranges::greater());
+  ASSERT_NE(later, pale.end());
+  PlanEdits swap;
+  swap.swaps = {{dark[0], *(later + 1)}, {dark[1], *later}};
+  options_.material_limits = {{"dark", 0.1}};
+  ASSERT_TRUE(keep_edited(*limited, swap, options_).ok());
+  const auto swapped = planned();
+  ASSERT_TRUE(swapped.ok()) << swapped.error().message;
+  EXPECT_THAT(said(*swapped),
+              HasSubstr("because pieces of dark stay, and " + *later + ", " + *(later + 1) + " were moved to it"));
+}
+
+// Two limits that bind, and wood under none: pieces of either have the other's wood closed to them, and of the third
+// both. What is closed to some is open again to those that come after.
+class WoodLimitsOfTwo : public WoodLimits {
+ protected:
+  WoodLimitsOfTwo() {
+    StockPanel ash = test::wood_panel("ash", 90, 90, 50.8, 3);
+    ash.picture.pixels.setTo(cv::Scalar::all(245)), ash.material = "ash";
+    stock_.push_back(ash);
+    options_.material_limits = {{"dark", 0.3}, {"pale", 0.3}}, options_.alternatives = 3;
+  }
+
+  // What pieces have, what of it they are offered more, and what else.
+  static std::map<std::string, std::set<std::string>> offered(const Plan& plan) {
+    std::map<std::string, std::set<std::string>> out;
+    for (const Piece& piece : plan.pieces) {
+      EXPECT_EQ(piece.alternatives.size(), 3U) << piece.mark;
+      for (const Alternative& it : piece.alternatives)
+        out[piece.placement->panel.value].insert(it.placement.panel.value);
+    }
+    return out;
+  }
+  // No place that is offered is another piece's; all lie upright, since nothing is turned.
+  static void expect_free(const Plan& plan) {
+    constexpr Millimetres kTouching(1e-6);
+    for (const Piece& piece : plan.pieces)
+      for (const Alternative& it : piece.alternatives) {
+        const Box<PanelFrame> there = bounds(it.placement.panel_from_artwork * piece.artwork_outline);
+        for (const Piece& other : plan.pieces) {
+          if (other.mark == piece.mark || other.placement->panel != it.placement.panel) continue;
+          const Box<PanelFrame> taken = bounds(other.panel_outline());
+          EXPECT_TRUE(there.max.x <= taken.min.x + kTouching || taken.max.x <= there.min.x + kTouching ||
+                      there.max.y <= taken.min.y + kTouching || taken.max.y <= there.min.y + kTouching)
+              << piece.mark << " is offered wood of " << other.mark;
+        }
+      }
+  }
+};
+
+TEST_F(WoodLimitsOfTwo, CloseToEachPieceTheWoodOfTheOther) {
+  for (const Optimize how : {Optimize::kGreedy, Optimize::kGlobal}) {
+    options_.optimize = how, options_.optimize_iterations = 2000, options_.threads = 2;
+    const auto plan = planned();
+    ASSERT_TRUE(plan.ok()) << plan.error().message;
+    ASSERT_EQ(unfilled(*plan), 0U);
+    ASSERT_TRUE(plan->material_shares[0].binds && plan->material_shares[1].binds);
+    const auto offers = offered(*plan);
+    ASSERT_EQ(offers.size(), 3U);
+    EXPECT_TRUE(offers.at("dark").contains("dark") && !offers.at("dark").contains("pale"));
+    EXPECT_TRUE(offers.at("pale").contains("pale") && !offers.at("pale").contains("dark"));
+    EXPECT_EQ(offers.at("ash"), std::set<std::string>{"ash"});
+    expect_free(*plan);
+    options_.threads = 1;
+    EXPECT_EQ(plan_to_json(*planned()), plan_to_json(*plan));
+  }
+}
+
+// The wood of pieces that stay was gone before any of it was closed, and is not opened with it.
+TEST_F(WoodLimitsOfTwo, CloseItToPiecesThatStayAndToThoseThatArePlannedAnew) {
+  const auto before = planned();
+  ASSERT_TRUE(before.ok()) << before.error().message;
+  PlanEdits edits;
+  for (std::size_t i = 0; i < before->pieces.size(); i += 3) edits.replanned.push_back(before->pieces[i].mark);
+  ASSERT_TRUE(keep_edited(*before, edits, options_).ok());
+  const auto plan = planned();
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  ASSERT_EQ(unfilled(*plan), 0U);
+  const auto offers = offered(*plan);
+  EXPECT_TRUE(offers.at("dark").contains("dark") && !offers.at("dark").contains("pale"));
+  EXPECT_TRUE(offers.at("pale").contains("pale") && !offers.at("pale").contains("dark"));
+  EXPECT_EQ(offers.at("ash"), std::set<std::string>{"ash"});
+  expect_free(*plan);
 }
 
 TEST_F(WoodLimits, WhatIsNoneIsRefused) {

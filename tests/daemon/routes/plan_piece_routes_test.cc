@@ -152,7 +152,8 @@ TEST_F(PlanPieceRoutes, SayThatNoPlaceWasFoundWhereTheyWereLookedFor) {
 TEST_F(PlanPieceRoutes, SayThatLimitsOfWoodsLeftPlacesOut) {
   store(drawn(), {{"alternatives", 3}, {"wood_limit", {{"oak", 0.5}}}});
   EXPECT_THAT(get("A2/alternatives")["none_because"].get<std::string>(),
-              HasSubstr("in the wood that plan 1 leaves free within the limits of its woods: take"));
+              HasSubstr("in the wood that plan 1 leaves free and the limits of its woods allow: take wood of another "
+                        "piece (swap), plan the picture anew with higher limits, or scan more wood"));
 }
 
 TEST_F(PlanPieceRoutes, ShowTheWoodOfAPlaceCutToThePiece) {

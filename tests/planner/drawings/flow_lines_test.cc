@@ -76,11 +76,23 @@ TEST(FlowLines, TellThePageThatTheyWereDrawnOn) {
   EXPECT_EQ(drawing->lines, (std::vector<FlowLine>{{{0, 5000}, {10000, 5000}}, {{2500, 0}, {7500, 10000}}}));
   EXPECT_EQ(flow_text(*drawing), text);
   EXPECT_FALSE(flow_drawing_of("flow_lines", "0,5000 10000,5000")->page);
-  for (const char* page :
-       {"", "210", "210x", "x140", "0x140", "210x-1", "210xnan", "210x1e9", "210x140x3", "210 x 140"})
+  for (const char* page : {"", "210", "210x", "x140", "0x140", "210x-1", "210xnan", "210xinf", "infx140", "210x1e999",
+                           "210x140x3", "210 x 140"})
     EXPECT_THAT(flow_drawing_of("flow_lines", std::string(page) + ":0,5000 10000,5000").error().message,
                 HasSubstr("flow_lines must have the page's width and height in mm before the colon, like 210x140"))
         << page;
+}
+
+// Only its shape matters: an SVG without a size of its own makes as large a page as its viewBox says.
+TEST(FlowLines, LieOnAPageOfAnySize) {
+  for (const char* page : {"3e+09x2e+09", "3e-09x2e-09"}) {
+    const std::string text = std::string(page) + ":0,5000 10000,5000";
+    const auto drawing = flow_drawing_of("flow_lines", text);
+    ASSERT_TRUE(drawing.ok()) << drawing.error().message;
+    EXPECT_TRUE(check_flow_page("flow_lines", *drawing->page, 600, 400).ok()) << page;
+    EXPECT_FALSE(check_flow_page("flow_lines", *drawing->page, 400, 600).ok()) << page;
+    EXPECT_EQ(flow_text(*drawing), text);
+  }
 }
 
 TEST(FlowLines, AreRefusedOnAPageOfAnotherShapeThanThePicture) {

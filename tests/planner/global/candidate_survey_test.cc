@@ -78,7 +78,7 @@ TEST_F(CandidateSurvey, KeepsTwiceAsManyRegionsAsCandidatesAreWanted) {
   EXPECT_EQ(found(3), 3U) << "and two further ones";
 }
 
-// Each wood has its part of them, rounded up: of three, two of each of two woods, so four regions of each.
+// Each wood has its part of them, rounded up: of five, three of each of two woods, so six regions of each.
 TEST_F(CandidateSurvey, SharesThemAmongTheWoodsThatAreLimited) {
   stock_.push_back(panel("Q", 64, 56));
   options_.material_limits = {{"P", 1}};
@@ -86,6 +86,7 @@ TEST_F(CandidateSurvey, SharesThemAmongTheWoodsThatAreLimited) {
   options_.material_limits = {{"P", 1}, {"Q", 1}};
   EXPECT_EQ(found(2), 2U) << "other wood is none, and has no part of them";
   EXPECT_EQ(found(4), 2U) << "four regions of each wood, all of one place";
+  EXPECT_EQ(found(5), 4U) << "six regions of each wood, and a place further off, too";
 }
 
 }  // namespace

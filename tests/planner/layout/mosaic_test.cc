@@ -188,6 +188,29 @@ TEST(EdgeEnds, GoOnStraight) {
   EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 8) != edges), 0) << "it has no end";
 }
 
+// A stem below a bar, as where the detector of edges lost their crossing: its end is led on to the bar, and not
+// through.
+TEST(EdgeEnds, AreLedOnAsFarAsTheNextEdge) {
+  for (const int gap : {1, 2, 5}) {
+    cv::Mat edges(80, 80, CV_8UC1, cv::Scalar(0));
+    cv::line(edges, {0, 30}, {79, 30}, cv::Scalar(255));
+    cv::Mat longer = edges.clone();
+    cv::line(edges, {40, 31 + gap}, {40, 79}, cv::Scalar(255));
+    cv::line(longer, {40, 30}, {40, 79}, cv::Scalar(255));
+    EXPECT_EQ(cv::countNonZero(with_longer_ends(edges, 12) != longer), 0) << gap;
+  }
+  // Aslant, where the pixels of the two edges would pass between one another.
+  for (const int shift : {0, 1}) {
+    cv::Mat edges(80, 80, CV_8UC1, cv::Scalar(0));
+    cv::line(edges, {10, 10}, {69, 69}, cv::Scalar(255));
+    cv::line(edges, {37 + shift, 43}, {12 + shift, 68}, cv::Scalar(255));
+    const cv::Mat longer = with_longer_ends(edges, 12);
+    EXPECT_EQ(longer.at<std::uint8_t>(42, 38 + shift), 255) << shift;
+    for (int r = 12; r < 70; ++r)
+      for (int c = r + 1; c < 68; ++c) EXPECT_EQ(longer.at<std::uint8_t>(r, c), 0) << shift << ": " << c << ", " << r;
+  }
+}
+
 TEST(DirectionField, PointsAcrossTheNearestEdgeUpToQuarterTurns) {
   cv::Mat edges(200, 200, CV_8UC1, cv::Scalar(0));
   cv::line(edges, {60, 160}, {140, 80}, cv::Scalar(255));  // up to the right, at 45 degrees
@@ -312,7 +335,7 @@ TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
   EXPECT_LT(mosaic->figures.mean_move_px, 0.1);
   EXPECT_LE(mosaic->figures.deviation_deg, 5);
   EXPECT_LE(mosaic->figures.cell_deviation_deg, 5);
-  EXPECT_LE(mosaic->figures.straddling, 0.02);
+  EXPECT_LE(mosaic->figures.straddling, 0.02);  // none was measured
   const auto again = decorative_mosaic(picture, size, {150, 1, 4, 1});
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(cv::countNonZero(mosaic->labels != again->labels), 0);
@@ -469,7 +492,7 @@ TEST(Mosaic, TilesWithJointsKeepApartAndOffTheEdges) {
     const TileFigures& figures = *mosaic->tile_figures;
     EXPECT_LE(figures.overlap, 0.01) << seed;
     EXPECT_LE(figures.deviation_deg, 5) << seed;
-    EXPECT_LE(figures.straddling, 0.02) << seed;
+    EXPECT_LE(figures.straddling, 0.02) << seed;  // none was measured
     EXPECT_GE(figures.coverage, 0.58) << seed;
     EXPECT_LE(figures.coverage, 0.64) << seed;
   }
@@ -480,7 +503,8 @@ cv::Mat strokes(cv::Size size) {
   cv::Mat out(size, CV_8UC3, cv::Scalar::all(120));
   cv::RNG random(11);
   for (int i = 0; i < 90; ++i) {
-    const cv::Point2d from(random.uniform(0, size.width), random.uniform(0, size.height));
+    const int row = random.uniform(0, size.height), column = random.uniform(0, size.width);
+    const cv::Point2d from(column, row);
     const double turn = random.uniform(0.0, 6.28), length = random.uniform(40.0, 140.0);
     const int dark = random.uniform(0, 2), width = random.uniform(8, 24);
     for (int k = 0; k < 40; ++k) {  // from full contrast to none
@@ -505,8 +529,8 @@ TEST(Mosaic, TilesAndCellsKeepOffEdgesThatEndOrLieSideBySide) {
     tiles += mosaic->tile_figures->straddling / 3, cells += mosaic->figures.straddling / 3;
     EXPECT_LE(mosaic->tile_figures->overlap, 0.01);
   }
-  EXPECT_LE(tiles, 0.02);
-  EXPECT_LE(cells, 0.02);
+  EXPECT_LE(tiles, 0.02);  // 0.0170 was measured
+  EXPECT_LE(cells, 0.02);  // 0.0141 was measured
 }
 
 TEST(Mosaic, ATileKeepsToItsCellAndBecomesNoSmallerThanThatTakes) {
@@ -528,6 +552,41 @@ TEST(Mosaic, ATileKeepsToItsCellAndBecomesNoSmallerThanThatTakes) {
   const DisjointTile moved = disjoint_tiles(labels, field, 1)[0];
   EXPECT_GT(moved.middle.x + moved.middle.y, 33);
   EXPECT_GE(moved.width, 0.8 * kTileShare * 28);
+}
+
+// However a tile's sides fall between the middles of pixels.
+TEST(Mosaic, ATileThatLiesInItsCellStaysAsItIs) {
+  constexpr int kSide = 60;
+  for (const double wanted : {14.4, 17.0, 17.6, 18.0}) {
+    for (int dx = 0; dx < 10; ++dx)
+      for (int dy = 0; dy < 10; ++dy) {
+        // The cell's columns and rows end aslant, so that its middle lies at tenths of a pixel.
+        cv::Mat labels(kSide, kSide, CV_32SC1, cv::Scalar(0));
+        labels(cv::Rect(10, 10, 40, 40)).setTo(1);
+        labels(cv::Rect(50, 10, 1, 4 * dx)).setTo(1), labels(cv::Rect(10, 50, 4 * dy, 1)).setTo(1);
+        const VoronoiField field{cv::Mat(labels.size(), CV_32FC1, cv::Scalar(0)),
+                                 cv::Mat(labels.size(), CV_32FC1, cv::Scalar(wanted / kTileShare)),
+                                 {}};
+        double x = 0, y = 0, area = 0;
+        for (int r = 0; r < kSide; ++r)
+          for (int c = 0; c < kSide; ++c)
+            if (labels.at<int>(r, c) == 1) x += c + 0.5, y += r + 0.5, ++area;
+        const DisjointTile tile = disjoint_tiles(labels, field, 1)[1];
+        EXPECT_NEAR(tile.middle.x, x / area, 1e-9) << wanted;
+        EXPECT_NEAR(tile.middle.y, y / area, 1e-9) << wanted;
+        EXPECT_NEAR(tile.width, wanted, 1e-5);
+      }
+  }
+}
+
+// What of a tile lies beyond the raster lies beyond its cell.
+TEST(Mosaic, ATileKeepsToThePicture) {
+  const cv::Mat labels(12, 60, CV_32SC1, cv::Scalar(0));
+  const VoronoiField field{
+      cv::Mat(labels.size(), CV_32FC1, cv::Scalar(0)), cv::Mat(labels.size(), CV_32FC1, cv::Scalar(20)), {}};
+  const DisjointTile tile = disjoint_tiles(labels, field, 1)[0];
+  EXPECT_NEAR(tile.length, 0.7 * kTileShare * 20, 1e-9) << "a twentieth at most beyond 12 pixels";
+  EXPECT_NEAR(tile.middle.y, 6, 1e-9);
 }
 
 TEST(Mosaic, TheFiguresOfTilesAreThoseOfTheTiles) {
