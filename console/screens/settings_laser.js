@@ -17,7 +17,7 @@ const kCard = "test card", kPattern = "laser test-pattern", kBurns = [kCard, kPa
 const findsHome = () => (model.cell.laser || {}).finds_home !== false;
 // One of them goes on, whoever began it, and wherever.
 const burning = (...kinds) => (model.cell.tasks || []).find((one) => kinds.includes(one.kind) && one.state === "running");
-const isMine = () => isBusy("pattern") || isBusy("card");
+const isMine = () => ["pattern", "card", "drawing"].some(isBusy);
 const isFree = () => !isMine() && !burning(...kBurns);
 const runs = () => !isFree() && kStrokes.includes(model.cell.state);
 
@@ -28,19 +28,19 @@ export function burnsNow() {
     runs() && h("p.warn", {id: "burns-runs", role: "status"}, `▲ ${t("burns.runs")}`), now && h("ul.list", {}, taskRow(now)));
 }
 
-// `asked`: what is asked where nothing is by name. `asShown()`: it is still what is asked about.
-function burns(place, kind, ticks, asked, asShown, begin) {
-  const task = isBusy(place) ? workAt(place).task : (burning(kind) || {}).id, free = mayDo("maintainer") && mayChange() && isFree();
-  const go = (text, body) => { if (asShown()) doSteps(place, [{text, act: () => begin(body)}]); };
+// `asked`: what is asked where nothing is by name. `asShown()`: it is still what is asked about. `mayBurn()`: with the beam on too.
+export function burns(place, kind, ticks, asked, asShown, begin, {needs = "maintainer", mayBurn = asShown} = {}) {
+  const task = isBusy(place) ? workAt(place).task : (burning(kind) || {}).id, free = mayDo(needs) && mayChange() && isFree();
+  const go = (text, body) => { if (body.dry ? asShown() : mayBurn()) doSteps(place, [{text, act: () => begin(body)}]); };
   const burn = async () => {
     const confirmed = ticks.take();
-    if (confirmed.length || await isSure(t(asked), () => ticks.ready() && isFree() && asShown())) go(t(`${place}.burn`), {dry: false, confirmed});
+    if (confirmed.length || await isSure(t(asked), () => ticks.ready() && isFree() && mayBurn())) go(t(`${place}.burn`), {dry: false, confirmed});
   };
-  const more = {needs: "maintainer", small: t(findsHome() ? "burns.home" : "burns.move")};
+  const more = {needs, small: t(findsHome() ? "burns.home" : "burns.move")};
   return {
     buttons: [
       button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), wide: true, id: `${place}-dry`}),
-      button(t(`${place}.burn`), burn, {...more, disabled: !free || !asShown() || !ticks.ready(), wide: true, id: `${place}-burn`}),
+      button(t(`${place}.burn`), burn, {...more, disabled: !free || !mayBurn() || !ticks.ready(), wide: true, id: `${place}-burn`}),
       task > 0 && !runs() && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
     row: !burning(kind) && workRow(place),
   };
