@@ -7,8 +7,8 @@ import {changed, followStatus, isStale, model, operates} from "../model.js";
 import {button, card, fact, facts, hint, inEnglish, lacking} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {burnTicks} from "../ticks.js";
+import {burns, kDrawing} from "../burns.js";
 import {run, workAt} from "../work.js";
-import {burns} from "./settings_laser.js";
 
 const kSettleMs = 300;     // a hand types several digits
 const kReadMs = 40000;     // a dense drawing, while another is read
@@ -147,7 +147,7 @@ async function begin(what, body) {
 export function drawingCard() {
   const what = shown, bad = fault(), {result} = workAt("drawing");
   const asShown = () => Boolean(what) && shown === what && isCurrent() && what.told.settings !== null && what.told.fits !== false;
-  const {buttons, row} = burns("drawing", "laser run", ticks, "drawing.sure", asShown, (body) => begin(what, body), {needs: "operator", mayBurn: () => asShown() && traced === what});
+  const {buttons, row} = burns("drawing", kDrawing, ticks, "drawing.sure", asShown, (body) => begin(what, body), {needs: "operator", mayBurn: () => asShown() && traced === what});
   const of = isOf(refused, bad ? "" : queryNow()) ? refused : null;
   return card(t("drawing"), h("p.dim", {}, t("drawing.about")),
     h("div.form", {}, h("label.file", {}, t("drawing.file"), h("input", {type: "file", id: "drawing-file", accept: ".svg,image/svg+xml", disabled: !operates() || isStale(), onchange: (event) => choose(event.target.files[0] || null)}), !operates() && lacking("operator"))),

@@ -563,7 +563,7 @@ class Seldom(Page):
             const hotter = await after(() => typed({'power-1': '60'}));
             const typing = await after(async () => { type('#drawing-power-1', '6'); draw(); });
             await until(() => queries.at(-1).powers === '0.85,0.06'); await settled(); await settled(); draw();
-            const aborted = await after(async () => { window.answers['/status'] = model.cell; await (await load('model.js')).askStatus(); draw({state: 'Idle'}); });
+            const aborted = await after(async () => { draw({state: 'Aborted'}); await (await load('model.js')).askStatus(); draw(); });
             const other = await after(async () => { open('b.svg'); draw(); });
             return {moved, hotter, typing, aborted, other}""", confirm="[]")
         self.assertEqual(told, {one: [True, True] for one in ("moved", "hotter", "typing", "aborted", "other")})
