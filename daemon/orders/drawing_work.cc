@@ -23,11 +23,6 @@ Result<planner::Drawing> drawing_of(const ReadDrawing& order) {
   auto drawing = planner::read_svg(text, order.most_points);
   if (!drawing) return drawing;
   if (!planner::is_finite(*drawing)) return unusable("a point of the drawing is no number: save it anew");
-  if (drawing->lines.empty())
-    return unusable("the drawing has no line that could be burnt: draw paths, lines or shapes");
-  // Curves are counted where they are flattened, and a file of straight lines only here.
-  if (planner::points_of(*drawing) > order.most_points)
-    return unusable(fmt::format("the drawing has more than {} points: split it", order.most_points));
   return drawing;
 }
 
