@@ -124,8 +124,8 @@ function kindPart(kind, index) {
   const field = (name) => numberField(t(`recipe.${name}`), given[index][name], take(name), {...kRules[name], id: `drawing-${name}-${index}`});
   const {power, speed_mm_s} = shown.told.kinds[index];
   return h("fieldset.confirm", {"data-key": `drawing-kind-${index}`}, h("legend", {}, `${kindName(kind)}: ${t("drawing.lines", {n: kind.lines, mm: Math.round(kind.length_mm)})}`),
-    h("div.pair", {}, field("power"), field("speed_mm_s")),
-    h("div.pair", {}, field("passes"), h("label.tick", {}, h("input", {type: "checkbox", id: `drawing-air-${index}`, checked: given[index].air, onchange: (event) => take("air")(event.target.checked)}), t("recipe.air"))),
+    h("div.form", {}, h("div.pair", {}, field("power"), field("speed_mm_s")),
+      h("div.pair", {}, field("passes"), h("label.tick", {}, h("input", {type: "checkbox", id: `drawing-air-${index}`, checked: given[index].air, onchange: (event) => take("air")(event.target.checked)}), t("recipe.air")))),
     isCurrent() && (power === null || speed_mm_s === null) && h("p.warn", {role: "status"}, `▲ ${t("drawing.untold")}`));
 }
 
