@@ -1,7 +1,7 @@
 // An operator's word that something is to be burnt on the laser alone: it stands for the homing before it as well, and
 // does not outlast the lid, the cell's state, nor its task.
 //
-// Bound to the reactor. What is passed by reference outlives the task.
+// Bound to the reactor. `unit` and `patterns` outlive the task.
 #pragma once
 
 #include <functional>

@@ -10,7 +10,6 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "calib/april_grid.h"
-#include "calib/hole_tie.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/scan_json.h"
 #include "daemon/stock/plausible_read.h"

@@ -10,7 +10,7 @@ namespace veneer::daemon {
 struct Doings {
   CellState state = CellState::kStopped;
   bool activity = false;    // one is on
-  bool jogging = false;     // a jog has not told its end
+  bool jogging = false;     // one that no activity waits for has not told its end
   bool jog_coming = false;  // one is not on record yet
   bool on_record = false;   // something is, as under way
   bool reading = false;     // the controller reads strokes without moving
@@ -25,10 +25,11 @@ Status check_booked(const Doings& now);
 // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an abort
 // that nobody has cleared: what a program that ends now would break off or forget.
 Status check_at_rest(const Doings& now);
-// kConflict, with a sentence, while the head moves or may move, and while the unit looks at the bed again and again by
-// itself: no pictures for people who only watch then.
+// kConflict, with a sentence, while the head moves or an activity may move it, and while the unit looks at the bed
+// again and again by itself: no pictures for people who only watch then.
 Status check_may_be_watched(const Doings& now);
-// The beam is off, nothing moves, and what an abort proved is booked: an owed look may be taken (owed_proof.h).
+// The beam is off, nothing is under way that moves the head, and what an abort proved is booked: an owed look may be
+// taken (owed_proof.h).
 bool allows_owed_look(const Doings& now);
 
 }  // namespace veneer::daemon

@@ -59,7 +59,8 @@ JobRunner::~JobRunner() {
 void JobRunner::begin(const db::Recovery& recovery) {
   recuts_.recall();
   parts().database.async([](Repositories& r) { return r.jobs.unproven(); },
-                         [this](Result<std::optional<db::UnprovenCuts>> cuts) {
+                         [this, alive = std::weak_ptr<int>(alive_)](Result<std::optional<db::UnprovenCuts>> cuts) {
+                           if (alive.expired()) return;
                            if (!cuts) return log_->warn("{}", cuts.error().message);
                            if (!*cuts) return;
                            owed_.owe(std::move(**cuts));  // it was to look again, whatever is configured since

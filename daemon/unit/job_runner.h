@@ -2,9 +2,9 @@
 // an activity's business (activity.h): a panel's run, a recut, a pattern, a frame, one at a time.
 //
 // Consent: the machine moves only after an operator's Reset (homing), Unsuspend (cutting on a proven pose, once per
-// panel loaded), Recut (on the same pose, proven unchanged), Unhold, frame or pattern. Before each of these the whole
-// of it is checked in machine space (preflight.h). Nothing here starts, resumes or reconnects by itself. Abort reaches
-// the wire before this object does anything else.
+// panel loaded), Recut (on the same pose, proven unchanged), Unhold, frame, pattern or jog (jogging.h). Before each of
+// these the whole of it is checked in machine space (preflight.h). Nothing here starts, resumes or reconnects by
+// itself. Abort reaches the wire before this object does anything else.
 //
 // One door stands before every stroke: next(). It opens only while the state says that the operator's word holds, no
 // write and no look is under way, the lid was not opened since the bed was proven, and the camera has looked within the
@@ -220,7 +220,7 @@ class JobRunner : public UnitState,
 
   std::vector<Reply> pending_;                             // the command whose acting state is on
   Reply check_reply_;                                      // while the controller reads a pattern
-  std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // the laser's events hold it weakly
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // what outlives this holds it weakly
 };
 
 }  // namespace veneer::daemon

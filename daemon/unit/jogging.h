@@ -50,7 +50,7 @@ class Jogging {
   // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
   Status corner_is_here() { return unit_.laser.corner_is_here(); }
 
-  // The laser has taken a jog and has not told its end.
+  // The laser has taken a jog that no activity waits for, and has not told its end.
   bool under_way() const { return under_way_; }
   // Asked for, and not on record yet.
   bool coming() const { return coming_ > 0; }

@@ -26,8 +26,11 @@ class KeptCuts {
     std::string laser;  // LaserLimits::identity
   };
   void begin(const ProvenPose& pose, Basis basis) { pose_ = pose, basis_ = std::move(basis), cuts_.clear(); }
-  // Keeps the cut strokes only: engraving is not repeated.
-  void add(const PieceBurn& burn) { cuts_.push_back({burn.piece, burn.mark, cut_strokes(burn), burn.seconds}); }
+  // Keeps the cut strokes only: engraving is not repeated. After forget() none until the next run begins: what was cut
+  // stands on a pose that is in doubt.
+  void add(const PieceBurn& burn) {
+    if (begun()) cuts_.push_back({burn.piece, burn.mark, cut_strokes(burn), burn.seconds});
+  }
   void forget() { pose_.reset(), cuts_.clear(); }
 
   // As the booking of `burn` in `run` writes it, and what was written of the last run; none where it cannot be met

@@ -18,7 +18,7 @@ namespace veneer::daemon {
 
 class Overrides {
  public:
-  // Laser and view outlive this. `on_change` comes when the laser was told.
+  // Laser and view outlive this. `on_change` comes when set() has told the laser what was asked for.
   Overrides(LaserDriver& laser, const CellView& view, std::function<void()> on_change)
       : laser_(laser), view_(view), on_change_(std::move(on_change)) {}
 

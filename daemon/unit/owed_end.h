@@ -25,13 +25,14 @@ class OwedEnd {
   void begin(BrokenRun run) { breaking_ = std::move(run); }
   // What the laser tells of it. False when none waits for that.
   bool take(const laser_event::Aborted& told);
-  // What was begun is written; `then` comes whether the database took it or not.
+  // Only after begin(): what was begun is written; `then` comes whether the database took it or not.
   void write(std::function<void(int neighbours)> then);
 
   // The database could not take one. It stays so until it is known to be written, for a STOP may come between (writing
   // it twice changes nothing).
   bool unwritten() const { return unwritten_.has_value(); }
-  // Writes that one once more. Whether it is over, unwritten() tells: an error may be the database's last word on it.
+  // Only while unwritten(): writes that one once more. Whether it is over, unwritten() tells: an error may be the
+  // database's last word on it.
   void try_again(Written then) { write_end(*unwritten_, std::move(then)); }
   // Begun or unwritten.
   bool any() const { return breaking_.has_value() || unwritten(); }

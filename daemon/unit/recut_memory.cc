@@ -44,6 +44,7 @@ void RecutMemory::laser_connected() {
 
 void RecutMemory::show() {
   count();
+  if (cuts_.empty()) return;
   view_.recut_panel = cuts_.pose().panel;
   view_.recut_job = cuts_.basis().job;
 }

@@ -1,5 +1,5 @@
 // Which cuts can be met again (kept_cuts.h): as the database remembers them after a restart, as the view tells them,
-// and until they are forgotten on disk, too.
+// and until they are forgotten.
 //
 // Bound to the reactor.
 #pragma once
@@ -21,7 +21,7 @@ namespace veneer::daemon {
 
 class RecutMemory {
  public:
-  // `laser`: the limits of the one that is connected, or nullptr. `on_change` comes when the database was heard.
+  // `laser`: the limits of the one that is connected, or nullptr. `on_change` comes when the database remembered some.
   // Database and view outlive this.
   RecutMemory(DatabaseThread& database, CellView& view, Logger log, std::function<const LaserLimits*()> laser,
               std::function<void()> on_change)
@@ -44,7 +44,8 @@ class RecutMemory {
   // What a run has kept since stands in the view: all of it, or how many.
   void show();
   void count() { view_.can_recut = cuts_.count(); }
-  // They are not met again.
+  // They are not met again by this program. On disk they are forgotten as soon as it takes that; until then a restart
+  // may recall them, and the proof of the pose before a recut stands in the way.
   void forget();
 
  private:

@@ -86,5 +86,16 @@ TEST_F(RecutMemoryTest, NothingIsMetAgainOnceItIsForgotten) {
   expect_forgotten();
 }
 
+// An older panel's look may tell, in the midst of a run, that nothing lies as it did.
+TEST_F(RecutMemoryTest, WhatIsCutAfterADoubtIsNotMetAgainUntilARunBegins) {
+  keep({"A1-1"});
+  memory_->forget();
+  memory_->cuts().add({PieceId{2}, "A1-2", {}, 3});
+  memory_->show();
+  expect_forgotten();
+  keep({"A1-3"});
+  EXPECT_EQ(view_.can_recut, 1);
+}
+
 }  // namespace
 }  // namespace veneer::daemon
