@@ -20,7 +20,7 @@ Error nonsense() {
 }
 
 // What a page would be asked to burn is whole, or it is nothing.
-bool is_whole(const DrawingRead& read) {
+bool fits_together(const DrawingRead& read) {
   std::size_t points = 0;
   for (const std::size_t count : read.strokes) points += count;
   if (points > kMostPointsToRun || 2 * points != read.points_mm.size()) return false;
@@ -54,7 +54,7 @@ Result<DrawingRead> read_drawn_file(std::string_view svg, ReadDrawing wanted, co
   if (!text) return nonsense();
   try {
     auto read = nlohmann::json::parse(*text).get<DrawingRead>();
-    if (!is_whole(read)) return nonsense();
+    if (!fits_together(read)) return nonsense();
     return read;
   } catch (const nlohmann::json::exception&) {
     return nonsense();

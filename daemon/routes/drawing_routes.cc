@@ -68,7 +68,7 @@ std::vector<DrawnSetting> given_settings(RequestReader& query) {
 }
 
 // What burns it, once all of it is said: as POST /laser/run takes it beside the points.
-nlohmann::json settings_json(const DrawingRead& read) {
+nlohmann::json run_settings_json(const DrawingRead& read) {
   nlohmann::json speeds = nlohmann::json::array(), powers = speeds, passes = speeds, air = speeds;
   for (const std::size_t kind : read.kind_of_stroke) {
     const DrawnSetting& its = read.kinds[kind].setting;
@@ -118,7 +118,7 @@ nlohmann::json drawing_json(const DrawingRead& read, const Box<MachineFrame>& tr
                         {"kind_of_stroke", read.kind_of_stroke},
                         {"points_mm", read.points_mm},
                         {"strokes", read.strokes},
-                        {"settings", settings_json(read)},
+                        {"settings", run_settings_json(read)},
                         {"travel", nullptr},
                         {"fits", nullptr}};
   if (travel.empty()) return out;
