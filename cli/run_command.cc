@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -17,6 +15,7 @@
 #include "cli/json_read.h"
 #include "cli/power.h"
 #include "cli/run_command.h"
+#include "planner/drawings/line_settings.h"
 
 namespace veneer::cli {
 namespace {
@@ -25,18 +24,11 @@ using nlohmann::json;
 using planner::Drawing;
 using planner::DrawingExtent;
 using planner::DrawingPoint;
-using planner::DrawnLine;
-
-// How lines are burnt: what is not said is nothing.
-struct Setting {
-  std::optional<double> power, speed_mm_s;
-  std::optional<int> passes;
-  std::optional<bool> air;
-};
+using planner::LineSetting;
 
 struct RunOptions {
   std::string file;
-  Setting all;
+  LineSetting all;
   std::vector<std::string> layers;
   std::optional<double> x_mm, y_mm;
   bool dry = false, check = false, no_dry = false;
@@ -58,10 +50,10 @@ std::optional<double> number_of(const std::string& text) {
 }
 
 // "engrave:power=0.2,speed=80".
-Result<std::pair<std::string, Setting>> parse_layer(const std::string& text) {
+Result<std::pair<std::string, LineSetting>> parse_layer(const std::string& text) {
   const auto colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return bad_layer(text);
-  Setting setting;
+  LineSetting setting;
   for (std::size_t at = colon + 1; at < text.size();) {
     const std::size_t end = std::min(text.find(',', at), text.size());
     const std::string entry = text.substr(at, end - at);
@@ -86,54 +78,28 @@ Result<std::pair<std::string, Setting>> parse_layer(const std::string& text) {
   return std::pair(text.substr(0, colon), setting);
 }
 
-// What `a` says, else what `b` says.
-Setting first_of(const Setting& a, const Setting& b) {
-  return {a.power ? a.power : b.power, a.speed_mm_s ? a.speed_mm_s : b.speed_mm_s, a.passes ? a.passes : b.passes,
-          a.air ? a.air : b.air};
-}
-
-// How each line is burnt: what its layer or colour says counts before what is said for all, and both before what the
-// file says.
-Result<std::vector<Setting>> settings_of(const Drawing& drawing, const RunOptions& options) {
-  std::map<std::string, Setting> layers;
+// As --layer says for each.
+Result<planner::NamedSettings> named_settings(const RunOptions& options) {
+  planner::NamedSettings named;
   for (const std::string& text : options.layers) {
     auto layer = parse_layer(text);
     if (!layer.ok()) return layer.error();
-    layers.insert(std::move(*layer));
+    named.insert(std::move(*layer));
   }
-  std::set<std::string> used;
-  std::vector<Setting> settings;
-  for (const DrawnLine& line : drawing.lines) {
-    Setting its = options.all;
-    for (const std::string& name : {line.colour, line.layer}) {
-      const auto found = layers.find(name);
-      if (name.empty() || found == layers.end()) continue;
-      used.insert(name);
-      its = first_of(found->second, its);
-    }
-    settings.push_back(first_of(its, {line.power, line.speed_mm_s, line.passes, line.air}));
-  }
-  for (const auto& [name, setting] : layers)
-    if (!used.contains(name))
-      return Error{ErrorCode::kInvalidArgument, fmt::format("the drawing has no layer and no colour \"{}\"", name)};
-  return settings;
+  return named;
 }
 
-// Lines of layers called cut and engrave take the configuration's recipe for what nobody said; all others must be told.
-Status fill_from_recipe(const Drawing& drawing, const json& recipes, std::vector<Setting>& settings) {
-  std::set<std::string> unknown;
-  for (std::size_t i = 0; i < settings.size(); ++i) {
-    Setting& its = settings[i];
-    const DrawnLine& line = drawing.lines[i];
-    const json& recipe = member(member(recipes, "otherwise"), line.layer.c_str());
+// The configuration's, by the layers that have them.
+planner::NamedSettings recipes_of(const json& recipes) {
+  planner::NamedSettings out;
+  for (const auto& [layer, recipe] : member(recipes, "otherwise").items())
     if (recipe.is_object())
-      its = first_of(its,
-                     {number_or(recipe, "power", 0), number_or(recipe, "speed_mm_s", 1), std::nullopt, std::nullopt});
-    if (its.power && its.speed_mm_s) continue;
-    unknown.insert(line.layer.empty() && line.colour.empty() ? "lines without layer and colour"
-                   : line.layer.empty()                      ? line.colour
-                                                             : line.layer);
-  }
+      out[layer] = {number_or(recipe, "power", 0), number_or(recipe, "speed_mm_s", 1), std::nullopt, std::nullopt};
+  return out;
+}
+
+Status require_told(const Drawing& drawing, const std::vector<LineSetting>& settings) {
+  const std::set<std::string> unknown = planner::untold(drawing, settings);
   if (unknown.empty()) return Ok();
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("nothing says how to burn {}: give --power and --speed-mm-s, or --layer "
@@ -142,14 +108,12 @@ Status fill_from_recipe(const Drawing& drawing, const json& recipes, std::vector
 }
 
 // As the API takes it: flat lists, one number for each stroke.
-json body_of(const Drawing& drawing, const std::vector<Setting>& settings, DrawingPoint move) {
+json body_of(const Drawing& drawing, const std::vector<LineSetting>& settings, DrawingPoint move) {
   json points = json::array(), strokes = json::array(), speeds = json::array(), powers = json::array(),
        passes = json::array(), air = json::array();
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    for (const auto& [x, y] : drawing.lines[i].points) {
-      points.push_back(std::round((x + move[0]) * 1e4) / 1e4);
-      points.push_back(std::round((y + move[1]) * 1e4) / 1e4);
-    }
+    for (const DrawingPoint& point : drawing.lines[i].points)
+      for (const double value : planner::moved(point, move)) points.push_back(value);
     strokes.push_back(drawing.lines[i].points.size());
     speeds.push_back(settings[i].speed_mm_s.value_or(0));
     powers.push_back(settings[i].power.value_or(0));
@@ -187,15 +151,15 @@ void run_file(const RunOptions& options, const CommandContext& context) {
   if (!text) fail(text.error(), kUnusableArguments);
   auto drawing = read_drawing(options.file, *text);
   if (!drawing) fail(drawing.error(), kUnusableArguments);
-  const DrawingExtent extent = extent_of(*drawing);
-  const DrawingPoint move{options.x_mm ? *options.x_mm - extent.min_x : 0,
-                          options.y_mm ? *options.y_mm - extent.min_y : 0};
-  auto settings = settings_of(*drawing, options);
+  const DrawingPoint move = planner::move_to_corner(*drawing, options.x_mm, options.y_mm);
+  const auto named = named_settings(options);
+  if (!named) fail(named.error(), kUnusableArguments);
+  auto settings = planner::settings_of(*drawing, options.all, *named);
   if (!settings) fail(settings.error(), kUnusableArguments);
   const auto recipes = context.client().get_all("/recipes", "recipes");
   if (!recipes) fail(recipes.error());
-  if (const Status told = fill_from_recipe(*drawing, *recipes, *settings); !told)
-    fail(told.error(), kUnusableArguments);
+  planner::fill_from_recipes(*drawing, recipes_of(*recipes), *settings);
+  if (const Status told = require_told(*drawing, *settings); !told) fail(told.error(), kUnusableArguments);
   show(*drawing, move);
   json body = body_of(*drawing, *settings, move);
   const auto run = [&](bool dry, bool check) {

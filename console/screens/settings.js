@@ -14,10 +14,11 @@ let recipes = null, woods = [];
 export function enter() {
   enterBackups();
   alone.ask();
+  drawn.ask();
   return enterRecipes();
 }
 
-const alone = later(() => import("./settings_laser.js"));
+const alone = later(() => import("./settings_laser.js")), drawn = later(() => import("./settings_drawing.js"));
 
 async function enterRecipes() {
   try {
@@ -43,7 +44,7 @@ export function draw() {
   const {part} = alone;
   return [viewerHint(), h("div.columns.two-even", {},
     h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: part && part.scannersCard()})),
-    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
+    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), drawing: drawn.part && drawn.part.drawingCard(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------

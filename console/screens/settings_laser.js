@@ -2,49 +2,16 @@
 // Asked for with Settings only.
 import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
-import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
+import {changed, isStale, mayChange, model, operates} from "../model.js";
+import {burns, findsHome, isFree, kCard, kPattern} from "../burns.js";
 import {command, isSure} from "../commands.js";
-import {button, card, empty, hint, inEnglish, taskRow} from "../parts.js";
+import {button, card, empty, hint, inEnglish} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {burnTicks} from "../ticks.js";
 import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
-import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
+import {run, workAt} from "../work.js";
 
-// ---- what the laser burns on its own --------------------------------------------------------------------------------
-
-const kStrokes = ["Execute", "Holding", "Held", "Unholding"];  // a task that is given up ends none of them
-const kCard = "test card", kPattern = "laser test-pattern", kBurns = [kCard, kPattern, "laser run"];  // tasks, by their names in the API
-const findsHome = () => (model.cell.laser || {}).finds_home !== false;
-// One of them goes on, whoever began it, and wherever.
-const burning = (...kinds) => (model.cell.tasks || []).find((one) => kinds.includes(one.kind) && one.state === "running");
-const isMine = () => isBusy("pattern") || isBusy("card");
-const isFree = () => !isMine() && !burning(...kBurns);
-const runs = () => !isFree() && kStrokes.includes(model.cell.state);
-
-// Above both cards, since it shuts both.
-export function burnsNow() {
-  const now = burning(...kBurns);
-  return (now || runs()) && h("div.card", {"data-key": "burns"},
-    runs() && h("p.warn", {id: "burns-runs", role: "status"}, `▲ ${t("burns.runs")}`), now && h("ul.list", {}, taskRow(now)));
-}
-
-// `asked`: what is asked where nothing is by name. `asShown()`: it is still what is asked about.
-function burns(place, kind, ticks, asked, asShown, begin) {
-  const task = isBusy(place) ? workAt(place).task : (burning(kind) || {}).id, free = mayDo("maintainer") && mayChange() && isFree();
-  const go = (text, body) => { if (asShown()) doSteps(place, [{text, act: () => begin(body)}]); };
-  const burn = async () => {
-    const confirmed = ticks.take();
-    if (confirmed.length || await isSure(t(asked), () => ticks.ready() && isFree() && asShown())) go(t(`${place}.burn`), {dry: false, confirmed});
-  };
-  const more = {needs: "maintainer", small: t(findsHome() ? "burns.home" : "burns.move")};
-  return {
-    buttons: [
-      button(t(`${place}.dry`), () => go(t(`${place}.dry`), {dry: true}), {...more, disabled: !free || !asShown(), wide: true, id: `${place}-dry`}),
-      button(t(`${place}.burn`), burn, {...more, disabled: !free || !asShown() || !ticks.ready(), wide: true, id: `${place}-burn`}),
-      task > 0 && !runs() && button(t("task.cancel"), () => command(`/tasks/${task}`, {method: "DELETE"}), {disabled: !operates() || isStale(), id: `${place}-cancel`})],
-    row: !burning(kind) && workRow(place),
-  };
-}
+export {burnsNow} from "../burns.js";
 
 // ---- test card ------------------------------------------------------------------------------------------------------
 

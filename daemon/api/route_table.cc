@@ -85,6 +85,7 @@ constexpr std::array kOperations = {
     ApiOperation{"moveLid", "POST", "/api/v1/sim/lid", Role::kOperator, Takes::kJson},
     ApiOperation{"laserTestPattern", "POST", "/api/v1/laser/test-pattern", Role::kMaintainer, Takes::kJson},
     ApiOperation{"laserRun", "POST", "/api/v1/laser/run", Role::kOperator, Takes::kDrawing},
+    ApiOperation{"readDrawing", "POST", "/api/v1/laser/drawing", Role::kOperator, Takes::kDrawingAndQuery, true},
     ApiOperation{"laserCorner", "POST", "/api/v1/laser/corner", Role::kOperator},
     ApiOperation{"laserJog", "POST", "/api/v1/laser/jog", Role::kOperator, Takes::kJson},
     ApiOperation{"laserJogStop", "POST", "/api/v1/laser/jog/stop", Role::kOperator},

@@ -21,7 +21,7 @@ inline constexpr std::size_t kDrawingBody = 24 * 1024 * 1024;
 
 // What a request of an operation may carry besides its path. kSecrets is JSON that is written nowhere: no log, no
 // audit, no memory of requests that were sent twice.
-enum class Takes { kNothing, kQuery, kJson, kSecrets, kDrawing, kPictureAndQuery };
+enum class Takes { kNothing, kQuery, kJson, kSecrets, kDrawing, kDrawingAndQuery, kPictureAndQuery };
 constexpr std::size_t max_body(Takes takes) {
   switch (takes) {
     case Takes::kNothing:
@@ -32,6 +32,7 @@ constexpr std::size_t max_body(Takes takes) {
     case Takes::kJson:
       return kSmallBody;
     case Takes::kDrawing:
+    case Takes::kDrawingAndQuery:
       return kDrawingBody;
     case Takes::kPictureAndQuery:
       return kPictureBody;

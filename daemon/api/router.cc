@@ -47,9 +47,10 @@ ApiReply not_allowed(const std::vector<std::string>& methods) {
 
 // What an operation does not take must not be there: a reader that is asked for nothing refuses everything.
 Handler strict(const ApiOperation& operation, Handler handler) {
-  const bool query = operation.takes == Takes::kQuery || operation.takes == Takes::kPictureAndQuery;
+  const bool file_and_query = operation.takes == Takes::kDrawingAndQuery || operation.takes == Takes::kPictureAndQuery;
+  const bool query = operation.takes == Takes::kQuery || file_and_query;
   const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kSecrets ||
-                    operation.takes == Takes::kDrawing || operation.takes == Takes::kPictureAndQuery;
+                    operation.takes == Takes::kDrawing || file_and_query;
   return [query, body, handler = std::move(handler)](const ApiRequest& request, Reply reply) {
     for (const bool of_query : {true, false}) {
       if (of_query ? query : body) continue;
@@ -77,7 +78,8 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
   std::string line = request.method + " " + request.path;
   for (const auto& [name, value] : request.query)
     line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
-  if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kDrawing)
+  if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kDrawing ||
+      operation.takes == Takes::kDrawingAndQuery)
     line += " (" + std::to_string(request.body.size()) + " bytes)";
   if (operation.takes == Takes::kSecrets) line += " " + open_part(request);
   if (operation.takes == Takes::kJson) line += " " + request.body.text();

@@ -9,6 +9,8 @@
 #include "daemon/orders/calibration_json.h"
 #include "daemon/orders/calibration_work.h"
 #include "daemon/orders/capture_json.h"
+#include "daemon/orders/drawing_json.h"
+#include "daemon/orders/drawing_work.h"
 #include "daemon/orders/grid_json.h"
 #include "daemon/orders/grid_work.h"
 #include "daemon/orders/notify_json.h"
@@ -44,6 +46,7 @@ constexpr std::array kComputed{
     KindOfWork{DrawSketch::kKind, run<draw_sketch>},
     KindOfWork{DrawGrid::kKind, run<draw_grid>},
     KindOfWork{DrawMosaic::kKind, run<draw_mosaic>},
+    KindOfWork{ReadDrawing::kKind, run<read_drawing>},
     KindOfWork{ViewScan::kKind, run<view_scan>},
     KindOfWork{RegisterScans::kKind, run<register_scans>},
     KindOfWork{LookAtBed::kKind, run<look_at_bed>},

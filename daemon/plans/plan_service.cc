@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -267,18 +266,6 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
   if (given) given->remarks.insert(given->remarks.end(), not_planned.begin(), not_planned.end());
   return given;
 }
-
-namespace {
-
-// Not write_whole(): several come a second, and none is worth a sync of the disk that the ledger needs.
-Status keep_for_a_moment(std::string_view bytes, const std::string& file) {
-  std::ofstream picture(file, std::ios::binary);
-  if (!picture.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
-    return Error{ErrorCode::kStorage, "a sketch's picture cannot be kept: make room on the disk"};
-  return Ok();
-}
-
-}  // namespace
 
 Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories& repositories,
                                         const std::stop_token& stop) {

@@ -75,6 +75,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, *c.runner, c.runner->jogging(), c.runner->overrides(), c.tasks, c.config.recipe,
                              *c.pictures, on_reactor});
+  bind_drawing_routes(router, {*c.runner, c.config.recipe, *c.sketches, *c.work_runner, c.config.store.data_dir});
   bind_recipe_routes(router, {*c.runner, *c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log,
                               [panel_changed](const PanelId& panel) { panel_changed(panel); }});
   bind_metrics_routes(

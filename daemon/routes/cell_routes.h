@@ -4,6 +4,7 @@
 // What a group's services refer to outlives the router. Their on_...() may be called from any thread.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -224,6 +225,16 @@ struct LaserServices {
   std::function<void(std::function<void()>)> on_reactor;
 };
 void bind_laser_routes(Router& router, const LaserServices& services);
+
+// A drawing's lines, before they are burnt.
+struct DrawingServices {
+  const UnitState& unit;
+  const RecipeConfig& recipe;
+  QueryPool& sketches;  // one at a time
+  WorkRunner& workers;
+  std::filesystem::path data_dir;
+};
+void bind_drawing_routes(Router& router, const DrawingServices& services);
 
 // Backups.
 struct StoreServices {

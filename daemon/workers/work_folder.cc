@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 
+#include <fstream>
 #include <system_error>
 
 #include "base/files.h"
@@ -49,6 +50,13 @@ std::optional<std::string> WorkFolder::made(const std::string& name, std::uintma
       std::filesystem::file_size(file, unknown) > most_bytes)
     return std::nullopt;
   return read_whole(file);
+}
+
+Status keep_for_a_moment(std::string_view bytes, const std::string& file) {
+  std::ofstream kept(file, std::ios::binary);
+  if (!kept.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+    return Error{ErrorCode::kStorage, "what was sent cannot be kept for a moment: make room on the disk"};
+  return Ok();
 }
 
 void remove_left_work(const std::filesystem::path& data_dir) { remove_whole(work_dir(data_dir)); }

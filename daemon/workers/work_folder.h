@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/result.h"
@@ -31,6 +32,9 @@ class WorkFolder {
   explicit WorkFolder(std::filesystem::path path) : path_(std::move(path)) {}
   std::filesystem::path path_;
 };
+
+// What work is to look at, for a moment: it is not synced to the disk that the ledger needs. kStorage.
+Status keep_for_a_moment(std::string_view bytes, const std::string& file);
 
 // At start-up, before any work: what an earlier life of the daemon has left.
 void remove_left_work(const std::filesystem::path& data_dir);

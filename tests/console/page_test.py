@@ -60,6 +60,7 @@ class Files(http.server.SimpleHTTPRequestHandler):
 STAGE = """
     window.asked = [];
     window.answers = {};
+    window.realFetch = window.fetch.bind(window);
     window.fetch = async (path, how = {}) => {
       window.asked.push({path: String(path), method: how.method || 'GET', body: typeof how.body === 'string' ? JSON.parse(how.body) : null});
       const [, told] = Object.entries(window.answers).find(([part]) => String(path).includes(part)) || ['', {}];

@@ -500,6 +500,121 @@ class Seldom(Page):
                 return [sent('/laser/test-card'), card('card').includes('{dark}'), card('card').includes('{burnt}'), questions.length]""")
             self.assertEqual(told, [[{"operation": "cut", "dry": True}], True, False, 0])
 
+    def draws(self, script, confirm="['exhaust']", role="admin", travel="{min_mm: [0, 0], max_mm: [300, 200]}"):
+        """Settings with a drawing of two kinds of line, of which nothing says how the second is burnt until it is typed; its burns are task 12."""
+        return self.burns("""
+            answer({'/laser/run': {task: 12}});
+            const kinds = [{layer: 'cut', colour: '#ff0000', lines: 1, length_mm: 40, power: .85, speed_mm_s: 15, passes: 1, air: false}, {layer: '', colour: '#0000ff', lines: 2, length_mm: 20, power: null, speed_mm_s: null, passes: 1, air: false}];
+            const lines = {page_mm: [100, 80], warnings: ['the page has no size'], length_mm: 60, kind_of_stroke: [0, 1, 1], strokes: [3, 2, 2], points_mm: [10, 10, 40, 10, 40, 20, 10, 60, 20, 60, 20, 60, 30, 60], travel: %s};
+            const ofCell = window.fetch, queries = [];
+            window.headers = [];
+            // As the daemon reads it: what is asked of the query is what it would be burnt with.
+            let refuse = '';
+            window.fetch = async (path, how = {}) => {
+              if (String(path).includes('/laser/run')) window.headers.push(how.headers['Idempotency-Key']);
+              if (!String(path).includes('/laser/drawing')) return ofCell(path, how);
+              const query = new URL(path, location.href).searchParams, list = (name) => (query.has(name) ? query.get(name).split(',').map((one) => (one === '' ? null : Number(one))) : [null, null]);
+              queries.push({...Object.fromEntries(query), bytes: how.body.size});
+              if (refuse) return {ok: false, status: 400, json: async () => ({error: {message: refuse}})};
+              const [x, y] = query.has('x_mm') ? [Number(query.get('x_mm')), Number(query.get('y_mm'))] : [10, 10];
+              const told = kinds.map((kind, n) => ({...kind, power: list('powers')[n] ?? kind.power, speed_mm_s: list('speeds_mm_s')[n] ?? kind.speed_mm_s, passes: list('passes')[n] ?? 1, air: list('air')[n] === 1}));
+              const whole = told.every(({power, speed_mm_s}) => power !== null && speed_mm_s !== null), each = (of) => lines.kind_of_stroke.map((n) => of(told[n]));
+              const reply = {...lines, kinds: told, extent: {min_mm: [x, y], max_mm: [x + 30, y + 50]}, fits: lines.travel ? x + 30 <= 300 : null, burning_s: whole ? 90 : null,
+                             settings: whole ? {speeds_mm_s: each((one) => one.speed_mm_s), powers: each((one) => one.power), passes: each((one) => one.passes), air: each(({air}) => (air ? 1 : 0))} : null};
+              return {ok: true, status: 200, json: async () => reply};
+            };
+            await until(() => draw().querySelector('#drawing-file'));
+            const open = (name = 'a.svg') => { const files = new DataTransfer(), input = main.querySelector('#drawing-file'); files.items.add(new File(['<svg/>'], name)); input.files = files.files; input.dispatchEvent(new Event('change')); };
+            const shut = (of) => draw().querySelector(`#drawing-${of}`).disabled;
+            const typed = async (fields) => { const before = queries.length; for (const [id, text] of Object.entries(fields)) type(`#drawing-${id}`, text); await until(() => queries.length > before); await settled(); await settled(); draw(); };
+            const told = async () => { open(); await until(() => draw().querySelector('#drawing-power-1')); await until(() => queries.length > 1); await settled(); await settled(); draw(); };
+            const whole = async () => { await told(); await typed({'power-1': '30', 'speed_mm_s-1': '40'}); };
+            const ends = async (result) => { model.tasks.set(12, {id: 12, state: 'done', result}); await until(() => { draw(); return !main.querySelector('#drawing-cancel') && !main.querySelector('.task[role=status]'); }); model.tasks.delete(12); };
+            const trace = async () => { main.querySelector('#drawing-dry').click(); const n = sent('/laser/run').length; await until(() => sent('/laser/run').length >= Math.max(1, n)); await ends({dry: true}); };
+            """ % travel + script, confirm=confirm, role=role)
+
+    STROKES = {"points_mm": [10, 10, 40, 10, 40, 20, 10, 60, 20, 60, 20, 60, 30, 60], "strokes": [3, 2, 2], "speeds_mm_s": [15, 40, 40], "powers": [.85, .3, .3], "passes": [1, 1, 1], "air": [0, 0, 0]}
+
+    def test_a_drawing_is_burnt_once_it_was_traced_and_what_is_asked_by_name_was_seen_to(self):
+        told = self.draws("""
+            await whole();
+            const before = [shut('dry'), shut('burn')];
+            tick('drawing');
+            const unseen = shut('burn');
+            await trace();
+            const traced = shut('burn');
+            main.querySelector('[data-key=confirm-drawing] input').checked || tick('drawing');
+            const may = shut('burn');
+            const button = main.querySelector('#drawing-burn');
+            button.click(); button.click();
+            await until(() => sent('/laser/run').length > 1);
+            draw();
+            const during = shut('burn');
+            await ends({dry: false});
+            tick('drawing');
+            return {before, unseen, may, during, after: shut('burn'), sent: sent('/laser/run'), keys: new Set(window.headers).size, done: card('drawing').includes('The drawing is burnt.'), questions}""")
+        self.assertEqual(told, {"before": [False, True], "unseen": True, "may": False, "during": True, "after": True, "keys": 2, "done": True, "questions": [],
+                                "sent": [{**self.STROKES, "dry": True}, {**self.STROKES, "dry": False, "confirmed": ["exhaust"]}]})
+
+    def test_where_nothing_is_asked_by_name_a_question_stands_before_a_drawing_is_burnt(self):
+        told = self.draws("""
+            await whole();
+            await trace();
+            const go = async (word) => { says(word); main.querySelector('#drawing-burn').click(); await settled(); await settled(); draw(); return sent('/laser/run').length; };
+            return [await go(false), await go(true), questions.length, questions[0].startsWith('Burn the drawing now?')]""", confirm="[]")
+        self.assertEqual(told, [1, 2, 2, True])
+
+    def test_a_line_of_which_nobody_says_how_it_is_burnt_shuts_the_drawing(self):
+        told = self.draws("""
+            await told();
+            const first = [shut('dry'), shut('burn'), card('drawing').includes('Nothing says how these are burnt')];
+            await typed({'power-1': '30'});
+            const half = [shut('dry'), card('drawing').includes('Nothing says how these are burnt')];
+            await typed({'speed_mm_s-1': '40'});
+            const both = [shut('dry'), card('drawing').includes('Nothing says how these are burnt')];
+            return {first, half, both, asked: queries.at(-1)}""")
+        self.assertEqual(told, {"first": [True, True, True], "half": [True, True], "both": [False, False],
+                                "asked": {"powers": "0.85,0.3", "speeds_mm_s": "15,40", "passes": "1,1", "air": "0,0", "bytes": 6}})
+
+    def test_a_drawing_that_became_another_is_traced_anew(self):
+        told = self.draws("""
+            const after = async (change) => { await trace(); const may = !shut('burn'); await change(); return [may, shut('burn')]; };
+            await whole();
+            const moved = await after(() => typed({x: '20', y: '30'}));
+            const hotter = await after(() => typed({'power-1': '60'}));
+            const typing = await after(async () => { type('#drawing-power-1', '6'); draw(); });
+            await until(() => queries.at(-1).powers === '0.85,0.06'); await settled(); await settled(); draw();
+            const aborted = await after(async () => { draw({state: 'Aborted'}); await (await load('model.js')).askStatus(); draw(); });
+            const other = await after(async () => { open('b.svg'); draw(); });
+            return {moved, hotter, typing, aborted, other}""", confirm="[]")
+        self.assertEqual(told, {one: [True, True] for one in ("moved", "hotter", "typing", "aborted", "other")})
+
+    def test_a_drawing_that_leaves_the_bed_or_cannot_be_read_is_told_and_shut(self):
+        told = self.draws("""
+            await whole();
+            await typed({x: '290', y: '30'});
+            const outside = [shut('dry'), main.querySelector('#drawing-outside') !== null, card('drawing').includes('x 290.0 to 320.0 mm, y 30.0 to 80.0 mm (30.0 × 50.0 mm)')];
+            type('#drawing-y', ''); draw();
+            const half = [shut('dry'), card('drawing').includes('Lower edge of the lines, mm')];
+            refuse = 'the drawing has a text: make paths of it';
+            await typed({y: '40'});
+            return {outside, half, refused: [shut('dry'), main.querySelector('#drawing-refused').innerText.includes('The drawing has a text: make paths of it.')], fields: main.querySelector('#drawing-x') !== null}""")
+        self.assertEqual(told, {"outside": [True, True, True], "half": [True, True], "refused": [True, True], "fields": True})
+
+    def test_the_lines_are_shown_over_the_bed_and_what_is_not_known_is_said(self):
+        told = self.draws("""
+            await whole();
+            const image = main.querySelector('#drawing-picture'), svg = await (await ofFetch(image.src)).text();
+            return [svg.includes('M10 10L40 10L40 20'), svg.includes('stroke="#0000ff"'), svg.includes('width="300" height="200"'), image.alt.includes('x 10.0 to 40.0 mm'), card('drawing').includes('60 mm, about 2 min'), card('drawing').includes('The page has no size.')]""".replace("ofFetch", "window.realFetch"))
+        self.assertEqual(told, [True] * 6)
+        self.speak("en")
+        self.assertTrue(self.draws("await whole(); return card('drawing').includes('has not told yet how large its bed is') && !shut('dry')", travel="null"))
+
+    def test_a_viewer_sees_why_no_drawing_is_burnt(self):
+        told = self.draws("""
+            return [main.querySelector('#drawing-file').disabled, ...['dry', 'burn'].map((one) => [shut(one), main.querySelector(`#drawing-${one}`).innerText.split('\\n')[1]])]""", role="viewer")
+        self.assertEqual(told, [True, [True, "needs an operator"], [True, "needs an operator"]])
+
     def test_a_drawing_that_comes_late_is_of_its_own_operation_only(self):
         told = self.burns("""
             const ask = window.fetch, gone = [], revoke = URL.revokeObjectURL, seen = () => draw().querySelector('img.target')?.src || null;

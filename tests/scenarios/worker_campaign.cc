@@ -34,6 +34,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"draw_sketch", BegunWhen::kBesideACut, "sketch", &Workers::draw_sketch},
       {"draw_grid", BegunWhen::kBesideACut, "drawing a grid", &Workers::draw_grid},
       {"draw_mosaic", BegunWhen::kBesideACut, "drawing a mosaic", &Workers::draw_mosaic},
+      {"read_drawing", BegunWhen::kBesideACut, "reading the drawing", &Workers::read_drawing},
       {"view_scan", BegunWhen::kBesideACut, "looking at the scan", &Workers::scan},
       {"register_scans", BegunWhen::kBesideACut, "registering the scan", &Workers::scan},
       {"look_at_bed", BegunWhen::kByTheCut, "looking at the bed", &Workers::no_order},
@@ -128,6 +129,7 @@ std::string Workers::feed(const std::string& door, const std::string& picture, c
   std::string query = "?name=fed&size_mm=12&patch_mm=6";
   if (!areas.empty()) query += fmt::format("&layout=segmentation&segmentation_bytes={}", areas.size());
   if (door == "/plans/grid") query += "&layout=morph";
+  if (door == "/laser/drawing") query.clear();
   auto begun = cell_->api().request("POST", door + query, picture + areas, "application/octet-stream");
   if (!begun) return begun.error().message;
   if (!begun->contains("task")) return "";

@@ -70,6 +70,7 @@ class Workers : public OperatedCell {
   std::string draw_sketch() { return feed("/plans/sketch", target()); }
   std::string draw_grid() { return feed("/plans/grid", target()); }
   std::string draw_mosaic() { return feed("/plans/mosaic", target()); }
+  std::string read_drawing() { return feed("/laser/drawing", honest_svg()); }
   std::string scan();
   std::string find_scanners();
   std::string find_cameras();

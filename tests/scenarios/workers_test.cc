@@ -184,6 +184,12 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
         EXPECT_THAT(refused.output, is_read);
       }
       ++told[fmt::format("laser run FILE.svg: {}", refused.output.substr(0, 30))];
+      const std::string sentence = feed("/laser/drawing", drawing.bytes);
+      EXPECT_THAT(sentence, Not(HasSubstr("report it"))) << drawing.what << ": " << drawing.bytes.substr(0, 400);
+      if (drawing.honest) {
+        EXPECT_EQ(sentence, "");
+      }
+      ++told[fmt::format("/laser/drawing: {}", sentence.substr(0, 40))];
       if (!drawing.honest) ++svg;
     }
     expect_dark_unless_cutting();

@@ -56,7 +56,7 @@ TEST(Router, NotesEveryOperationButThoseThatOnlyAsk) {
     ASSERT_NE(match.route, nullptr) << operation.id;
     if (operation.method != "GET" && !match.route->changes) only_ask.push_back(operation.id);
   }
-  EXPECT_THAT(only_ask, ::testing::ElementsAre("sketchPlan", "sketchGrid", "sketchMosaic"));
+  EXPECT_THAT(only_ask, ::testing::ElementsAre("readDrawing", "sketchPlan", "sketchGrid", "sketchMosaic"));
 }
 
 // Anybody may try to open a session as often as he likes: only what was done is worth a line that is kept for ever.

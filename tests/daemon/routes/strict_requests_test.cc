@@ -29,7 +29,8 @@ struct Operation {
 
 bool takes_a_picture(const Operation& operation) {
   return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan" ||
-         operation.id == "sketchPlan" || operation.id == "sketchGrid" || operation.id == "sketchMosaic";
+         operation.id == "sketchPlan" || operation.id == "sketchGrid" || operation.id == "sketchMosaic" ||
+         operation.id == "readDrawing";
 }
 
 class StrictRequests : public testing::RoutedCell {
