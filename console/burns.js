@@ -10,6 +10,10 @@ const kStrokes = ["Execute", "Holding", "Held", "Unholding"];  // a task that is
 export const kCard = "test card", kPattern = "laser test-pattern", kDrawing = "laser run";  // tasks, by their names in the API
 const kBurns = [kCard, kPattern, kDrawing];
 export const findsHome = () => (model.cell.laser || {}).finds_home !== false;
+// At once when somebody tells where the head stands: lines lie elsewhere after it.
+const cornerFollowers = [];
+export const followCorner = (told) => cornerFollowers.push(told);
+export const cornerMoves = () => cornerFollowers.forEach((told) => told());
 // One of them goes on, whoever began it, and wherever.
 const burning = (...kinds) => (model.cell.tasks || []).find((one) => kinds.includes(one.kind) && one.state === "running");
 const isMine = () => ["pattern", "card", "drawing"].some(isBusy);

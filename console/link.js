@@ -73,6 +73,8 @@ export function stopAsking() {
   asking = new AbortController();
 }
 
+export const kSilent = "The cell does not answer. Is veneerd running?";
+
 // `body`: an object becomes JSON, a File goes as it is. `forStop`: asked because of STOP, which ends all else. `until`: a signal of
 // whoever asks, who needs no answer after it.
 export async function ask(method, path, {body = null, timeoutMs = 5000, forStop = path === kStop, until = null} = {}) {
@@ -98,7 +100,7 @@ export async function ask(method, path, {body = null, timeoutMs = 5000, forStop 
   } catch (fault) {
     if (fault.answered) throw fault;
     if (!forStop && stopped.aborted) throw new Error("Given up for STOP: look whether the cell has done it.");
-    throw new Error("The cell does not answer. Is veneerd running?");
+    throw new Error(kSilent);
   } finally {
     clearTimeout(timer);
     stopped.removeEventListener("abort", end);

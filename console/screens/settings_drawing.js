@@ -2,13 +2,13 @@
 // What is shown is what the cell has read of the file, and just that is sent to be burnt. Asked for with Settings only.
 import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
-import {ask} from "../link.js";
-import {changed, followStatus, isStale, model, operates} from "../model.js";
+import {ask, kSilent} from "../link.js";
+import {askStatus, changed, followEvent, followStatus, isStale, model, operates} from "../model.js";
 import {button, card, fact, facts, hint, inEnglish, lacking} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {burnTicks} from "../ticks.js";
-import {burns, kDrawing} from "../burns.js";
-import {run, workAt} from "../work.js";
+import {burns, followCorner, kDrawing} from "../burns.js";
+import {isBusy, run, workAt} from "../work.js";
 
 const kSettleMs = 300;     // a hand types several digits
 const kReadMs = 40000;     // a dense drawing, while another is read
@@ -19,9 +19,10 @@ let file = null;
 let place = {x: "", y: ""};
 let given = [];      // of each kind of line, as typed: {power, speed_mm_s, passes, air}
 let shown = null;    // {file, query, told, picture}: what was read last
-let refused = null;  // {file, query, sentence}
+let refused = null;  // {file, query, sentence}; {..., lost: true}: the browser cannot read the file any more
 let reading = false, timer = 0;
-let traced = null;   // the one that was run dark, as it was shown
+let begun = null;    // what was run last, dark or not, as it was shown: what came of it stands beside nothing else
+let traced = null;   // {what, isOver, rest}: what is or was run dark, as it was shown, and how the cell came to rest after it
 
 // ---- what is wanted -------------------------------------------------------------------------------------------------
 
@@ -46,6 +47,8 @@ function queryNow() {
   return String(query);
 }
 
+// A field that was emptied is somebody's who means to say how this is burnt: no recipe is put in its place unseen.
+const isWhole = ({power, speed_mm_s}) => Boolean(power.trim() && speed_mm_s.trim());
 const isOf = (one, query) => Boolean(one && one.file === file && one.query === query);
 const isCurrent = () => !fault() && isOf(shown, queryNow());
 const typed = (power) => written(Number((100 * power).toPrecision(6)));
@@ -69,6 +72,12 @@ function forget() {
   shown = refused = traced = null;
 }
 
+// A browser reads a file no more once another program has saved it anew.
+async function isReadable(of) {
+  try { await of.slice(0, 1).arrayBuffer(); } catch (fault) { return false; }
+  return true;
+}
+
 // One at a time, of what is wanted by then.
 async function readNext() {
   const query = file && !fault() ? queryNow() : "";
@@ -79,12 +88,15 @@ async function readNext() {
   try {
     const told = await ask("POST", `/api/v1/laser/drawing?${query}`, {body: file, timeoutMs: kReadMs});
     if (of.file === file) {
+      if (!Array.isArray(told.kinds)) throw new Error(kSilent);  // an answer that was cut off
+      const picture = pictureOf(told);
       forget();
-      shown = {...of, told, picture: pictureOf(told)};
+      shown = {...of, told, picture};
       if (!given.length) given = told.kinds.map(asTyped);
     }
   } catch (one) {
-    if (of.file === file) { traced = null; refused = {...of, sentence: one.message}; }
+    const lost = !one.answered && !(await isReadable(of.file));
+    if (of.file === file) { traced = null; refused = {...of, sentence: one.message, lost}; }
   }
   reading = false;
   changed();
@@ -122,37 +134,58 @@ const timeWords = ({burning_s: seconds}) => (seconds === null ? "" : seconds < 6
 function kindPart(kind, index) {
   const take = (name) => (value) => { given[index][name] = value; want(); };
   const field = (name) => numberField(t(`recipe.${name}`), given[index][name], take(name), {...kRules[name], id: `drawing-${name}-${index}`});
-  const {power, speed_mm_s} = shown.told.kinds[index];
   return h("fieldset.confirm", {"data-key": `drawing-kind-${index}`}, h("legend", {}, `${kindName(kind)}: ${t("drawing.lines", {n: kind.lines, mm: Math.round(kind.length_mm)})}`),
     h("div.form", {}, h("div.pair", {}, field("power"), field("speed_mm_s")),
       h("div.pair", {}, field("passes"), h("label.tick", {}, h("input", {type: "checkbox", id: `drawing-air-${index}`, checked: given[index].air, onchange: (event) => take("air")(event.target.checked)}), t("recipe.air")))),
-    isCurrent() && (power === null || speed_mm_s === null) && h("p.warn", {role: "status"}, `▲ ${t("drawing.untold")}`));
+    !isWhole(given[index]) && h("p.warn", {role: "status"}, `▲ ${t("drawing.untold")}`));
 }
 
 // ---- the card -------------------------------------------------------------------------------------------------------
 
 const ticks = burnTicks("confirm-drawing");
-// Whoever finds the cell like this does not know where the head stands.
-followStatus(() => { if (["Stopped", "Aborted"].includes((model.cell || {}).state)) traced = null; });
+const kComing = ["Execute", "Completing"], kRests = ["Complete", "Idle"];  // after a dark run
+const isTraced = (what) => Boolean(traced && traced.rest && traced.what === what);
+const distrust = () => { traced = null; };
+
+// A dark run is good while everything stays as it left it. What a status says that was on its way meanwhile is of an earlier
+// moment: the first of a cell that rests tells how it was left.
+followStatus(() => {
+  if (!traced) return;
+  const {state, lid, laser} = model.cell || {}, at = (laser || {}).position_mm;
+  if (lid === "open") return distrust();
+  if (!traced.isOver || (!traced.rest && kComing.includes(state))) return;
+  const now = Array.isArray(at) && kRests.includes(state) ? JSON.stringify([state, at]) : "";
+  traced.rest ||= now;
+  if (!now || now !== traced.rest) distrust();
+});
+followEvent("open", distrust);  // what was missed is not known
+followCorner(distrust);         // the lines lie elsewhere, though the head has not moved
 
 // `what`: as it was shown to whoever pressed the button. Another run of it, dark or not, must be watched anew.
 async function begin(what, body) {
-  traced = null;
+  begun = what;
+  const dark = body.dry ? {what, isOver: false, rest: ""} : null;
+  traced = dark;
   const {points_mm, strokes, settings} = what.told;
-  const result = await run("drawing", "/laser/run", {points_mm, strokes, ...settings, ...body}, kBeginMs);
-  if (body.dry) traced = what;
-  return result;
+  try {
+    const result = await run("drawing", "/laser/run", {points_mm, strokes, ...settings, ...body}, kBeginMs);
+    if (dark) { dark.isOver = true; await askStatus(); }
+    return result;
+  } finally {
+    if (dark && !dark.isOver && traced === dark) traced = null;
+  }
 }
 
 export function drawingCard() {
-  const what = shown, bad = fault(), {result} = workAt("drawing");
-  const asShown = () => Boolean(what) && shown === what && isCurrent() && what.told.settings !== null && what.told.fits !== false;
-  const {buttons, row} = burns("drawing", kDrawing, ticks, "drawing.sure", asShown, (body) => begin(what, body), {needs: "operator", mayBurn: () => asShown() && traced === what});
+  const what = shown, bad = fault(), {result} = workAt("drawing"), isOfThis = begun === what;
+  const asShown = () => Boolean(what) && shown === what && isCurrent() && given.every(isWhole) && what.told.settings !== null && what.told.fits !== false;
+  const {buttons, row} = burns("drawing", kDrawing, ticks, "drawing.sure", asShown, (body) => begin(what, body), {needs: "operator", mayBurn: () => asShown() && isTraced(what)});
   const of = isOf(refused, bad ? "" : queryNow()) ? refused : null;
   return card(t("drawing"), h("p.dim", {}, t("drawing.about")),
-    h("div.form", {}, h("label.file", {}, t("drawing.file"), h("input", {type: "file", id: "drawing-file", accept: ".svg,image/svg+xml", disabled: !operates() || isStale(), onchange: (event) => choose(event.target.files[0] || null)}), !operates() && lacking("operator"))),
+    h("div.form", {}, h("label.file", {}, t("drawing.file"), h("input", {type: "file", id: "drawing-file", accept: ".svg,image/svg+xml", disabled: !operates() || isStale(), onclick: (event) => { event.target.value = ""; }, onchange: (event) => choose(event.target.files[0] || null)}),
+      file && h("span.dim", {id: "drawing-name"}, file.name), !operates() && lacking("operator"))),
     reading && h("p.dim", {role: "status"}, `… ${t("drawing.reading")}`),
-    of && h("p.fault", {id: "drawing-refused", role: "alert"}, "▲ ", inEnglish(asSentence(of.sentence)), " ", button(t("drawing.again"), () => { refused = null; readNext(); })),
+    of && h("p.fault", {id: "drawing-refused", role: "alert"}, "▲ ", of.lost ? t("drawing.lost", {name: of.file.name}) : inEnglish(asSentence(of.sentence)), " ", !of.lost && button(t("drawing.again"), () => { refused = null; readNext(); })),
     what && [
       h("img.target", {id: "drawing-picture", src: what.picture, alt: t("drawing.alt", {extent: extentWords(what.told)})}),
       facts(fact(t("drawing.place"), extentWords(what.told), what.told.fits === false), fact(t("drawing.length"), [`${Math.round(what.told.length_mm)} mm`, timeWords(what.told)].filter(Boolean).join(", "))),
@@ -165,6 +198,6 @@ export function drawingCard() {
       ...kindsNow().map(kindPart)],
     bad && hint(faultWords(bad)),
     what && ticks.list(),
-    what && asShown() && traced !== what && hint(t("drawing.dark_first")),
-    h("div.commands", {}, ...buttons), row, result && hint(t(result.dry ? "drawing.ran" : "drawing.done")));
+    what && asShown() && !isTraced(what) && hint(t("drawing.dark_first")),
+    h("div.commands", {}, ...buttons), (isOfThis || isBusy("drawing")) && row, isOfThis && result && hint(t(result.dry ? "drawing.ran" : "drawing.done")));
 }

@@ -3,7 +3,7 @@
 import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
 import {changed, isStale, mayChange, model, operates} from "../model.js";
-import {burns, findsHome, isFree, kCard, kPattern} from "../burns.js";
+import {burns, cornerMoves, findsHome, isFree, kCard, kPattern} from "../burns.js";
 import {command, isSure} from "../commands.js";
 import {button, card, empty, hint, inEnglish} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
@@ -67,7 +67,10 @@ async function here() {
   telling = true;
   told = "";
   try {
-    if (await isSure(t("corner.sure"), mayTell) && await command("/laser/corner")) told = model.cell.state;
+    if (!await isSure(t("corner.sure"), mayTell)) return;
+    cornerMoves();  // at once: it may be taken before it is answered, or without
+    if (await command("/laser/corner")) told = model.cell.state;
+    cornerMoves();
   } finally { telling = false; }
   changed();
 }

@@ -529,8 +529,19 @@ class Seldom(Page):
             const typed = async (fields) => { const before = queries.length; for (const [id, text] of Object.entries(fields)) type(`#drawing-${id}`, text); await until(() => queries.length > before); await settled(); await settled(); draw(); };
             const told = async () => { open(); await until(() => draw().querySelector('#drawing-power-1')); await until(() => queries.length > 1); await settled(); await settled(); draw(); };
             const whole = async () => { await told(); await typed({'power-1': '30', 'speed_mm_s-1': '40'}); };
-            const ends = async (result) => { model.tasks.set(12, {id: 12, state: 'done', result}); await until(() => { draw(); return !main.querySelector('#drawing-cancel') && !main.querySelector('.task[role=status]'); }); model.tasks.delete(12); };
-            const trace = async () => { main.querySelector('#drawing-dry').click(); const n = sent('/laser/run').length; await until(() => sent('/laser/run').length >= Math.max(1, n)); await ends({dry: true}); };
+            const {askStatus} = await load('model.js');
+            const status = async (more = {}) => { Object.assign(fresh, more); draw(); await askStatus(); draw(); };
+            // As the daemon goes through it: it is Complete after its task is over, and so at rest.
+            const ends = async (result) => {
+              await status({state: 'Execute'});
+              model.tasks.set(12, {id: 12, state: 'done', result});
+              await until(() => { draw(); return !main.querySelector('#drawing-cancel') && !main.querySelector('.task[role=status]'); });
+              model.tasks.delete(12);
+              await status({state: 'Completing'});
+              window.coming = shut('burn');
+              await status({state: 'Complete'});
+            };
+            const trace = async () => { const n = sent('/laser/run').length; main.querySelector('#drawing-dry').click(); await until(() => sent('/laser/run').length > n); await ends({dry: true}); };
             """ % travel + script, confirm=confirm, role=role)
 
     STROKES = {"points_mm": [10, 10, 40, 10, 40, 20, 10, 60, 20, 60, 20, 60, 30, 60], "strokes": [3, 2, 2], "speeds_mm_s": [15, 40, 40], "powers": [.85, .3, .3], "passes": [1, 1, 1], "air": [0, 0, 0]}
@@ -542,8 +553,8 @@ class Seldom(Page):
             tick('drawing');
             const unseen = shut('burn');
             await trace();
-            const traced = shut('burn');
-            main.querySelector('[data-key=confirm-drawing] input').checked || tick('drawing');
+            const traced = [shut('burn'), main.querySelector('[data-key=confirm-drawing] input').checked];
+            tick('drawing');
             const may = shut('burn');
             const button = main.querySelector('#drawing-burn');
             button.click(); button.click();
@@ -552,8 +563,8 @@ class Seldom(Page):
             const during = shut('burn');
             await ends({dry: false});
             tick('drawing');
-            return {before, unseen, may, during, after: shut('burn'), sent: sent('/laser/run'), keys: new Set(window.headers).size, done: card('drawing').includes('The drawing is burnt.'), questions}""")
-        self.assertEqual(told, {"before": [False, True], "unseen": True, "may": False, "during": True, "after": True, "keys": 2, "done": True, "questions": [],
+            return {before, unseen, traced, may, during, after: shut('burn'), sent: sent('/laser/run'), keys: new Set(window.headers).size, done: card('drawing').includes('The drawing is burnt.'), questions}""")
+        self.assertEqual(told, {"before": [False, True], "unseen": True, "traced": [True, False], "may": False, "during": True, "after": True, "keys": 2, "done": True, "questions": [],
                                 "sent": [{**self.STROKES, "dry": True}, {**self.STROKES, "dry": False, "confirmed": ["exhaust"]}]})
 
     def test_where_nothing_is_asked_by_name_a_question_stands_before_a_drawing_is_burnt(self):
@@ -584,10 +595,145 @@ class Seldom(Page):
             const hotter = await after(() => typed({'power-1': '60'}));
             const typing = await after(async () => { type('#drawing-power-1', '6'); draw(); });
             await until(() => queries.at(-1).powers === '0.85,0.06'); await settled(); await settled(); draw();
-            const aborted = await after(async () => { draw({state: 'Aborted'}); await (await load('model.js')).askStatus(); draw(); });
+            const aborted = await after(async () => { await status({state: 'Aborted'}); });
             const other = await after(async () => { open('b.svg'); draw(); });
             return {moved, hotter, typing, aborted, other}""", confirm="[]")
         self.assertEqual(told, {one: [True, True] for one in ("moved", "hotter", "typing", "aborted", "other")})
+
+    def ages(self, change, more="", keep=False):
+        """Whether a traced drawing may be burnt: while the cell comes to rest, after three statuses alike, and after the change."""
+        told = self.draws("""
+            await whole();
+            %s
+            await trace();
+            const coming = window.coming;
+            for (let n = 0; n < 3; ++n) await status({lid: 'closed'});
+            const still = shut('burn');
+            %s
+            return [coming, still, shut('burn'), card('drawing').includes('Trace it without the beam first')]""" % (more, change), confirm="[]")
+        self.assertEqual(told, [True, False, not keep, not keep])
+
+    def test_a_drawing_is_traced_anew_after_the_lid_was_open(self):
+        self.ages("await status({lid: 'open'}); await status({lid: 'closed'});")
+
+    def test_a_drawing_is_traced_anew_when_the_lid_was_open_under_it(self):
+        told = self.draws("""
+            await whole();
+            main.querySelector('#drawing-dry').click(); await until(() => sent('/laser/run').length);
+            await status({lid: 'open'}); await status({lid: 'closed'});
+            await ends({dry: true});
+            return shut('burn')""", confirm="[]")
+        self.assertTrue(told)
+
+    def test_a_drawing_is_traced_anew_after_the_head_was_moved(self):
+        self.ages("await status({laser: {...fresh.laser, position_mm: [11, 2]}}); await status({laser: {...fresh.laser, position_mm: [1, 2]}});")
+
+    def test_a_drawing_is_traced_anew_after_the_laser_lost_its_place(self):
+        self.ages("await status({laser: {...fresh.laser, position_mm: null}}); await status({laser: {...fresh.laser, position_mm: [1, 2]}});")
+
+    def test_a_drawing_is_traced_anew_after_anything_else_ran(self):
+        for state in ("Resetting", "Idle", "Execute", "Stopped"):
+            with self.subTest(state):
+                self.speak("en")
+                self.ages(f"await status({{state: '{state}'}}); await status({{state: 'Complete'}});")
+
+    def test_a_drawing_is_traced_anew_after_another_corner(self):
+        corner = "says(true); main.querySelector('#do-corner').click(); await until(() => sent('/laser/corner').length); await settled(); draw();"
+        told = "await status({laser: {...fresh.laser, finds_home: false, position_mm: [0, 0]}});"
+        self.ages(corner, told)
+        self.speak("en")
+        self.ages("says(false); main.querySelector('#do-corner').click(); await settled(); draw();", told, keep=True)
+        self.speak("en")
+        self.ages("answer({'/laser/corner': {error: {message: 'it was given up'}}});" + corner, told)
+
+    def test_a_drawing_is_traced_anew_when_nobody_knows_what_was_missed(self):
+        self.ages("""
+            let socket;
+            window.WebSocket = class { constructor() { socket = this; } };
+            answer({'/session': {role: 'admin', who: 'anna', user: 'anna', accounts: true, expires_at: at}});
+            (await load('model.js')).begin();
+            await until(() => socket && socket.onmessage);
+            await settled();
+            if (shut('burn')) throw new Error('shut before');
+            socket.onmessage({data: JSON.stringify({type: 'hello', life: 'b', newest: 4, resumed: false})});
+            model.panels = [];
+            draw();""")
+
+    def test_a_field_that_was_emptied_is_not_burnt_with_the_recipe(self):
+        for field in ("power-0", "speed_mm_s-0"):
+            with self.subTest(field):
+                self.speak("en")
+                told = self.draws("""
+                    await whole();
+                    await trace();
+                    await typed({'%s': ' '});
+                    await until(() => queries.at(-1).passes && !main.innerText.includes('the drawing is read'));
+                    const untold = main.querySelector('[data-key=drawing-kind-0]').innerText.includes('Nothing says how these are burnt');
+                    return [shut('dry'), shut('burn'), untold, main.querySelector('[data-key=drawing-kind-1]').innerText.includes('Nothing says')]""" % field, confirm="[]")
+                self.assertEqual(told, [True, True, True, False])
+
+    def test_what_came_of_a_drawing_stands_beside_no_other(self):
+        told = self.draws("""
+            const says_it = () => { draw(); return ['was traced with', 'is burnt.', 'The lid is open'].map((words) => card('drawing').includes(words)); };
+            await whole();
+            await trace();
+            const mine = says_it();
+            await typed({x: '20', y: '30'});
+            const moved = says_it();
+            main.querySelector('#drawing-dry').click();
+            await until(() => sent('/laser/run').length > 1);
+            const before = queries.length;
+            open('b.svg');
+            await until(() => queries.length > before + 1); await settled(); await settled(); draw();
+            const during = [shut('dry'), main.querySelector('.task[role=status]') !== null];
+            await ends({dry: true});
+            const other = says_it();
+            await typed({'power-1': '30', 'speed_mm_s-1': '40'});
+            answer({'/tasks/12': {id: 12, state: 'failed', error: {message: 'the lid is open'}}});
+            main.querySelector('#drawing-dry').click();
+            await until(() => says_it()[2]);
+            open('c.svg');
+            await until(() => { draw(); return main.querySelector('#drawing-name').innerText === 'c.svg'; }); await settled(); await settled();
+            return {mine, moved, during, other, failed: says_it()}""", confirm="[]")
+        self.assertEqual(told, {"mine": [True, False, False], "moved": [False] * 3, "during": [True, True], "other": [False] * 3, "failed": [False] * 3})
+
+    def test_an_answer_that_was_cut_off_leaves_what_was_shown(self):
+        told = self.draws("""
+            await whole();
+            const ofDrawing = window.fetch, gone = [], revoke = URL.revokeObjectURL;
+            URL.revokeObjectURL = (url) => { gone.push(url); revoke.call(URL, url); };
+            window.fetch = async (path, how) => { const reply = await ofDrawing(path, how); return String(path).includes('/laser/drawing') ? {...reply, json: async () => { throw new SyntaxError('cut off'); }} : reply; };
+            await typed({'power-1': '60'});
+            return [shut('dry'), main.querySelector('#drawing-refused').innerText.includes('The cell does not answer. Is veneerd running?'), gone.includes(main.querySelector('#drawing-picture').src)]""")
+        self.assertEqual(told, [True, True, False])
+
+    def test_the_file_is_named_and_may_be_chosen_again(self):
+        told = self.draws("""
+            await whole();
+            main.replaceChildren();
+            await enter('settings');
+            const name = main.querySelector('#drawing-name').innerText, input = main.querySelector('#drawing-file');
+            open('a.svg');
+            input.addEventListener('click', (event) => event.preventDefault());  // opens nothing here
+            const held = input.files.length;
+            input.click();
+            return [name, held, input.files.length, main.querySelector('#drawing-name').innerText]""")
+        self.assertEqual(told, ["a.svg", 1, 0, "a.svg"])
+
+    def test_a_file_that_was_saved_anew_is_to_be_chosen_again(self):
+        for language, words in (("en", "a.svg cannot be read any more"), ("de", "a.svg lässt sich nicht mehr lesen")):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.draws("""
+                await whole();
+                const ofDrawing = window.fetch, silent = async (path, how) => { if (String(path).includes('/laser/drawing')) { queries.push({}); throw new TypeError('Failed to fetch'); } return ofDrawing(path, how); };
+                window.fetch = silent;
+                await typed({'power-1': '60'});
+                const there = main.querySelector('#drawing-refused').innerText;
+                Blob.prototype.arrayBuffer = async () => { throw new DOMException('', 'NotReadableError'); };
+                await typed({'power-1': '70'});
+                return [there.includes('Is veneerd running?'), main.querySelector('#drawing-refused').innerText, main.querySelectorAll('#drawing-refused button').length, shut('dry')]""")
+            self.assertEqual([told[0], told[1].startswith("▲ " + words), told[2], told[3]], [True, True, 0, True], told)
 
     def test_a_drawing_that_leaves_the_bed_or_cannot_be_read_is_told_and_shut(self):
         told = self.draws("""
@@ -831,7 +977,7 @@ class Seldom(Page):
         self.assertEqual(self.does("return (await load('words.js')).language"), "en")
 
     def test_cards_that_do_not_come_are_told_and_asked_for_by_one(self):
-        for screen, file, rest, there in (("settings", "settings_laser.js", [], "#pattern-burn"), ("panels", "panel_apart.js", ["P-0001"], "#do-merge")):
+        for screen, file, rest, there in (("settings", "settings_laser.js", [], "#pattern-burn"), ("settings", "settings_drawing.js", [], "#drawing-file"), ("panels", "panel_apart.js", ["P-0001"], "#do-merge")):
             with self.subTest(screen):
                 self.speak("en")
                 self.refuse(f"screens/{file}")
