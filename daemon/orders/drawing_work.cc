@@ -6,11 +6,14 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/utf8.h"
 #include "daemon/orders/drawing_json.h"
 #include "planner/drawings/line_settings.h"
 
 namespace veneer::daemon {
 namespace {
+
+constexpr std::size_t kLongestName = 200;  // bytes, of a layer or colour: a person reads it
 
 planner::LineSetting setting_of(const DrawnSetting& its) { return {its.power, its.speed_mm_s, its.passes, its.air}; }
 DrawnSetting drawn_setting(const planner::LineSetting& its) {
@@ -23,6 +26,8 @@ Result<planner::Drawing> drawing_of(const ReadDrawing& order) {
   auto drawing = planner::read_svg(text, order.most_points);
   if (!drawing) return drawing;
   if (!planner::is_finite(*drawing)) return unusable("a point of the drawing is no number: save it anew");
+  if (!std::isfinite(drawing->page[0]) || !std::isfinite(drawing->page[1]))
+    return unusable("the drawing's width or height is no number: give its page a size in mm");
   return drawing;
 }
 
@@ -55,6 +60,11 @@ Result<DrawingWasRead> read_drawing(const ReadDrawing& order, const std::filesys
         fmt::format("the drawing has {} layers and colours that differ, and at most {} are told apart: "
                     "give lines that are burnt alike one colour",
                     kinds.kinds.size(), kMostLineKinds));
+  for (const planner::LineKind& kind : kinds.kinds)
+    if (kind.layer.size() > kLongestName || kind.colour.size() > kLongestName)
+      return unusable(fmt::format("the name of a layer or colour, {}..., is longer than {} bytes: shorten it",
+                                  beginning_of(kind.layer.size() > kLongestName ? kind.layer : kind.colour, 40),
+                                  kLongestName));
   const auto settings = settings_of(*drawing, kinds, order);
   if (!settings) return settings.error();
   DrawingRead out;

@@ -1,9 +1,11 @@
 #include "daemon/plans/drawn_file.h"
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <utility>
 
+#include "base/json_depth.h"
 #include "daemon/api/route_table.h"
 #include "daemon/orders/drawing_json.h"
 #include "daemon/orders/have_done.h"
@@ -19,15 +21,58 @@ Error nonsense() {
           "comes back"};
 }
 
+// Reading a value takes many times the memory of its text.
+bool has_few_values(std::string_view text) {
+  const auto values = std::count_if(text.begin(), text.end(), [](char c) { return c == ',' || c == '[' || c == '{'; });
+  return static_cast<std::size_t>(values) <= 4 * kMostPointsToRun + 100 * kMostLineKinds;
+}
+
+bool are_counts(const nlohmann::json& list) {
+  return list.is_array() &&
+         std::all_of(list.begin(), list.end(), [](const nlohmann::json& it) { return it.is_number_unsigned(); });
+}
+
 // What a page would be asked to burn is whole, or it is nothing.
-bool fits_together(const DrawingRead& read) {
+bool adds_up(const DrawingRead& read) {
   std::size_t points = 0;
-  for (const std::size_t count : read.strokes) points += count;
-  if (points > kMostPointsToRun || 2 * points != read.points_mm.size()) return false;
+  for (const std::size_t count : read.strokes) {
+    if (count < 2 || count > kMostPointsToRun - points) return false;
+    points += count;
+  }
+  if (2 * points != read.points_mm.size()) return false;
   if (read.strokes.empty() || read.kind_of_stroke.size() != read.strokes.size()) return false;
   for (const std::size_t kind : read.kind_of_stroke)
     if (kind >= read.kinds.size()) return false;
   return true;
+}
+
+// What somebody said of a kind of line, else what the recipe of its layer says, is what it is burnt with: a worker is
+// believed where the lines are, which are seen before they burn, and not how strongly.
+bool is_as_said(const DrawingRead& read, const ReadDrawing& wanted) {
+  if (read.kinds.size() > kMostLineKinds) return false;
+  if (!wanted.given.empty() && wanted.given.size() != read.kinds.size()) return false;
+  for (std::size_t i = 0; i < read.kinds.size(); ++i) {
+    DrawnSetting said = wanted.given.empty() ? DrawnSetting() : wanted.given[i];
+    for (const LayerRecipe& recipe : wanted.recipes) {
+      if (recipe.layer != read.kinds[i].layer) continue;
+      if (!said.power) said.power = recipe.power;
+      if (!said.speed_mm_s) said.speed_mm_s = recipe.speed_mm_s;
+    }
+    const DrawnSetting& its = read.kinds[i].setting;
+    if (its.power != said.power || its.speed_mm_s != said.speed_mm_s || its.passes != said.passes.value_or(1) ||
+        its.air != said.air.value_or(false))
+      return false;
+  }
+  return true;
+}
+
+// Where the lines that would be burnt lie, whatever else was told.
+void measure(DrawingRead& read) {
+  read.least_mm = read.most_mm = {read.points_mm[0], read.points_mm[1]};
+  for (std::size_t i = 0; i < read.points_mm.size(); ++i) {
+    read.least_mm[i % 2] = std::min(read.least_mm[i % 2], read.points_mm[i]);
+    read.most_mm[i % 2] = std::max(read.most_mm[i % 2], read.points_mm[i]);
+  }
 }
 
 }  // namespace
@@ -51,10 +96,13 @@ Result<DrawingRead> read_drawn_file(std::string_view svg, ReadDrawing wanted, co
   if (!done) return done.error();
   // Names every stroke's kind too.
   const auto text = folder->made(kDrawingReadFile, 2 * kDrawingBody);
-  if (!text) return nonsense();
+  if (!text || nested_too_deeply(*text) || !has_few_values(*text)) return nonsense();
   try {
-    auto read = nlohmann::json::parse(*text).get<DrawingRead>();
-    if (!fits_together(read)) return nonsense();
+    const auto parsed = nlohmann::json::parse(*text);
+    if (!are_counts(parsed.at("strokes")) || !are_counts(parsed.at("kind_of_stroke"))) return nonsense();
+    auto read = parsed.get<DrawingRead>();
+    if (!adds_up(read) || !is_as_said(read, wanted)) return nonsense();
+    measure(read);
     return read;
   } catch (const nlohmann::json::exception&) {
     return nonsense();

@@ -12,6 +12,7 @@
 
 namespace veneer::daemon {
 
+// What the worker says is held against what was asked: nothing is burnt otherwise than somebody or a recipe said.
 // `wanted` lacks its file and its limit. As read_drawing() and WorkRunner::run() say; kCancelled once `stop` is
 // requested.
 Result<DrawingRead> read_drawn_file(std::string_view svg, ReadDrawing wanted, const std::filesystem::path& data_dir,

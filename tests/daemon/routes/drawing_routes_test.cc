@@ -41,6 +41,18 @@ class Drawings : public testing::RoutedCell {
     return body_of(reply);
   }
 
+  // What is sent when a worker has left something else.
+  ApiReply spoilt(const std::string& query, const std::function<void(json&)>& change) {
+    work.spoil = [&](const std::string&, json&) {
+      const std::filesystem::path file = work.orders.back().folder / kDrawingReadFile;
+      std::ifstream in(file);
+      json made = json::parse(in);
+      change(made);
+      std::ofstream(file) << made;
+    };
+    return send(query);
+  }
+
   testing::WorkHere work;
 };
 
@@ -104,6 +116,12 @@ TEST_F(Drawings, WhatCannotBeMeantIsRefusedByName) {
   refused("", "text", R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm"><text>a</text></svg>)");
   refused("", "no line", R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm"/>)");
   refused("?x_mm=9990&y_mm=0", "beyond every laser");
+  refused("", "is no number",
+          R"(<svg xmlns="http://www.w3.org/2000/svg" width="1e308in" height="80mm">)"
+          R"(<path stroke="#000000" fill="none" d="M 1 1 H 9"/></svg>)");
+  refused("", "longer than 200 bytes",
+          R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><g id=")" +
+              std::string(201, 'a') + R"("><path stroke="#000000" fill="none" d="M 1 1 H 9"/></g></svg>)");
 }
 
 TEST_F(Drawings, KindsAreTheLayersAndColoursThatAPersonTellsApart) {
@@ -127,16 +145,7 @@ TEST_F(Drawings, AnEndlessDrawingIsRefused) {
 
 // A worker that a drawing has taken over may say and leave anything: nothing of it is handed on.
 TEST_F(Drawings, WhatAWorkerLeftIsHeldAgainstItself) {
-  const auto left = [&](const std::function<void(json&)>& change) {
-    work.spoil = [&](const std::string&, json&) {
-      const std::filesystem::path file = work.orders.back().folder / kDrawingReadFile;
-      std::ifstream in(file);
-      json made = json::parse(in);
-      change(made);
-      std::ofstream(file) << made;
-    };
-    return send().status;
-  };
+  const auto left = [&](const std::function<void(json&)>& change) { return spoilt("", change).status; };
   EXPECT_EQ(left([](json&) {}), 200);
   EXPECT_EQ(left([](json& made) { made["points_mm"].erase(0); }), 500);
   EXPECT_EQ(left([](json& made) { made["kind_of_stroke"][0] = 7; }), 500);
@@ -144,6 +153,35 @@ TEST_F(Drawings, WhatAWorkerLeftIsHeldAgainstItself) {
   EXPECT_EQ(left([](json& made) { made["strokes"][0] = "many"; }), 500);
   EXPECT_EQ(left([](json& made) { made["points_mm"][0] = nullptr; }), 500);
   EXPECT_EQ(left([](json& made) { made = json::array(); }), 500);
+  // 2^63 twice and three are three.
+  EXPECT_EQ(left([](json& made) {
+              made["strokes"] = {9223372036854775808U, 9223372036854775808U, 5};
+              made["kind_of_stroke"] = {0, 0, 0};
+            }),
+            500);
+  EXPECT_EQ(left([](json& made) { made["strokes"] = {4, 1}; }), 500) << "one point is no line";
+  EXPECT_EQ(left([](json& made) { made["strokes"] = {3.5, 2}; }), 500);
+  EXPECT_EQ(left([](json& made) { made["kind_of_stroke"][0] = -1; }), 500);
+  EXPECT_EQ(left([](json& made) {
+              json deep = 1;
+              for (int i = 0; i < 40; ++i) deep = json::array({deep});
+              made["more"] = deep;
+            }),
+            500);
+}
+
+TEST_F(Drawings, AWorkerDoesNotSayHowStronglyIsBurnt) {
+  const std::string said = "?powers=0.2,0.3&speeds_mm_s=20,40&passes=1,2&air=1,0";
+  EXPECT_EQ(spoilt(said, [](json&) {}).status, 200);
+  EXPECT_EQ(spoilt(said, [](json& made) { made["kinds"][1]["setting"]["power"] = 1.0; }).status, 500);
+  EXPECT_EQ(spoilt(said, [](json& made) { made["kinds"][0]["setting"]["speed_mm_s"] = 1; }).status, 500);
+  EXPECT_EQ(spoilt(said, [](json& made) { made["kinds"][0]["setting"]["passes"] = 9; }).status, 500);
+  EXPECT_EQ(spoilt(said, [](json& made) { made["kinds"][0]["setting"]["air"] = false; }).status, 500);
+  EXPECT_EQ(spoilt("", [](json& made) { made["kinds"][0]["setting"]["power"] = 1.0; }).status, 500) << "the recipe's";
+  EXPECT_EQ(spoilt("", [](json& made) { made["kinds"][1]["setting"]["power"] = 1.0; }).status, 500) << "nobody's";
+  // Where the lines lie is measured, not told.
+  const json told = body_of(spoilt(said, [](json& made) { made["least_mm"] = {0, 0}, made["most_mm"] = {1, 1}; }));
+  EXPECT_EQ(told["extent"], json({{"min_mm", {10.0, 10.0}}, {"max_mm", {40.0, 60.0}}}));
 }
 
 TEST_F(Drawings, AWorkerThatDiesCostsTheAnswerAndNothingElse) {
