@@ -31,7 +31,9 @@ class OtherPlaces {
 
   Result<std::vector<std::vector<Alternative>>> run() {
     bool is_closed = false;  // wood that no piece has
-    for (const auto& [closed, tasks] : groups()) {
+    for (const auto& group : groups()) {
+      const LimitSet& closed = group.first;
+      const std::vector<std::size_t>& tasks = group.second;
       if (is_closed)
         if (Status open = take_anew(matcher_, problem_, std::span(placements_).first(taken_), threads_, stop_);
             !open.ok())
