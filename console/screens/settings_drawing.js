@@ -13,6 +13,7 @@ import {isBusy, run, workAt} from "../work.js";
 const kSettleMs = 300;     // a hand types several digits
 const kReadMs = 40000;     // a dense drawing, while another is read
 const kBeginMs = 60000;    // megabytes of strokes
+const kPicturePx = 1200;   // of its longer side: a small drawing is seen as large as the bed
 const kLeastLooks = 1e-3;  // mm, beside which a drawing has no size
 
 let file = null;
@@ -110,7 +111,7 @@ function pictureOf({extent, travel, kinds, kind_of_stroke, points_mm, strokes}) 
   const boxes = [extent, travel].filter(Boolean);
   const [left, bottom] = [0, 1].map((axis) => Math.min(...boxes.map(({min_mm}) => min_mm[axis])));
   const [right, top] = [0, 1].map((axis) => Math.max(...boxes.map(({max_mm}) => max_mm[axis])));
-  const wide = Math.max(right - left, kLeastLooks), high = Math.max(top - bottom, kLeastLooks), edge = .02 * Math.max(wide, high);
+  const wide = Math.max(right - left, kLeastLooks), high = Math.max(top - bottom, kLeastLooks), edge = .02 * Math.max(wide, high), px = kPicturePx / Math.max(wide, high);
   const paths = kinds.map(() => []);
   let at = 0;
   strokes.forEach((count, n) => {
@@ -122,7 +123,7 @@ function pictureOf({extent, travel, kinds, kind_of_stroke, points_mm, strokes}) 
   const line = (d, colour, width) => `<path d="${d}" stroke="${colour}" stroke-width="${width}"/>`;
   const drawn = paths.map((list) => list.join(""));
   const colours = kinds.map(({colour}) => (/^#[0-9a-f]{6}$/i.test(colour) ? colour : "#15181a"));
-  const text = `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${left - edge} ${-top - edge} ${wide + 2 * edge} ${high + 2 * edge}" width="${(wide + 2 * edge) * 4}" height="${(high + 2 * edge) * 4}">`
+  const text = `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${left - edge} ${-top - edge} ${wide + 2 * edge} ${high + 2 * edge}" width="${(wide + 2 * edge) * px}" height="${(high + 2 * edge) * px}">`
     + `<g transform="scale(1 -1)" fill="none" stroke-width="${edge / 8}">${bed}${drawn.map((d) => line(d, "#8a8f93", edge / 5)).join("")}${drawn.map((d, n) => line(d, colours[n], edge / 10)).join("")}</g></svg>`;
   return URL.createObjectURL(new Blob([text], {type: "image/svg+xml"}));
 }
@@ -190,7 +191,7 @@ export function drawingCard() {
       h("img.target", {id: "drawing-picture", src: what.picture, alt: t("drawing.alt", {extent: extentWords(what.told)})}),
       facts(fact(t("drawing.place"), extentWords(what.told), what.told.fits === false), fact(t("drawing.length"), [`${Math.round(what.told.length_mm)} mm`, timeWords(what.told)].filter(Boolean).join(", "))),
       what.told.fits === false && h("p.warn", {id: "drawing-outside", role: "status"}, `▲ ${t("drawing.outside")}`),
-      what.told.travel === null && hint(t("drawing.no_travel")),
+      what.told.travel === null && !isTraced(what) && hint(t("drawing.no_travel")),
       ...what.told.warnings.map((one) => h("p.dim", {}, inEnglish(asSentence(one)))),
       h("div.form", {}, h("div.pair", {},
         numberField(t("drawing.x"), place.x, (text) => { place.x = text; want(); }, {...placeRules("y"), id: "drawing-x"}),

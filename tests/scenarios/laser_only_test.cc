@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "base/files.h"
 #include "tests/support/laser_only_cell.h"
 
 namespace veneer::tests {
@@ -15,12 +16,12 @@ using ::testing::Not;
 
 class LaserOnly : public ::testing::Test {
  protected:
-  void start(const sim::GrblSettings& settings = LaserOnlyCell::quick_laser()) {
-    auto started =
-        LaserOnlyCell::start(fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin", settings);
+  void start(const sim::GrblSettings& settings = LaserOnlyCell::quick_laser(), const LoneDaemonOptions& options = {}) {
+    auto started = LaserOnlyCell::start(bin_dir(), settings, options);
     ASSERT_TRUE(started.ok()) << started.error().message;
     cell = std::move(*started);
   }
+  static fs::path bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
   void expect_clean() {
     const sim::BeamLog log = cell->laser.beam_log();
     EXPECT_EQ(log.beam_at_rest_s, 0);
@@ -39,6 +40,29 @@ TEST_F(LaserOnly, BurnsATestPatternOnOneCommand) {
   // Outline, diagonals, circle, ticks, and the square that is cut out.
   EXPECT_NEAR(cell->laser.burnt_mm(), 80 + 2 * 28.28 + 50.2 + 2 * (2 + 4 + 2) + 16, 1.0);
   EXPECT_EQ(cell->state(), "Complete");
+  expect_clean();
+}
+
+// By an operator with a browser, at a real cell: what its status says after a dark run is what the page waits for.
+TEST_F(LaserOnly, ADrawingIsBurntFromThePageOnceItWasTraced) {
+  LoneDaemonOptions options;
+  options.listen = "127.0.0.1:0";
+  start(LaserOnlyCell::quick_laser(), options);
+  const fs::path drawing = cell->data() / "frame.svg", log = cell->data() / "day.log";
+  std::ofstream(drawing) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
+      <g stroke="#f00" fill="none"><path d="M10 10 h60 v40 h-60 z"/></g></svg>)";
+  const auto link = cell->api().post("/console-links", {{"role", "operator"}});
+  ASSERT_TRUE(link.ok()) << link.error().message;
+  fs::create_directories(VENEER_PAGES);
+  const auto script = fs::path(VENEER_CONSOLE_DAY).replace_filename("console_drawing.py");
+  auto day =
+      ChildProcess::start({"/usr/bin/python3", script.string(), (*link)["url"].get<std::string>(), VENEER_PAGES}, log,
+                          {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
+                           {"VENEERD_SOCKET", cell->socket()},
+                           {"DRAWING", drawing.string()}});
+  ASSERT_TRUE(day.ok()) << day.error().message;
+  EXPECT_EQ(day->wait(), 0) << read_whole(log).value_or("no log");
+  EXPECT_NEAR(cell->laser.burnt_mm(), 200, 1.0) << "once, and only when Burn was pressed";
   expect_clean();
 }
 
