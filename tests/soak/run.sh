@@ -135,10 +135,10 @@ show_table=1 campaign "ledger/power-loss" "$seed" env VENEER_SEED="$seed" VENEER
   "$build/tests/db_power_loss_tests" db/power_loss_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/faults" "$seed" env VENEER_SEED="$seed" VENEER_FAULT_STRIDE=1 \
-  "$build/tests/db_power_loss_tests" db/faults_test.cc
+  "$build/tests/db_faults_tests" db/faults_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/corruption" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 VENEER_CORRUPTIONS=1000 \
-  "$build/tests/db_power_loss_tests" db/bit_flip_test.cc
+  "$build/tests/db_faults_tests" db/bit_flip_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
   "$build/tests/db_tests" db/raw_writers_test.cc

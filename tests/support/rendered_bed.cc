@@ -24,7 +24,9 @@ std::array<double, 2> unbend(const std::array<double, 5>& k, double xd, double y
   double x = xd, y = yd;
   for (int i = 0; i < 30; ++i) {
     const auto b = bend(k, x, y);
-    x += xd - b[0], y += yd - b[1];
+    const double dx = xd - b[0], dy = yd - b[1];
+    x += dx, y += dy;
+    if (std::abs(dx) + std::abs(dy) < 1e-15) break;
   }
   return {x, y};
 }
