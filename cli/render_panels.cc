@@ -46,6 +46,13 @@ std::string render_panels(const json& reply) {
   return table.str() + notes;
 }
 
+std::string render_named_panels(const json& reply) {
+  if (const json& panels = member(reply, "panels"); panels.is_array() && !panels.empty()) return render_panels(reply);
+  return whole_or(reply, "retired_left_out", 0) > 0
+             ? "Only retired panels are called so: add --all to see them.\n"
+             : "No panel has all of these words in its number, name, shelf place, woods or parent: leave one out.\n";
+}
+
 std::string render_panel(const json& panel) {
   std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
   text += line("Name", text_or(panel, "name", ""));

@@ -1,16 +1,35 @@
 #include "daemon/routes/picture_reply.h"
 
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 
-ApiReply png_reply(const cv::Mat& picture) {
-  auto bytes = planner::encode_png(picture);
-  if (!bytes) return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
-  return ApiReply::bytes(std::move(*bytes), "image/png");
+namespace {
+
+constexpr int kJpegQuality = 92;  // thin coloured lines over wood stay clean
+
+std::optional<std::string> encode_as_jpeg(const cv::Mat& picture) {
+  if (picture.channels() == 3) return planner::encode_jpeg(picture, kJpegQuality);
+  cv::Mat colours;
+  cv::cvtColor(picture, colours, cv::COLOR_GRAY2BGR);
+  return planner::encode_jpeg(colours, kJpegQuality);
 }
+
+}  // namespace
+
+const char* content_type_of(PictureFile file) { return file == PictureFile::kPng ? "image/png" : "image/jpeg"; }
+
+ApiReply picture_reply(const cv::Mat& picture, PictureFile file) {
+  auto bytes = file == PictureFile::kPng ? planner::encode_png(picture) : encode_as_jpeg(picture);
+  if (!bytes) return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
+  return ApiReply::bytes(std::move(*bytes), content_type_of(file));
+}
+
+ApiReply png_reply(const cv::Mat& picture) { return picture_reply(picture, PictureFile::kPng); }
 
 PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {
   return panel.retired && asking < Role::kOperator ? PanelLibrary::MissingTiles::kRefuse

@@ -19,6 +19,7 @@
 #include "base/files.h"
 #include "cli/api_client.h"
 #include "db/job_store.h"
+#include "db/materials.h"
 #include "db/panels.h"
 #include "db/sql.h"
 #include "planner/pictures/png_codec.h"
@@ -50,6 +51,10 @@ const bool kWanted = bench::Goals::all().add({
     {"BM_stock_searched_for_wood", "time", 100, "ms"},
     {"BM_stock_searched_for_wood", "after_kill_ms", 100, "ms"},
     {"BM_stock_searched_for_any_patch", "time", 100, "ms"},
+    {"BM_stock_searched_for_a_species", "time", 100, "ms"},
+    {"BM_stock_searched_for_a_species", "after_kill_ms", 100, "ms"},
+    {"BM_stock_piece_asked_for", "time", 100, "ms"},
+    {"BM_stock_place_asked_for", "time", 100, "ms"},
     {"BM_stock_picture_of_a_panel", "time", 50, "ms"},
     {"BM_stock_picture_drawn_anew", "time", 50, "ms"},
     {"BM_stock_bytes_a_piece/4", "bytes", 1000, "bytes"},
@@ -144,6 +149,7 @@ class Stock {
     folder_ = kept == nullptr ? temporary_->path() : fs::path(kept);
     if (fs::exists(file())) {
       panels_ = static_cast<int>(sure(Panels(database()).list()).size());
+      name_woods();
       return;
     }
     make_pictures();
@@ -155,6 +161,18 @@ class Stock {
       cut_all(database(), sure(JobStore(database()).create(a_plan(panel, pieces), kThen)), panel);
       if (number % 100 == 0) fmt::print(stderr, "{} panels of {}\n", number, panels_);
     }
+    name_woods();
+  }
+  // The left of each panel is maple, the right walnut; also in a stock that was made before they had a name.
+  void name_woods() {
+    Materials materials(database());
+    if (!sure(materials.woods()).empty()) return;
+    const auto strip = [](double from_mm, double to_mm) {
+      return Ring<PanelFrame>{point<PanelFrame>(from_mm, 0), point<PanelFrame>(to_mm, 0), point<PanelFrame>(to_mm, 280),
+                              point<PanelFrame>(from_mm, 280)};
+    };
+    for (int number = 1; number <= panels_; ++number)
+      sure(materials.add_zones(panel_number(number), {{1, strip(0, 210), "maple"}, {2, strip(210, 420), "walnut"}}));
   }
   fs::path file() const { return folder_ / "veneerd.db"; }
   // 420 x 280 mm at 300 dpi: light wood on the left, dark on the right, with the noise of a scan.
@@ -331,6 +349,39 @@ void BM_stock_searched_for_wood(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_searched_for_wood)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
+void BM_stock_searched_for_a_species(benchmark::State& state) {
+  ask_again_and_again(state, "/panels?limit=1000&wood=walnut&patch_mm=14&min_free_mm2=1000");
+}
+BENCHMARK(BM_stock_searched_for_a_species)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
+// Each time another one, of whatever panel.
+template <class Target>
+void ask_of_each(benchmark::State& state, Target target) {
+  tests::LoneDaemon daemon;
+  start_on(daemon, Stock::get().folder());
+  std::mt19937 random(1);
+  asked(daemon, target(random));
+  const double before = processor_ms(daemon);
+  for (auto _ : state) benchmark::DoNotOptimize(sure(daemon.api().get_bytes(target(random))));
+  state.counters["daemon_cpu_ms"] = (processor_ms(daemon) - before) / static_cast<double>(state.iterations());
+}
+int any_panel(std::mt19937& random) {
+  return 1 + static_cast<int>(random() % static_cast<unsigned>(Stock::get().panels()));
+}
+void BM_stock_piece_asked_for(benchmark::State& state) {
+  ask_of_each(state, [](std::mt19937& random) {
+    return fmt::format("/pieces/{}", (any_panel(random) - 1) * std::int64_t{kCutFromEach} + 1);
+  });
+}
+BENCHMARK(BM_stock_piece_asked_for)->Unit(benchmark::kMillisecond)->Iterations(50)->UseRealTime();
+
+void BM_stock_place_asked_for(benchmark::State& state) {
+  ask_of_each(state, [](std::mt19937& random) {
+    return fmt::format("/panels/{}/place?x=105&y=5", panel_number(any_panel(random)).value);
+  });
+}
+BENCHMARK(BM_stock_place_asked_for)->Unit(benchmark::kMillisecond)->Iterations(50)->UseRealTime();
+
 // By a daemon that was killed, each time for patches of another size that nobody asked for before.
 void BM_stock_searched_for_any_patch(benchmark::State& state) {
   tests::LoneDaemon daemon;
@@ -351,22 +402,30 @@ void BM_stock_searched_for_any_patch(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_searched_for_any_patch)->Unit(benchmark::kMillisecond)->Iterations(20)->UseRealTime();
 
-void BM_stock_picture_of_a_panel(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/stock.png"); }
+// As the console shows it.
+void BM_stock_picture_of_a_panel(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/stock.jpg"); }
 BENCHMARK(BM_stock_picture_of_a_panel)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
 // Each time another panel's, as it was never drawn.
-void BM_stock_picture_drawn_anew(benchmark::State& state) {
+void draw_anew(benchmark::State& state, const char* picture) {
   tests::LoneDaemon daemon;
   start_on(daemon, Stock::get().folder());
-  asked(daemon, "/panels/P-0001/stock.png");  // the map, which all of them share
+  asked(daemon, fmt::format("/panels/P-0001/{}", picture));  // the map, which all of them share
   int next = 1;
   const double before = processor_ms(daemon);
+  std::size_t bytes = 0;
   for (auto _ : state)
-    benchmark::DoNotOptimize(sure(daemon.api().get_bytes(
-        fmt::format("/panels/{}/stock.png", panel_number(1 + next++ % Stock::get().panels()).value))));
+    bytes = sure(daemon.api().get_bytes(
+                     fmt::format("/panels/{}/{}", panel_number(1 + next++ % Stock::get().panels()).value, picture)))
+                .size();
   state.counters["daemon_cpu_ms"] = (processor_ms(daemon) - before) / static_cast<double>(state.iterations());
+  state.counters["bytes"] = static_cast<double>(bytes);
 }
+void BM_stock_picture_drawn_anew(benchmark::State& state) { draw_anew(state, "stock.jpg"); }
 BENCHMARK(BM_stock_picture_drawn_anew)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+// Without loss, to keep: it has no goal, since deflate alone takes longer.
+void BM_stock_picture_drawn_anew_without_loss(benchmark::State& state) { draw_anew(state, "stock.png"); }
+BENCHMARK(BM_stock_picture_drawn_anew_without_loss)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
 // Cut pieces with `corners` each, their history included.
 void BM_stock_bytes_a_piece(benchmark::State& state) {

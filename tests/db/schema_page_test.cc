@@ -8,11 +8,14 @@
 #include <sstream>
 #include <utility>
 
+#include "db/sql.h"
+#include "tests/db/everything.h"
 #include "tests/db/filled_cell.h"
 
 namespace veneer::db {
 namespace {
 
+using ::testing::ElementsAre;
 using Arrows = std::set<std::pair<std::string, std::string>>;
 
 struct Diagram {
@@ -189,13 +192,46 @@ TEST_F(SchemaPage, ItsViewsTellOfEverythingThatHappened) {
       << "a settled piece stands once";
   EXPECT_EQ(shell.execAndGet("SELECT count(*) FROM registrations").getInt(),
             shell.execAndGet("SELECT count(*) FROM scans").getInt());
-  const std::set<std::string> kinds = {"wood", "verdict", "assembly", "run",       "job",       "panel",
-                                       "scan", "mask",    "cell",     "treatment", "difference"};
+  const std::set<std::string> kinds = {"wood",      "verdict",    "assembly", "run",      "job",
+                                       "panel",     "scan",       "mask",     "cell",     "edit",
+                                       "treatment", "difference", "lease",    "proposal", "merge"};
   std::set<std::string> told;
   for (const auto& [kind, none] : pairs("SELECT kind, '' FROM events")) told.insert(kind);
   EXPECT_EQ(told, kinds);
   EXPECT_TRUE(
       pairs("SELECT kind, '' FROM events WHERE at IS NULL OR step IS NULL OR what = '' OR who IS NULL").empty());
+}
+
+TEST_F(SchemaPage, ItsEventsTellWhatWasKeptScannedPaintedMergedAndSawn) {
+  fill(cell_);
+  VENEER_ASSERT_OK(in_transaction(cell_.database(), [](SQLite::Database& connection) -> Status {
+    connection.exec(
+        "INSERT INTO proposal_verdicts (proposal, verdict, overruled, panel, mask_version, who, note, at) "
+        "VALUES (3, 'accepted', '[]', 'P-0005', 1, 'user anna', '', '2026-05-01T09:30:00.000Z')");
+    return Ok();
+  }));
+  const auto told = [&](const char* kind) {
+    return texts(cell_.database().connection(),
+                 fmt::format("SELECT coalesce(panel, 'no panel') || ', ' || step || ': ' || what || ' by ' || who "
+                             "FROM events WHERE kind = '{}' AND what NOT IN ('entered', 'started') "
+                             "ORDER BY at, step, what",
+                             kind));
+  };
+  EXPECT_THAT(told("lease"), ElementsAre("no panel, 1: plan 5 until 2026-05-01T08:30:00.000Z by local:1000",
+                                         "no panel, 1: plan 5 expired by ",
+                                         "no panel, 2: plan 5 until 2026-05-08T08:30:00.000Z by local:1000"));
+  EXPECT_THAT(told("proposal"), ElementsAre("no panel, 1: replaced by local:1000", "no panel, 1: waits by local:1000",
+                                            "no panel, 2: waits by local:1000", "P-0005, 3: waits by local:1000",
+                                            "P-0003, 4: waits by local:1000", "no panel, 2: refused by local:1000",
+                                            "P-0005, 3: accepted by user anna"))
+      << "a first scan has the panel's name once it is accepted";
+  EXPECT_THAT(told("edit"), ElementsAre("P-0003, 1: gives wood by local:1000", "P-0003, 2: taken back by local:1000",
+                                        "P-0003, 2: withholds wood by local:1000"));
+  EXPECT_THAT(told("merge"),
+              ElementsAre("P-0006, 1: is P-0007 by local:1000", "P-0007, 1: was also P-0006 by local:1000"));
+  EXPECT_THAT(told("panel"),
+              ElementsAre("P-0003, 1: retired by ", "P-0003, 2: restored by ", "P-0004, 3: sawn apart by local:1000"))
+      << "a merge stands once";
 }
 
 // Without this program's functions.

@@ -129,6 +129,31 @@ TEST_F(PanelWood, FindsThePanelsThatHaveTheWoodOneLooksFor) {
   EXPECT_EQ(found("min_free_mm2=1"), "") << "out of stock";
 }
 
+// As the shelf of the console finds them.
+TEST_F(PanelWood, PanelsAreFoundByNumberNameShelfAndWoods) {
+  change([&](Repositories& r) -> Status {
+    if (Status named = r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "Juglans nigra"}}); !named) return named;
+    return r.facts.set_panel({"P-0002"}, {"Rack B7", {}, {}, "local:1000", kThen}, {});
+  });
+  const auto found = [&](const std::string& query) {
+    std::string ids;
+    for (const json& panel : get("/panels?" + query)["panels"]) ids += panel["id"].get<std::string>() + " ";
+    return ids;
+  };
+  EXPECT_EQ(found("text=b7"), "P-0002 ");
+  EXPECT_EQ(found("text=JUGLANS"), "P-0002 ");
+  EXPECT_EQ(found("text=juglans%20rack%20p-0002"), "P-0002 ") << "all words, wherever they stand";
+  EXPECT_EQ(found("text=juglans%20B8"), "");
+  EXPECT_EQ(found("text=p-00"), "P-0001 P-0002 ");
+  EXPECT_EQ(found("text=b7&limit=1"), "P-0002 ") << "the second of all";
+  EXPECT_EQ(found("text=p-00&limit=1&cursor=1"), "P-0002 ");
+  EXPECT_THAT(cli::render_named_panels(get("/panels?text=b7")), HasSubstr("P-0002"));
+  EXPECT_THAT(cli::render_named_panels(get("/panels?text=b8")), HasSubstr("No panel has all of these words"));
+  EXPECT_EQ(found("text=p-0001&min_free_mm2=1"), "") << "it has no free wood";
+  EXPECT_EQ(found("text=b7&min_free_mm2=1"), "P-0002 ");
+  EXPECT_EQ(ask("GET", "/api/v1/panels?text=a%20b%20c%20d%20e%20f%20g%20h%20i%20j%20k").status, 400);
+}
+
 // Whoever asks for all panels, whose masks have to be looked at, keeps nobody from what is known.
 TEST_F(PanelWood, AMaskIsLookedAtAmongThePicturesAndWhatIsKnownIsToldAtOnce) {
   // Its remnant may be booked at any time.

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+
 #include "planner/pictures/pictures.h"
 #include "tests/daemon/routes/panel_cell.h"
 #include "tests/support/hanging_file.h"
@@ -48,6 +50,29 @@ TEST_F(TileRoutes, AKeptPictureOfStockIsNotSentWhenItsWoodHasChanged) {
   ASSERT_EQ(after.status, 200) << after.body;
   EXPECT_NE(after.etag, drawn.etag);
   EXPECT_NE(after.body, drawn.body);
+}
+
+// For who looks on a screen: the same picture, of its own version.
+TEST_F(TileRoutes, APictureOfAPanelIsSentAsAJpegToo) {
+  for (const std::string picture : {"map", "stock"}) {
+    const auto drawn_as = [&](const std::string& ending) {
+      const ApiReply reply = ask("GET", "/api/v1/panels/P-0002/" + picture + ending + "?width=320");
+      EXPECT_EQ(reply.status, 200) << picture << ending << ": " << reply.body;
+      return reply;
+    };
+    const ApiReply png = drawn_as(".png"), jpeg = drawn_as(".jpg"), again = drawn_as(".jpg");
+    EXPECT_EQ(png.content_type, "image/png");
+    EXPECT_EQ(jpeg.content_type, "image/jpeg");
+    EXPECT_NE(jpeg.etag, png.etag) << "who has the one would be told that he has the other";
+    EXPECT_EQ(again.content_type, "image/jpeg") << "as it was kept";
+    EXPECT_EQ(again.body, jpeg.body);
+    const auto exact = planner::decode_picture(png.body, "png"), seen = planner::decode_picture(jpeg.body, "jpeg");
+    ASSERT_TRUE(exact) << exact.error().message;
+    ASSERT_TRUE(seen) << seen.error().message;
+    ASSERT_EQ(seen->size(), exact->size()) << picture;
+    EXPECT_LT(cv::norm(*exact, *seen, cv::NORM_L1) / static_cast<double>(exact->total()), 6) << picture;
+  }
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/stock.jpg").status, 404);
 }
 
 TEST_F(TileRoutes, SendATileWithItsTag) {

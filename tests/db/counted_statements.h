@@ -1,0 +1,27 @@
+// How often a piece of work asks the database: what looks at a thousand panels must not ask a thousand times.
+#pragma once
+
+#include <SQLiteCpp/Database.h>
+#include <sqlite3.h>
+
+#include "db/database.h"
+
+namespace veneer::db {
+
+// Statements that `work` runs on this connection, those of triggers not counted.
+template <class Work>
+int statements_of(Database& database, Work work) {
+  int statements = 0;
+  const auto count = [](unsigned, void* counter, void*, void* text) {
+    const auto* sql = static_cast<const char*>(text);
+    if (sql[0] != '-' || sql[1] != '-') ++*static_cast<int*>(counter);
+    return 0;
+  };
+  sqlite3* connection = database.connection().getHandle();
+  sqlite3_trace_v2(connection, SQLITE_TRACE_STMT, count, &statements);
+  work();
+  sqlite3_trace_v2(connection, 0, nullptr, nullptr);
+  return statements;
+}
+
+}  // namespace veneer::db
