@@ -136,8 +136,9 @@ TEST_F(PanelWood, PanelsAreFoundByNumberNameShelfAndWoods) {
     return r.facts.set_panel({"P-0002"}, {"Rack B7", {}, {}, "local:1000", kThen}, {});
   });
   const auto found = [&](const std::string& query) {
+    const json reply = get("/panels?" + query);
     std::string ids;
-    for (const json& panel : get("/panels?" + query)["panels"]) ids += panel["id"].get<std::string>() + " ";
+    for (const json& panel : reply["panels"]) ids += panel["id"].get<std::string>() + " ";
     return ids;
   };
   EXPECT_EQ(found("text=b7"), "P-0002 ");
