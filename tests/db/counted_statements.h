@@ -24,4 +24,20 @@ int statements_of(Database& database, Work work) {
   return statements;
 }
 
+// Rows that it looks at because no index tells where those are that it wants.
+template <class Work>
+int rows_scanned_by(Database& database, Work work) {
+  int rows = 0;
+  const auto count = [](unsigned, void* counter, void* statement, void*) {
+    *static_cast<int*>(counter) +=
+        sqlite3_stmt_status(static_cast<sqlite3_stmt*>(statement), SQLITE_STMTSTATUS_FULLSCAN_STEP, 1);
+    return 0;
+  };
+  sqlite3* connection = database.connection().getHandle();
+  sqlite3_trace_v2(connection, SQLITE_TRACE_PROFILE, count, &rows);
+  work();
+  sqlite3_trace_v2(connection, 0, nullptr, nullptr);
+  return rows;
+}
+
 }  // namespace veneer::db

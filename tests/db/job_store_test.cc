@@ -5,6 +5,7 @@
 
 #include "db/audit.h"
 #include "db/guard.h"
+#include "tests/db/counted_statements.h"
 #include "tests/db/everything.h"
 #include "tests/db/planned_job.h"
 #include "tests/db/stray_sql.h"
@@ -65,6 +66,21 @@ TEST_F(JobStoreTest, TellsWhatBecameOfAPieceStepByStep) {
   EXPECT_THAT(must(jobs.facts(run)).certificates, ElementsAre(CertificateId{4}, CertificateId{7}));
   EXPECT_EQ(must(jobs.facts(run)).recipes_json, facts.recipes_json);
   EXPECT_EQ(must(jobs.facts(start(other))).who, "") << "nobody noted it";
+}
+
+// There are a million pieces, and the one that is asked for may be an old one.
+TEST_F(JobStoreTest, OfOnePieceNothingElseIsRead) {
+  VENEER_ASSERT_OK(jobs.cancel(job, kNow));
+  const JobId later = must(jobs.create(job_of({square_piece("B1", panel, 10, 10, 14)}), kNow));
+  const PieceId piece = must(jobs.pieces(later)).at(0).id;
+  must(jobs.create(job_of({square_piece("C1", panel, 70, 10, 14), square_piece("C2", panel, 90, 10, 14)}), kNow));
+  must(jobs.start_run(later, panel, kPose, 0.04_mm, kNow));
+  Database& database = cell.database();
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(jobs.find_piece(piece)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(jobs.history(piece)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(Ledger(database).allocations_at(panel, {17_mm, 17_mm})); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { VENEER_ASSERT_OK(jobs.mark_cutting(piece, kNow)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { VENEER_ASSERT_OK(jobs.book_piece(piece, kNow)); }), 0);
 }
 
 TEST_F(JobStoreTest, WhatAScanSawOfASuspectPieceIsKeptUntilSomebodyDecides) {
