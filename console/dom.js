@@ -64,10 +64,18 @@ export function put(place, ...wanted) {
     const key = keyOf(node);
     const same = key ? keyed.get(key) : at && alike(at, node) ? at : null;
     if (!same) { place.insertBefore(node, at); continue; }
-    if (same === at) at = at.nextSibling; else place.insertBefore(same, at);
+    // What has no self goes, so that this one stays where it is: what is moved loses its focus.
+    while (at && at !== same && !keyOf(at)) at = gone(at);
+    if (at === same) at = at.nextSibling; else place.insertBefore(same, at);
     become(same, node);
   }
-  while (at) { const gone = at; at = at.nextSibling; gone.remove(); }
+  while (at) at = gone(at);
+}
+
+function gone(node) {
+  const next = node.nextSibling;
+  node.remove();
+  return next;
 }
 
 const keyOf = (node) => node.nodeType === Node.ELEMENT_NODE && (node.dataset.key || node.id) ? `${node.nodeName} ${node.dataset.key || node.id}` : "";

@@ -34,13 +34,15 @@ export function showFrame(screens, current) {
   const {cell} = model;
   put($("nav"), ...screens.map(({id}) => link(`${location.pathname}#${id}`, tabWords(id), {"aria-current": id === current ? "page" : null, class: id === "alarms" && countOf("new") ? "new" : ""})));
   $("theme").hidden = $("language").hidden = false;
+  const screen = model.role === "nobody" ? t("account.sign_in") : t(`screen.${current}`);
+  if ($("screen-name").textContent !== screen) $("screen-name").textContent = screen;
   const you = [t(`you.${model.role || "viewer"}`), model.session.user].filter(Boolean).join(" · ");
   if ($("role").textContent !== you) $("role").textContent = you;
   if (model.role === "nobody") {
     $("state-word").textContent = t("account.sign_in");
     $("state-reason").textContent = t("account.first");
     $("state-reason").lang = language;
-    document.title = t("account.sign_in");
+    document.title = screen;
     $("next").hidden = true;
   }
   if (!cell) return;
@@ -50,7 +52,7 @@ export function showFrame(screens, current) {
   $("state-reason").lang = cell.reason ? "en" : language;
   put($("state-reason"), cell.reason ? inEnglish(asSentence(cell.reason)) : reasonOf(cell));
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
-  document.title = `${cell.state} – ${t(`screen.${current}`)}`;
+  document.title = `${cell.state} – ${screen}`;
   showNext(cell.next_step);
 }
 

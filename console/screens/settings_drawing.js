@@ -193,7 +193,7 @@ export function drawingCard() {
       what.told.fits === false && h("p.warn", {id: "drawing-outside", role: "status"}, `▲ ${t("drawing.outside")}`),
       what.told.travel === null && !isTraced(what) && hint(t("drawing.no_travel")),
       ...what.told.warnings.map((one) => h("p.dim", {}, inEnglish(asSentence(one)))),
-      h("div.form", {}, h("div.pair", {},
+      h("div.form", {"data-key": "drawing-place"}, h("div.pair", {},
         numberField(t("drawing.x"), place.x, (text) => { place.x = text; want(); }, {...placeRules("y"), id: "drawing-x"}),
         numberField(t("drawing.y"), place.y, (text) => { place.y = text; want(); }, {...placeRules("x"), id: "drawing-y"}))),
       ...kindsNow().map(kindPart)],

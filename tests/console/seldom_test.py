@@ -515,6 +515,7 @@ class Seldom(Page):
               if (!String(path).includes('/laser/drawing')) return ofCell(path, how);
               const query = new URL(path, location.href).searchParams, list = (name) => (query.has(name) ? query.get(name).split(',').map((one) => (one === '' ? null : Number(one))) : [null, null]);
               queries.push({...Object.fromEntries(query), bytes: how.body.size});
+              await window.reading;
               if (refuse) return {ok: false, status: 400, json: async () => ({error: {message: refuse}})};
               const [x, y] = query.has('x_mm') ? [Number(query.get('x_mm')), Number(query.get('y_mm'))] : [10, 10];
               const told = kinds.map((kind, n) => ({...kind, power: list('powers')[n] ?? kind.power, speed_mm_s: list('speeds_mm_s')[n] ?? kind.speed_mm_s, passes: list('passes')[n] ?? 1, air: list('air')[n] === 1}));
@@ -586,6 +587,21 @@ class Seldom(Page):
             return {first, half, both, asked: queries.at(-1)}""")
         self.assertEqual(told, {"first": [True, True, True], "half": [True, True], "both": [False, False],
                                 "asked": {"powers": "0.85,0.3", "speeds_mm_s": "15,40", "passes": "1,1", "air": "0,0", "bytes": 6}})
+
+    def test_who_types_goes_on_typing_while_a_drawing_is_read(self):
+        told = self.draws("""
+            await whole();
+            const x = main.querySelector('#drawing-x'), picture = main.querySelector('#drawing-picture'), before = queries.length;
+            let goOn;
+            window.reading = new Promise((go) => { goOn = go; });
+            x.focus();
+            type('#drawing-power-1', '40');
+            await until(() => queries.length > before && draw() && card('drawing').includes('is read'));
+            const during = document.activeElement === x;
+            goOn();
+            await until(() => draw() && !card('drawing').includes('is read'));
+            return {during, after: document.activeElement === x, stays: main.querySelector('#drawing-x') === x && main.querySelector('#drawing-picture') === picture}""", travel="null")
+        self.assertEqual(told, {"during": True, "after": True, "stays": True})
 
     def test_a_drawing_that_became_another_is_traced_anew(self):
         told = self.draws("""

@@ -216,6 +216,13 @@ class Sight(Page):
                 look('not live', document.querySelector('header'));
                 """)
 
+    def test_what_reads_aloud_is_told_which_screen_this_is(self):
+        told = self.does(CELL + EVERYTHING + """
+            const {showFrame} = await load('frame.js'), heading = () => [...document.querySelectorAll('h1')].map((one) => one.textContent);
+            const on = (screen, role) => { model.role = role; given_to(about_all); showFrame([{id: 'run'}, {id: 'log'}], screen); return heading(); };
+            return [on('run', 'admin'), on('log', 'viewer'), on('run', 'nobody')];""")
+        self.assertEqual(told, [["Run"], ["Log"], ["Sign in"]])
+
     def test_a_new_picture_with_all_that_is_over_it(self):
         for size in ((1280, 800), (390, 844)):
             self.size(*size)

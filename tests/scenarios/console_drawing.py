@@ -10,9 +10,12 @@ from console_day import Day, play
 
 class Drawn(Day):
     def write(self, css, text):
-        self.until(css, lambda: self.browser.execute_script("return Boolean(document.querySelector(arguments[0]))", css))
-        self.find(css).send_keys(Keys.CONTROL, "a", Keys.BACKSPACE)
-        self.find(css).send_keys(text)
+        def written():
+            field = self.find(css)
+            field.send_keys(Keys.CONTROL, "a")
+            field.send_keys(text)
+            return field.get_attribute("value") == text
+        self.until(f"{text} in {css}", written)
 
     def is_open(self, css):
         return self.browser.execute_script("const found = document.querySelector(arguments[0]); return Boolean(found) && !found.disabled", css)

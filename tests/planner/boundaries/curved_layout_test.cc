@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -38,39 +39,59 @@ std::vector<FaceCost> random_costs(std::uint64_t seed) {
   return out;
 }
 
-double distance_to_path(const Polyline<ArtworkFrame>& path, const Point<ArtworkFrame>& p) {
-  double nearest = 1e9;
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    const double ux = (path[i].x - path[i - 1].x).count(), uy = (path[i].y - path[i - 1].y).count();
-    const double ax = (p.x - path[i - 1].x).count(), ay = (p.y - path[i - 1].y).count(), length = ux * ux + uy * uy;
-    const double t = length > 0 ? std::clamp((ax * ux + ay * uy) / length, 0.0, 1.0) : 0;
-    nearest = std::min(nearest, std::hypot(ax - t * ux, ay - t * uy));
+// A Bezier segment of an edge as a polyline, mm, and what it lies within.
+struct Stretch {
+  static constexpr int kSteps = 400;
+  std::array<cv::Point2d, kSteps + 1> points;
+  cv::Point2d least{1e9, 1e9}, most{-1e9, -1e9};
+
+  double to_box(const cv::Point2d& p) const {
+    return std::hypot(std::max({least.x - p.x, p.x - most.x, 0.0}), std::max({least.y - p.y, p.y - most.y, 0.0}));
   }
-  return nearest;
+  double to_line(const cv::Point2d& p) const {
+    double square = 1e18;
+    const cv::Point2d* from = points.data();
+    for (const cv::Point2d* to = from + 1; to <= points.data() + kSteps; from = to++) {
+      const double ux = to->x - from->x, uy = to->y - from->y, ax = p.x - from->x, ay = p.y - from->y;
+      const double length = ux * ux + uy * uy, along = ax * ux + ay * uy;
+      const double t = along <= 0 ? 0 : along >= length ? 1 : along / length, dx = ax - t * ux, dy = ay - t * uy;
+      const double here = dx * dx + dy * dy;
+      if (here < square) square = here;
+    }
+    return std::sqrt(square);
+  }
+};
+
+std::vector<Stretch> stretches_of(const Partition& layout) {
+  std::vector<Stretch> out;
+  for (const PartitionEdge& edge : layout.edges)
+    for (std::size_t s = 0; s < edge.segments(); ++s) {
+      const auto plane = [&](std::size_t i) {
+        return PlanePoint{edge.curve[3 * s + i].x.count(), edge.curve[3 * s + i].y.count()};
+      };
+      Stretch& stretch = out.emplace_back();
+      for (int k = 0; k <= Stretch::kSteps; ++k) {
+        const PlanePoint p = at({plane(0), plane(1), plane(2), plane(3)}, k / static_cast<double>(Stretch::kSteps));
+        stretch.points.at(static_cast<std::size_t>(k)) = {p.x, p.y};
+        stretch.least = {std::min(stretch.least.x, p.x), std::min(stretch.least.y, p.y)};
+        stretch.most = {std::max(stretch.most.x, p.x), std::max(stretch.most.y, p.y)};
+      }
+    }
+  return out;
 }
 
 // How far the points of lines, a pixel apart, lie from the nearest edge of a layout, mm.
 double farthest_from(const CutLines& lines, const Partition& layout) {
-  std::vector<Polyline<ArtworkFrame>> paths;
-  for (const PartitionEdge& edge : layout.edges) {
-    Polyline<ArtworkFrame>& path = paths.emplace_back();
-    for (std::size_t s = 0; s < edge.segments(); ++s)
-      for (int k = 0; k <= 400; ++k) {
-        const auto plane = [&](std::size_t i) {
-          return PlanePoint{edge.curve[3 * s + i].x.count(), edge.curve[3 * s + i].y.count()};
-        };
-        const PlanePoint p = at({plane(0), plane(1), plane(2), plane(3)}, k / 400.0);
-        path.push_back(point<ArtworkFrame>(p.x, p.y));
-      }
-  }
+  const std::vector<Stretch> stretches = stretches_of(layout);
   double most = 0;
   for (const CutLine& line : lines.lines)
     for (double along = line.begin + 0.5; along < line.end; along += 1) {
       const double x = line.upright ? line(along) : along, y = line.upright ? along : line(along);
-      const Point<ArtworkFrame> p{kCurveGrid.resolution.to_mm(Pixels(x)),
-                                  kCurveGrid.height - kCurveGrid.resolution.to_mm(Pixels(y))};
+      const cv::Point2d p(kCurveGrid.resolution.to_mm(Pixels(x)).count(),
+                          (kCurveGrid.height - kCurveGrid.resolution.to_mm(Pixels(y))).count());
       double nearest = 1e9;
-      for (const Polyline<ArtworkFrame>& path : paths) nearest = std::min(nearest, distance_to_path(path, p));
+      for (const Stretch& stretch : stretches)
+        if (stretch.to_box(p) < nearest) nearest = std::min(nearest, stretch.to_line(p));
       most = std::max(most, nearest);
     }
   return most;
