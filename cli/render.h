@@ -9,7 +9,7 @@ namespace veneer::cli {
 std::string render_status(const nlohmann::json& status);
 // What to do next, and by which command: of the same reply.
 std::string render_next(const nlohmann::json& status);
-std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
+std::string render_panels(const nlohmann::json& reply);        // {"panels": [...]}
 std::string render_named_panels(const nlohmann::json& reply);  // of which words were given
 std::string render_panel(const nlohmann::json& panel);
 std::string render_remnant(const nlohmann::json& panel);   // {"remnant": {...}}: lines of render_panel
