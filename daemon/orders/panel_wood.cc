@@ -115,7 +115,10 @@ cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std
   cv::Mat out(map.pixels.rows + kLegend, map.pixels.cols, CV_8UC3);
   out.rowRange(map.pixels.rows, out.rows) = cv::Scalar(245, 245, 245);
   cv::Mat wood = out.rowRange(0, map.pixels.rows);
-  map.pixels.copyTo(wood);
+  if (map.pixels.channels() == 1)
+    cv::cvtColor(map.pixels, wood, cv::COLOR_GRAY2BGR);
+  else
+    map.pixels.copyTo(wood);
   // Never in a second picture of this size: fetching its memory would take longer than drawing.
   step_back(wood, mask);
 

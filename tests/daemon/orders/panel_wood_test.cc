@@ -68,6 +68,19 @@ TEST(DrawStock, ColoursNoMoreThanAPieceHolds) {
   EXPECT_EQ(Scene::at(picture, 8, 50), wood);
 }
 
+// As a scanner without colours makes it.
+TEST(DrawStock, DrawsInColoursOverAGreyMap) {
+  Scene scene;
+  scene.map.pixels = cv::Mat(60, 100, CV_8UC1, cv::Scalar(130));
+  scene.allocate(10, 10, db::AllocationState::kReserved);
+  const cv::Mat picture = draw_stock(scene.map, scene.mask, scene.live);
+  EXPECT_EQ(Scene::at(picture, 35, 45), cv::Vec3b(130, 130, 130));
+  const cv::Vec3b reserved = Scene::at(picture, 15, 15), unusable = Scene::at(picture, 75, 30);
+  EXPECT_GT(reserved[0], reserved[2] + 50) << "blue";
+  EXPECT_GT(unusable[0], 180) << "pale";
+  EXPECT_EQ(unusable[0], unusable[2]);
+}
+
 TEST(DrawStock, LeavesTheMapAsItIs) {
   Scene scene;
   scene.allocate(10, 10, db::AllocationState::kReserved);
