@@ -10,26 +10,28 @@ namespace veneer::daemon {
 
 namespace {
 
-constexpr int kJpegQuality = 92;  // thin coloured lines over wood stay clean
+constexpr int kJpegQuality = 92;
 
-std::optional<std::string> encode_as_jpeg(const cv::Mat& picture) {
-  if (picture.channels() == 3) return planner::encode_jpeg(picture, kJpegQuality);
-  cv::Mat colours;
-  cv::cvtColor(picture, colours, cv::COLOR_GRAY2BGR);
-  return planner::encode_jpeg(colours, kJpegQuality);
+std::optional<std::string> encode_as_jpeg(const cv::Mat& picture, planner::JpegColours colours) {
+  if (picture.channels() == 3) return planner::encode_jpeg(picture, kJpegQuality, colours);
+  cv::Mat coloured;
+  cv::cvtColor(picture, coloured, cv::COLOR_GRAY2BGR);
+  return planner::encode_jpeg(coloured, kJpegQuality, colours);
 }
 
 }  // namespace
 
 const char* content_type_of(PictureFile file) { return file == PictureFile::kPng ? "image/png" : "image/jpeg"; }
 
-ApiReply picture_reply(const cv::Mat& picture, PictureFile file) {
-  auto bytes = file == PictureFile::kPng ? planner::encode_png(picture) : encode_as_jpeg(picture);
+ApiReply picture_reply(const cv::Mat& picture, PictureFile file, planner::JpegColours colours) {
+  auto bytes = file == PictureFile::kPng ? planner::encode_png(picture) : encode_as_jpeg(picture, colours);
   if (!bytes) return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
   return ApiReply::bytes(std::move(*bytes), content_type_of(file));
 }
 
-ApiReply png_reply(const cv::Mat& picture) { return picture_reply(picture, PictureFile::kPng); }
+ApiReply png_reply(const cv::Mat& picture) {
+  return picture_reply(picture, PictureFile::kPng, planner::JpegColours::kOfEachPixel);
+}
 
 PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {
   return panel.retired && asking < Role::kOperator ? PanelLibrary::MissingTiles::kRefuse

@@ -194,11 +194,11 @@ ApiReply draw_panel(const PanelLibrary& library, const db::PanelRecord& panel,
                     const std::vector<db::AllocationRecord>& live, const PictureWanted& wanted) {
   const auto map = library.load_small(panel.map_file, wanted.width);
   if (!map) return ApiReply::error(map.error());
-  if (!wanted.stock) return picture_reply(map->pixels, wanted.file);
+  if (!wanted.stock) return picture_reply(map->pixels, wanted.file, planner::JpegColours::kOfFourPixels);
   const auto mask = library.load_small(panel.mask_file, wanted.width);
   if (!mask) return ApiReply::error(mask.error());
   const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
-  return picture_reply(draw_stock(wood, mask->pixels, live), wanted.file);
+  return picture_reply(draw_stock(wood, mask->pixels, live), wanted.file, planner::JpegColours::kOfEachPixel);
 }
 
 QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library, const PictureWanted& wanted) {
