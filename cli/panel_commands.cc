@@ -70,7 +70,8 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
       ->excludes(all);
   list->callback([options, &context] {
     auto panels = context.client().get_all("/panels" + options->query(), "panels");
-    if (options->asks_for_wood()) return context.finish(panels, render_found);
+    if (options->asks_for_wood())
+      return context.finish(panels, options->words.empty() ? render_found : render_named_found);
     if (panels && !options->retired_too) leave_out_retired(*panels);
     context.finish(panels, options->words.empty() ? render_panels : render_named_panels);
   });
