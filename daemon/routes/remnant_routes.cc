@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -19,6 +17,7 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/routes/search_words.h"
 #include "daemon/stock/panel_label.h"
 
 namespace veneer::daemon {
@@ -56,22 +55,6 @@ struct PanelsWanted {
   // A search looks at as many as it needs; else the page, and the one after it.
   int looked_at() const { return search || !words.empty() ? -1 : page.limit + 1; }
 };
-
-std::vector<std::string> read_words(RequestReader& query) {
-  constexpr std::size_t kMostWordsOfPanels = 10;
-  std::istringstream in(query.text("text").value_or(""));
-  std::vector<std::string> words{std::istream_iterator<std::string>(in), {}};
-  if (words.size() > kMostWordsOfPanels)
-    query.refuse(
-        {ErrorCode::kInvalidArgument, fmt::format("text has more than {} words: leave some out", kMostWordsOfPanels)});
-  return words;
-}
-
-std::string in_small_letters(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
 
 // By what people call panels: beside number and name where they lie, and which woods they are of.
 struct PanelNames {
@@ -111,6 +94,8 @@ Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockSe
   return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
 }
 
+using ZonesOfPanels = std::map<PanelId, std::vector<db::ZoneRecord>>;
+
 Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
   const auto& [page, words, search] = wanted;
   const auto list = r.panels.list(page.after, wanted.looked_at());
@@ -121,8 +106,9 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWa
   if (!names) return names.error();
   const auto asked = s.figures.ask(r);
   if (!asked) return asked.error();
-  const auto searched = search ? s.remnants.ask(r) : Remnants::Asked();
-  if (!searched) return searched.error();
+  auto zones = search ? r.materials.zones_without_outlines() : Result<ZonesOfPanels>(ZonesOfPanels());
+  if (!zones) return zones.error();
+  const Remnants::Asked searched{asked->newest, std::move(*zones)};
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   std::int64_t at = page.after;
@@ -135,7 +121,7 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWa
     if (!names->tell(panel, words)) continue;
     std::optional<SquareMillimetres> fitting;
     if (search) {
-      const auto found = found_in(r, s, panel, *search, *searched);
+      const auto found = found_in(r, s, panel, *search, searched);
       if (!found) return found.error();
       if (!*found) continue;
       fitting = *found;
@@ -155,16 +141,21 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWa
   return out;
 }
 
+// For whoever needs no zones.
+Result<Remnants::Asked> newest_alone(Repositories& r, const StockServices& s) {
+  const auto newest = s.memory.newest_step(r);
+  if (!newest) return newest.error();
+  return Remnants::Asked{*newest, {}};
+}
+
 // Looks at the pictures of what the page may tell of, so that it is known when it is told.
 void count_panels(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
   const auto& [page, words, search] = wanted;
   const auto list = r.panels.list(page.after, wanted.looked_at());
   if (!list) return;
-  const auto names = ask_for_names(r);
+  const auto names = words.empty() ? Result<PanelNames>(PanelNames()) : ask_for_names(r);
   if (!names) return;
-  const auto newest = s.memory.newest_step(r);
-  if (!newest) return;
-  const auto asked = search ? s.remnants.ask(r) : Remnants::Asked{*newest, {}};
+  const auto asked = search ? s.remnants.ask(r) : newest_alone(r, s);
   if (!asked) return;
   int told = 0;
   for (const db::PanelRecord& panel : *list) {

@@ -4,6 +4,8 @@
 #include <SQLiteCpp/Database.h>
 #include <sqlite3.h>
 
+#include <atomic>
+
 #include "db/database.h"
 
 namespace veneer::db {
@@ -39,5 +41,33 @@ int rows_scanned_by(Database& database, Work work) {
   sqlite3_trace_v2(connection, 0, nullptr, nullptr);
   return rows;
 }
+
+// Statements that connections run which only read, of whatever thread: of those that are opened while one of these
+// lives, after count() and before the next. One at a time.
+class StatementsOfReaders {
+ public:
+  StatementsOfReaders() { sqlite3_auto_extension(reinterpret_cast<void (*)()>(watch)); }
+  ~StatementsOfReaders() { sqlite3_cancel_auto_extension(reinterpret_cast<void (*)()>(watch)); }
+  StatementsOfReaders(const StatementsOfReaders&) = delete;
+  StatementsOfReaders& operator=(const StatementsOfReaders&) = delete;
+  // Since the last time.
+  static int count() { return run().exchange(0); }
+
+ private:
+  static std::atomic<int>& run() {
+    static std::atomic<int> statements = 0;
+    return statements;
+  }
+  static int watch(sqlite3* connection, char** /*error*/, const void* /*api*/) {
+    const auto note = [](unsigned, void*, void* statement, void* text) {
+      const auto* sql = static_cast<const char*>(text);
+      const bool of_trigger = sql[0] == '-' && sql[1] == '-';
+      if (!of_trigger && sqlite3_db_readonly(sqlite3_db_handle(static_cast<sqlite3_stmt*>(statement)), "main") == 1)
+        ++run();
+      return 0;
+    };
+    return sqlite3_trace_v2(connection, SQLITE_TRACE_STMT, note, nullptr);
+  }
+};
 
 }  // namespace veneer::db

@@ -201,6 +201,7 @@ TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
   Life stay(data());
   ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, panel_square(0, 0, 20), "maple"}}).ok());
   ASSERT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 6);
+  EXPECT_EQ(db::statements_of(stay.database, [&] { must(stay.r.materials.zones({"P-0001"})); }), 1) << "it is counted";
   const auto asked = must(stay.remnants.ask(stay.r));
   const auto panel = stay.panel();
   const auto asked_for = [&](const WoodWanted& wanted) {
