@@ -1,6 +1,7 @@
 // panel list|show|label|registration|ledger|scans|revert|retire|restore|split|merge|differences|decide, calibrate,
 // certificates.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "cli/command_context.h"
 #include "cli/render.h"
@@ -35,13 +37,16 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
     bool retired_too = false, dark = false, light = false;
     std::optional<double> min_free_cm2, patch_mm;
     std::string wood;
+    std::vector<std::string> words;
 
+    bool asks_for_wood() const { return min_free_cm2 || patch_mm || dark || light || !wood.empty(); }
     // What is looked for; "" when nothing is.
     std::string query() const {
       std::string text;
       const auto add = [&](const char* key, const std::string& value) {
         text += (text.empty() ? "?" : "&") + std::string(key) + "=" + url_encode(value);
       };
+      if (!words.empty()) add("text", fmt::format("{}", fmt::join(words, " ")));
       if (min_free_cm2) add("min_free_mm2", fmt::format("{}", *min_free_cm2 * 100));
       if (!wood.empty()) add("wood", wood);
       if (dark || light) add("tone", dark ? "dark" : "light");
@@ -51,6 +56,8 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* list = panel.add_subcommand("list", "All panels in stock, or those with the wood you look for");
+  list->add_option("WORDS", options->words,
+                   "Only panels whose number, name, shelf place, woods or parent hold all of these, as in walnut A3");
   CLI::Option* all = list->add_flag("--all", options->retired_too, "Retired ones too");
   list->add_option("--min-free", options->min_free_cm2, "With at least this much free wood, in cm2, counted as follows")
       ->check(number_from_zero())
@@ -62,11 +69,11 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
       ->check(positive_number())
       ->excludes(all);
   list->callback([options, &context] {
-    const std::string query = options->query();
-    auto panels = context.client().get_all("/panels" + query, "panels");
-    if (!query.empty()) return context.finish(panels, render_found);
+    auto panels = context.client().get_all("/panels" + options->query(), "panels");
+    if (options->asks_for_wood())
+      return context.finish(panels, options->words.empty() ? render_found : render_named_found);
     if (panels && !options->retired_too) leave_out_retired(*panels);
-    context.finish(panels, render_panels);
+    context.finish(panels, options->words.empty() ? render_panels : render_named_panels);
   });
 }
 

@@ -10,11 +10,14 @@ std::string render_status(const nlohmann::json& status);
 // What to do next, and by which command: of the same reply.
 std::string render_next(const nlohmann::json& status);
 std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
+std::string render_named_panels(
+    const nlohmann::json& reply);  // of which words were given, with what these are looked for in
 std::string render_panel(const nlohmann::json& panel);
-std::string render_remnant(const nlohmann::json& panel);   // {"remnant": {...}}: lines of render_panel
-std::string render_remnants(const nlohmann::json& reply);  // of GET /panels/{id}/remnants
-std::string render_found(const nlohmann::json& reply);     // of a search: {"panels": [...]}
-std::string render_masks(const nlohmann::json& masks);     // of GET /panels/{id}/masks
+std::string render_remnant(const nlohmann::json& panel);      // {"remnant": {...}}: lines of render_panel
+std::string render_remnants(const nlohmann::json& reply);     // of GET /panels/{id}/remnants
+std::string render_found(const nlohmann::json& reply);        // of a search: {"panels": [...]}
+std::string render_named_found(const nlohmann::json& reply);  // of a search for which words were given, too
+std::string render_masks(const nlohmann::json& masks);        // of GET /panels/{id}/masks
 // A ScannersFound; without `all` only the settings that every scan needs.
 std::string render_scanners(const nlohmann::json& found, bool all);
 // "1920 x 1080 YUYV, focus_absolute 30"

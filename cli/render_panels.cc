@@ -23,6 +23,29 @@ std::string open_differences_words(const json& panel) {
                      open == 1 ? "1 place" : fmt::format("{} places", open), id);
 }
 
+std::string panels_text(const json& panels, bool named) {
+  std::vector<std::string> headings{"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"};
+  if (named) headings.insert(headings.end(), {"NAME", "SHELF", "WOODS"});
+  TextTable table(headings);
+  std::string notes;
+  for (const json& panel : panels) {
+    std::vector<std::string> row{text_or(panel, "id", "?"),       size_of(panel),
+                                 square_cm(panel, "free_mm2"),    square_cm(panel, "reserved_mm2"),
+                                 square_cm(panel, "cut_mm2"),     names_of(member(panel, "faces")),
+                                 millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")};
+    if (named)
+      row.insert(row.end(),
+                 {text_or(panel, "name", ""), text_or(panel, "shelf", ""), names_of(member(panel, "woods"))});
+    table.add(std::move(row));
+    if (const json& why = member(panel, "retired"); why.is_object())
+      notes += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
+    if (const std::string why = text_or(panel, "scan_again", ""); !why.empty())
+      notes += "Waits for a scan: " + why + "\n";
+    notes += open_differences_words(panel);
+  }
+  return table.str() + notes;
+}
+
 }  // namespace
 
 std::string render_panels(const json& reply) {
@@ -31,19 +54,15 @@ std::string render_panels(const json& reply) {
     return whole_or(reply, "retired_left_out", 0) > 0
                ? "No panels in stock: all were retired. `veneerctl panel list --all` shows them.\n"
                : "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
-  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
-  std::string notes;
-  for (const json& panel : panels) {
-    table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
-               square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
-               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
-    if (const json& why = member(panel, "retired"); why.is_object())
-      notes += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
-    if (const std::string why = text_or(panel, "scan_again", ""); !why.empty())
-      notes += "Waits for a scan: " + why + "\n";
-    notes += open_differences_words(panel);
-  }
-  return table.str() + notes;
+  return panels_text(panels, false);
+}
+
+std::string render_named_panels(const json& reply) {
+  if (const json& panels = member(reply, "panels"); panels.is_array() && !panels.empty())
+    return panels_text(panels, true);
+  return whole_or(reply, "retired_left_out", 0) > 0
+             ? "Only retired panels are called so: add --all to see them.\n"
+             : "No panel has all of these words in its number, name, shelf place, woods or parent: leave one out.\n";
 }
 
 std::string render_panel(const json& panel) {

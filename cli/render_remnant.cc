@@ -25,6 +25,21 @@ std::string booked_words(const json& booked) {
                      text_or(booked, "at", "?"), flag_or(booked, "is_now", true) ? "" : "; its wood changed since");
 }
 
+std::string found_table(const json& panels, bool named) {
+  std::vector<std::string> headings{"PANEL", ">SIZE", ">FITTING", ">FREE", "FROM"};
+  if (named) headings.insert(headings.end(), {"NAME", "SHELF", "WOODS"});
+  TextTable table(headings);
+  for (const json& panel : panels) {
+    std::vector<std::string> row{text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "fitting_mm2"),
+                                 square_cm(panel, "free_mm2"), text_or(panel, "parent", "")};
+    if (named)
+      row.insert(row.end(),
+                 {text_or(panel, "name", ""), text_or(panel, "shelf", ""), names_of(member(panel, "woods"))});
+    table.add(std::move(row));
+  }
+  return table.str();
+}
+
 }  // namespace
 
 std::string render_remnant(const json& panel) {
@@ -62,11 +77,15 @@ std::string render_remnants(const json& reply) {
 std::string render_found(const json& reply) {
   const json& panels = member(reply, "panels");
   if (!panels.is_array() || panels.empty()) return "No panel in stock has so much of this wood.\n";
-  TextTable table({"PANEL", ">SIZE", ">FITTING", ">FREE", "FROM"});
-  for (const json& panel : panels)
-    table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "fitting_mm2"), square_cm(panel, "free_mm2"),
-               text_or(panel, "parent", "")});
-  return table.str();
+  return found_table(panels, false);
+}
+
+std::string render_named_found(const json& reply) {
+  const json& panels = member(reply, "panels");
+  if (!panels.is_array() || panels.empty())
+    return "No panel in stock has so much of this wood, of those with all of these words: leave a word out, or ask for "
+           "less wood.\n";
+  return found_table(panels, true);
 }
 
 }  // namespace veneer::cli

@@ -298,8 +298,9 @@ Result<PieceRecord> JobStore::find_piece(JobId job, const std::string& mark) {
 Result<std::vector<PieceStep>> JobStore::history(PieceId piece) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceStep>> {
     SQLite::Statement rows(connection,
-                           "SELECT a.id, a.panel, h.state, h.at, h.run FROM allocations AS a JOIN allocation_history "
-                           "AS h ON h.allocation = a.id WHERE a.piece = ? ORDER BY h.id");
+                           "SELECT a.id, a.panel, h.state, h.at, h.run FROM pieces AS p JOIN allocations AS a ON a.job "
+                           "= p.job AND a.piece = p.id JOIN allocation_history AS h ON h.allocation = a.id WHERE p.id "
+                           "= ? ORDER BY h.id");
     rows.bind(1, piece.value);
     std::vector<PieceStep> out;
     while (rows.executeStep()) {

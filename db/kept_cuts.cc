@@ -20,8 +20,8 @@ Result<std::vector<KeptCut>> JobStore::kept_cuts() {
     SQLite::Statement rows(connection,
                            "SELECT k.piece, t.mark, k.run, k.laser, k.strokes FROM kept_cuts AS k JOIN pieces AS p ON "
                            "p.id = k.piece JOIN patches AS t ON t.id = p.patch ORDER BY (SELECT max(h.id) FROM "
-                           "allocations AS a JOIN allocation_history AS h ON h.allocation = a.id WHERE a.piece = "
-                           "k.piece AND h.run = k.run AND h.state = 'cut')");
+                           "allocations AS a JOIN allocation_history AS h ON h.allocation = a.id WHERE a.job = p.job "
+                           "AND a.piece = p.id AND h.run = k.run AND h.state = 'cut')");
     std::vector<KeptCut> out;
     while (rows.executeStep())
       out.push_back({{rows.getColumn(0).getInt64()},

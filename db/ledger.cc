@@ -93,7 +93,8 @@ bool move_piece(SQLite::Database& connection, PieceId piece, AllocationState fro
                 const std::string& at) {
   SQLite::Statement update(connection,
                            "UPDATE allocations SET state = ?, changed_at = ? WHERE state = ? AND id = "
-                           "(SELECT max(id) FROM allocations WHERE piece = ?)");
+                           "(SELECT max(a.id) FROM pieces AS p JOIN allocations AS a ON a.job = p.job AND a.piece = "
+                           "p.id WHERE p.id = ?)");
   SQLite::bind(update, to_string(to), at, to_string(from), piece.value);
   return update.exec() == 1;
 }

@@ -125,6 +125,16 @@ Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
   });
 }
 
+Result<std::map<PanelId, std::vector<ZoneRecord>>> Materials::zones_without_outlines() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::vector<ZoneRecord>>> {
+    SQLite::Statement rows(connection, "SELECT panel, number, material FROM zones ORDER BY panel, number");
+    std::map<PanelId, std::vector<ZoneRecord>> out;
+    while (rows.executeStep())
+      out[PanelId{text(rows.getColumn(0))}].push_back({rows.getColumn(1).getInt(), {}, text(rows.getColumn(2))});
+    return out;
+  });
+}
+
 Result<std::map<PanelId, std::vector<std::string>>> Materials::woods() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::vector<std::string>>> {
     SQLite::Statement rows(connection,

@@ -55,6 +55,8 @@ class Materials {
   // Those of a panel that has none yet; a panel that has keeps its own. kNotFound without such a panel.
   Status add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones);
   Result<std::vector<ZoneRecord>> zones(const PanelId& panel);  // by number
+  // The same of all panels at once, without the outlines.
+  Result<std::map<PanelId, std::vector<ZoneRecord>>> zones_without_outlines();
   // Of all panels what their zones are said to be of, each wood once, in the order of the zones.
   Result<std::map<PanelId, std::vector<std::string>>> woods();
   // Of one zone, or of all. kNotFound when there is no such zone.

@@ -58,7 +58,7 @@ export async function openMap(place, panel, onPiece) {
   let laid = 0;
   const lay = async () => {
     const mine = ++laid;
-    const url = await pictureUrl(`/panels/${id}/map.png?width=${kFirstWidth}`, () => isSeen() && mine === laid);
+    const url = await pictureUrl(`/panels/${id}/map.jpg?width=${kFirstWidth}`, () => isSeen() && mine === laid);
     if (closed || !url || mine !== laid) return drop(url);
     const before = scan;
     scan = overlay(url, box, {alt: t("panel.map", {panel: panel.id}), pane: "scan"}).addTo(map);
@@ -69,7 +69,7 @@ export async function openMap(place, panel, onPiece) {
   let freeOf = 0;  // raised when what is free has changed: what was asked before is old
   const freeWood = async () => {
     const mine = freeOf;
-    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`, () => isSeen() && mine === freeOf);
+    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.jpg?width=${kFirstWidth}`, () => isSeen() && mine === freeOf);
     if (!url || mine !== freeOf) return drop(url);
     // Its key stands below the panel: as wide as that it is, and higher.
     const picture = new Image();

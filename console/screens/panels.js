@@ -35,7 +35,7 @@ function panelCard(panel) {
   const wanted = model.cell && model.cell.load && model.cell.load.panel === panel.id;
   const known = panelOf(panel.id);
   return h("a.panel", {href: `#panels/${panel.id}`, "data-key": panel.id, class: wanted ? "wanted" : ""},
-    picture(`/panels/${encodeURIComponent(panel.id)}/stock.png?width=480`, t("panels.stock", {panel: panel.id}), {version: `${panel.free_mm2} ${panel.cut_mm2} ${panel.reserved_mm2}`, whenSeen: true}),
+    picture(`/panels/${encodeURIComponent(panel.id)}/stock.jpg?width=480`, t("panels.stock", {panel: panel.id}), {version: `${panel.free_mm2} ${panel.cut_mm2} ${panel.reserved_mm2}`, whenSeen: true}),
     h("b", {}, fullName(panel)),
     h("div", {}, sizeOf(panel) + (panel.parent ? `, ${t("panel.remnant", {parent: panel.parent})}` : "")),
     (panel.woods.length > 0 || panel.shelf) && h("div", {}, [panel.woods.join(", "), panel.shelf && `${t("panel.shelf")} ${panel.shelf}`].filter(Boolean).join("; ")),

@@ -81,7 +81,7 @@ function backView(known) {
 function showView(known, wanted) {
   const panel = wanted && panelTold(known.id, known.mask_version);
   return h("div.view", {},
-    picture(`/panels/${encodeURIComponent(known.id)}/map.png?width=320`, t("load.wood", {panel: known.id}), {version: known.mask_version}),
+    picture(`/panels/${encodeURIComponent(known.id)}/map.jpg?width=320`, t("load.wood", {panel: known.id}), {version: known.mask_version}),
     panel && svg("svg.tags", {viewBox: `0 0 ${panel.width_mm} ${panel.height_mm}`, preserveAspectRatio: "none", role: "img", "aria-label": t("load.tags_of", {panel: known.id}), "data-show": known.id}, ...marksUp(panel, "show")));
 }
 

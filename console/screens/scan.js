@@ -138,7 +138,7 @@ function foundCard(task) {
   if (!result.panel) return null;  // a tile: the series tells of it
   return card(t("scan.found"),
     h("p.big", {}, t("scan.result", {panel: result.panel, face: t(`face.${result.face}`)}), result.new && `, ${t("scan.is_new")}`),
-    picture(`/panels/${encodeURIComponent(result.panel)}/map.png?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),
+    picture(`/panels/${encodeURIComponent(result.panel)}/map.jpg?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),
     facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), ...fitFacts(result),
       ...warnings(result),
       result.differences && result.differences.length > 0 && fact(t("scan.warning"), t("panel.differences", {n: result.differences.length}), true)),

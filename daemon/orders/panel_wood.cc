@@ -1,5 +1,6 @@
 #include "daemon/orders/panel_wood.h"
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "base/polygon_ops.h"
@@ -31,6 +32,39 @@ constexpr int kShift = 6;  // 1/64 pixel
 // For a plan, or for a piece that is still to be cut.
 bool is_held(db::AllocationState state) {
   return state == db::AllocationState::kReserved || state == db::AllocationState::kLeased;
+}
+
+bool is_gone(db::AllocationState state) {
+  return state == db::AllocationState::kCut || state == db::AllocationState::kScrap;
+}
+
+// What cannot be used: half grey, lighter.
+void step_back(cv::Mat& picture, const cv::Mat& mask) {
+  constexpr int kBand = 32;  // rows at once, which stay in the processor's cache
+  cv::Mat pale;
+  for (int row = 0; row < picture.rows; row += kBand) {
+    const cv::Range rows(row, std::min(row + kBand, picture.rows));
+    cv::Mat band = picture.rowRange(rows);
+    band.convertTo(pale, -1, 0.35, 0.65 * 235);
+    pale.copyTo(band, mask.rowRange(rows) < 128);
+  }
+}
+
+// Lays a colour over what the rings hold, through which the wood is still seen.
+void tint(cv::Mat& picture, std::vector<std::vector<cv::Point>> rings, const cv::Scalar& colour) {
+  cv::Rect box;
+  for (const auto& ring : rings) box |= cv::boundingRect(ring);
+  if (box.empty()) return;
+  // In whole pixels, and one more on each side, for the edge between them.
+  const cv::Point from((box.x >> kShift) - 1, (box.y >> kShift) - 1);
+  const cv::Point to((box.br().x >> kShift) + 3, (box.br().y >> kShift) + 3);
+  box = cv::Rect(from, to) & cv::Rect({}, picture.size());
+  if (box.empty()) return;
+  for (auto& ring : rings)
+    for (auto& corner : ring) corner -= box.tl() * (1 << kShift);
+  cv::Mat part = picture(box), laid = part.clone();
+  cv::fillPoly(laid, rings, colour, cv::LINE_AA, kShift);
+  cv::addWeighted(laid, 0.62, part, 0.38, 0, part);
 }
 
 }  // namespace
@@ -77,43 +111,38 @@ Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector
 }
 
 cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live) {
-  Raster<PanelFrame> small{map.pixels.clone(), map.resolution, map.origin};
-  // What cannot be used steps back: half grey, lighter.
-  cv::Mat pale;
-  cv::addWeighted(small.pixels, 0.35, cv::Mat(small.pixels.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.65, 0, pale);
-  pale.copyTo(small.pixels, mask < 128);
+  constexpr int kLegend = 34;
+  cv::Mat out(map.pixels.rows + kLegend, map.pixels.cols, CV_8UC3);
+  out.rowRange(map.pixels.rows, out.rows) = cv::Scalar(245, 245, 245);
+  cv::Mat wood = out.rowRange(0, map.pixels.rows);
+  if (map.pixels.channels() == 1)
+    cv::cvtColor(map.pixels, wood, cv::COLOR_GRAY2BGR);
+  else
+    map.pixels.copyTo(wood);
+  // Never in a second picture of this size: fetching its memory would take longer than drawing.
+  step_back(wood, mask);
 
   // Okabe-Ito: blue for reserved, orange for being cut or suspect; what is cut is gone and shows as white.
   const cv::Scalar blue(178, 114, 0), orange(0, 159, 230), white(255, 255, 255), grey(120, 120, 120);
-  cv::Mat tint = small.pixels.clone();
+  std::vector<std::vector<std::vector<cv::Point>>> outlines;
+  outlines.reserve(live.size());
   for (const auto& allocation : live) {
-    const auto rings = to_pixels(allocation.area, small, kShift);
-    if (rings.empty()) continue;
-    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = is_held(allocation.state);
-    cv::fillPoly(tint, rings, gone ? white : reserved ? blue : orange, cv::LINE_AA, kShift);
+    const auto& rings = outlines.emplace_back(to_pixels(allocation.area, map, kShift));
+    tint(wood, rings, is_gone(allocation.state) ? white : is_held(allocation.state) ? blue : orange);
   }
-  cv::addWeighted(tint, 0.62, small.pixels, 0.38, 0, small.pixels);
-  for (const auto& allocation : live) {
-    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = is_held(allocation.state);
-    cv::polylines(small.pixels, to_pixels(allocation.area, small, kShift), true,
-                  gone       ? grey
-                  : reserved ? blue
-                             : orange,
+  for (std::size_t i = 0; i < live.size(); ++i)
+    cv::polylines(wood, outlines[i], true,
+                  is_gone(live[i].state)   ? grey
+                  : is_held(live[i].state) ? blue
+                                           : orange,
                   1, cv::LINE_AA, kShift);
-  }
 
-  constexpr int kLegend = 34;
-  cv::Mat out(small.pixels.rows + kLegend, small.pixels.cols, CV_8UC3, cv::Scalar(245, 245, 245));
-  small.pixels.copyTo(out(cv::Rect(0, 0, small.pixels.cols, small.pixels.rows)));
   int x = 12;
   const auto entry = [&](const cv::Scalar& colour, const char* word) {
-    const cv::Rect box(x, small.pixels.rows + 9, 16, 16);
+    const cv::Rect box(x, wood.rows + 9, 16, 16);
     cv::rectangle(out, box, colour, cv::FILLED);
     cv::rectangle(out, box, grey, 1);
-    cv::putText(out, word, {x + 24, small.pixels.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1,
-                cv::LINE_AA);
+    cv::putText(out, word, {x + 24, wood.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1, cv::LINE_AA);
     x += 44 + static_cast<int>(cv::getTextSize(word, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr).width);
   };
   entry({120, 170, 205}, "free");

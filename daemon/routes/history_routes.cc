@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +11,7 @@
 #include "daemon/api/page.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
+#include "daemon/routes/search_words.h"
 
 namespace veneer::daemon {
 namespace {
@@ -68,13 +67,6 @@ std::optional<std::string> beginning_of_time(std::string text) {
   const bool like_it = std::equal(text.begin(), text.end(), kPattern.begin(),
                                   [](char c, char like) { return like == 'd' ? c >= '0' && c <= '9' : c == like; });
   return like_it ? std::optional(text) : std::nullopt;
-}
-
-constexpr std::size_t kMostWords = 10;  // each is looked for in every row
-
-std::vector<std::string> words_of(const std::string& text) {
-  std::istringstream in(text);
-  return {std::istream_iterator<std::string>(in), {}};
 }
 
 // "run", as the beginnings of `what` are.
@@ -138,10 +130,7 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     filter.since = read_time(query, "since");
     filter.until = read_time(query, "until");
     filter.who = query.text("who").value_or("");
-    filter.words = words_of(query.text("text").value_or(""));
-    if (filter.words.size() > kMostWords)
-      query.refuse(
-          {ErrorCode::kInvalidArgument, fmt::format("text has more than {} words: leave some out", kMostWords)});
+    filter.words = read_words(query);
     filter.kind = query.text("kind").value_or("");
     if (!filter.kind.empty() && !is_kind(filter.kind))
       query.refuse({ErrorCode::kInvalidArgument, "kind is none: give the beginning of WHAT, as run, job or alarm"});

@@ -1,15 +1,36 @@
 #include "daemon/routes/picture_reply.h"
 
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 
-ApiReply png_reply(const cv::Mat& picture) {
-  auto bytes = planner::encode_png(picture);
+namespace {
+
+constexpr int kJpegQuality = 92;
+
+std::optional<std::string> encode_as_jpeg(const cv::Mat& picture, planner::JpegColours colours) {
+  if (picture.channels() == 3) return planner::encode_jpeg(picture, kJpegQuality, colours);
+  cv::Mat coloured;
+  cv::cvtColor(picture, coloured, cv::COLOR_GRAY2BGR);
+  return planner::encode_jpeg(coloured, kJpegQuality, colours);
+}
+
+}  // namespace
+
+const char* content_type_of(PictureFile file) { return file == PictureFile::kPng ? "image/png" : "image/jpeg"; }
+
+ApiReply picture_reply(const cv::Mat& picture, PictureFile file, planner::JpegColours colours) {
+  auto bytes = file == PictureFile::kPng ? planner::encode_png(picture) : encode_as_jpeg(picture, colours);
   if (!bytes) return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
-  return ApiReply::bytes(std::move(*bytes), "image/png");
+  return ApiReply::bytes(std::move(*bytes), content_type_of(file));
+}
+
+ApiReply png_reply(const cv::Mat& picture) {
+  return picture_reply(picture, PictureFile::kPng, planner::JpegColours::kOfEachPixel);
 }
 
 PanelLibrary::MissingTiles missing_tiles(const db::PanelRecord& panel, Role asking) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/routes/search_words.h"
 #include "daemon/stock/panel_label.h"
 
 namespace veneer::daemon {
@@ -30,7 +33,7 @@ struct PanelSearch {
   SquareMillimetres least{0};
 };
 
-// Nothing when all panels are asked for.
+// Nothing when panels of whatever wood are asked for.
 std::optional<PanelSearch> read_search(RequestReader& query) {
   PanelSearch search;
   const auto least = query.number("min_free_mm2", ranges::kFreeArea);
@@ -44,33 +47,68 @@ std::optional<PanelSearch> read_search(RequestReader& query) {
   return search;
 }
 
+struct PanelsWanted {
+  Page page;
+  std::vector<std::string> words;     // all of which its names tell
+  std::optional<PanelSearch> search;  // nothing: of whatever wood
+
+  // A search looks at as many as it needs; else the page, and the one after it.
+  int looked_at() const { return search || !words.empty() ? -1 : page.limit + 1; }
+};
+
+// By what people call panels: beside number and name where they lie, and which woods they are of.
+struct PanelNames {
+  std::map<PanelId, std::string> shelves;
+  std::map<PanelId, std::vector<std::string>> woods;
+
+  bool tell(const db::PanelRecord& panel, const std::vector<std::string>& words) const {
+    if (words.empty()) return true;
+    std::string all = fmt::format("{} {} {}", panel.id.value, panel.name, panel.parent ? panel.parent->value : "");
+    if (const auto shelf = shelves.find(panel.id); shelf != shelves.end()) all += " " + shelf->second;
+    if (const auto of = woods.find(panel.id); of != woods.end()) all += fmt::format(" {}", fmt::join(of->second, " "));
+    all = in_small_letters(std::move(all));
+    return std::ranges::all_of(
+        words, [&](const std::string& word) { return all.find(in_small_letters(word)) != std::string::npos; });
+  }
+};
+
+Result<PanelNames> ask_for_names(Repositories& r) {
+  auto shelves = r.facts.shelves();
+  if (!shelves) return shelves.error();
+  auto woods = r.materials.woods();
+  if (!woods) return woods.error();
+  return PanelNames{std::move(*shelves), std::move(*woods)};
+}
+
 // What it has of the wanted wood; nothing when that is too little, or it is out of stock.
 Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockServices& s, const db::PanelRecord& panel,
-                                                  const PanelSearch& search, std::int64_t newest) {
+                                                  const PanelSearch& search, const Remnants::Asked& asked) {
   const std::optional<SquareMillimetres> none;
   // No picture is looked at for what cannot be.
   if (panel.retired) return none;
-  const auto free = s.figures.free(r, panel, newest);
+  const auto free = s.figures.free(r, panel, asked.newest);
   if (!free) return free.error();
   if (*free <= 0 || *free < search.least.count()) return none;
-  const auto area = s.remnants.fitting(r, panel, search.wood, newest);
+  const auto area = s.remnants.fitting(r, panel, search.wood, asked);
   if (!area) return area.error();
   return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
 }
 
-Result<json> panels_json(Repositories& r, const StockServices& s, const Page& page,
-                         const std::optional<PanelSearch>& search) {
-  // A search looks at as many as it needs.
-  const auto list = r.panels.list(page.after, search ? -1 : page.limit + 1);
+using ZonesOfPanels = std::map<PanelId, std::vector<db::ZoneRecord>>;
+
+Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
+  const auto& [page, words, search] = wanted;
+  const auto list = r.panels.list(page.after, wanted.looked_at());
   if (!list) return list.error();
   const auto waiting = r.facts.panels_to_scan();
   if (!waiting) return waiting.error();
-  const auto shelves = r.facts.shelves();
-  if (!shelves) return shelves.error();
-  const auto woods = r.materials.woods();
-  if (!woods) return woods.error();
+  const auto names = ask_for_names(r);
+  if (!names) return names.error();
   const auto asked = s.figures.ask(r);
   if (!asked) return asked.error();
+  auto zones = search ? r.materials.zones_without_outlines() : Result<ZonesOfPanels>(ZonesOfPanels());
+  if (!zones) return zones.error();
+  const Remnants::Asked searched{asked->newest, std::move(*zones)};
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   std::int64_t at = page.after;
@@ -80,9 +118,10 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
       break;
     }
     ++at;
+    if (!names->tell(panel, words)) continue;
     std::optional<SquareMillimetres> fitting;
     if (search) {
-      const auto found = found_in(r, s, panel, *search, asked->newest);
+      const auto found = found_in(r, s, panel, *search, searched);
       if (!found) return found.error();
       if (!*found) continue;
       fitting = *found;
@@ -90,10 +129,10 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
     auto figures = s.figures.of(r, panel, *asked);
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
-    const auto shelf = shelves->find(panel.id);
-    told["shelf"] = shelf == shelves->end() ? json() : json(shelf->second);
-    const auto known = woods->find(panel.id);
-    told["woods"] = known == woods->end() ? json::array() : json(known->second);
+    const auto shelf = names->shelves.find(panel.id);
+    told["shelf"] = shelf == names->shelves.end() ? json() : json(shelf->second);
+    const auto known = names->woods.find(panel.id);
+    told["woods"] = known == names->woods.end() ? json::array() : json(known->second);
     if (fitting) told["fitting_mm2"] = fitting->count();
     const auto to_scan = std::ranges::find(*waiting, panel.id, &db::PanelToScan::panel);
     if (to_scan != waiting->end()) told["scan_again"] = to_scan->why;
@@ -102,18 +141,29 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   return out;
 }
 
-// Looks at the pictures of what the page may tell of, so that it is known when it is told.
-void count_panels(Repositories& r, const StockServices& s, const Page& page, const std::optional<PanelSearch>& search) {
-  const auto list = r.panels.list(page.after, search ? -1 : page.limit);
-  if (!list) return;
+// For whoever needs no zones.
+Result<Remnants::Asked> newest_alone(Repositories& r, const StockServices& s) {
   const auto newest = s.memory.newest_step(r);
-  if (!newest) return;
+  if (!newest) return newest.error();
+  return Remnants::Asked{*newest, {}};
+}
+
+// Looks at the pictures of what the page may tell of, so that it is known when it is told.
+void count_panels(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
+  const auto& [page, words, search] = wanted;
+  const auto list = r.panels.list(page.after, wanted.looked_at());
+  if (!list) return;
+  const auto names = words.empty() ? Result<PanelNames>(PanelNames()) : ask_for_names(r);
+  if (!names) return;
+  const auto asked = search ? s.remnants.ask(r) : newest_alone(r, s);
+  if (!asked) return;
   int told = 0;
   for (const db::PanelRecord& panel : *list) {
     if (told == page.limit) break;
+    if (!names->tell(panel, words)) continue;
     if (search)
-      if (const auto found = found_in(r, s, panel, *search, *newest); !found || !*found) continue;
-    static_cast<void>(s.figures.count(r, panel, *newest));
+      if (const auto found = found_in(r, s, panel, *search, *asked); !found || !*found) continue;
+    static_cast<void>(s.figures.count(r, panel, asked->newest));
     ++told;
   }
 }
@@ -122,12 +172,12 @@ void count_panels(Repositories& r, const StockServices& s, const Page& page, con
 void reply_panels(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const Page page = read_page(query);
-  const auto search = read_search(query);
+  const PanelsWanted wanted{page, read_words(query), read_search(query)};
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  (search ? s.pictures : s.queries).ask(request, reply, [s, page, search](Repositories&) -> QueryPool::Answer {
-    return [s, page, search](Repositories& r) {
-      count_panels(r, s, page, search);
-      const auto told = db::at_one_moment(r.connection, [&] { return panels_json(r, s, page, search); });
+  (wanted.search ? s.pictures : s.queries).ask(request, reply, [s, wanted](Repositories&) -> QueryPool::Answer {
+    return [s, wanted](Repositories& r) {
+      count_panels(r, s, wanted);
+      const auto told = db::at_one_moment(r.connection, [&] { return panels_json(r, s, wanted); });
       s.memory.save();
       return reply_of(told);
     };

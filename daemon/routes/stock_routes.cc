@@ -174,12 +174,13 @@ struct PictureWanted {
   PanelId panel;
   int width;   // in pixels, at most
   bool stock;  // with what is reserved and cut drawn in; else the map alone
+  PictureFile file;
   std::string if_none_match;
 };
 
 // Of what a picture is drawn from, so that one the client has need not be drawn to find out.
 Result<std::string> etag_of(Repositories& r, const db::PanelRecord& panel, const PictureWanted& wanted) {
-  std::string text = fmt::format("{} {}", panel.map_file, wanted.width);
+  std::string text = fmt::format("{} {} {}", panel.map_file, wanted.width, content_type_of(wanted.file));
   if (wanted.stock) {
     const auto live = r.ledger.live_states(panel.id);
     if (!live) return live.error();
@@ -193,11 +194,11 @@ ApiReply draw_panel(const PanelLibrary& library, const db::PanelRecord& panel,
                     const std::vector<db::AllocationRecord>& live, const PictureWanted& wanted) {
   const auto map = library.load_small(panel.map_file, wanted.width);
   if (!map) return ApiReply::error(map.error());
-  if (!wanted.stock) return png_reply(map->pixels);
+  if (!wanted.stock) return picture_reply(map->pixels, wanted.file, planner::JpegColours::kOfFourPixels);
   const auto mask = library.load_small(panel.mask_file, wanted.width);
   if (!mask) return ApiReply::error(mask.error());
   const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
-  return png_reply(draw_stock(wood, mask->pixels, live));
+  return picture_reply(draw_stock(wood, mask->pixels, live), wanted.file, planner::JpegColours::kOfEachPixel);
 }
 
 QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library, const PictureWanted& wanted) {
@@ -207,7 +208,7 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
   if (!etag) return ApiReply::error(etag.error());
   if (etag_matches(wanted.if_none_match, *etag)) return ApiReply::not_modified(*etag);
   if (auto known = library.drawn().find(*etag)) {
-    ApiReply reply = ApiReply::bytes(*std::move(known), "image/png");
+    ApiReply reply = ApiReply::bytes(*std::move(known), content_type_of(wanted.file));
     reply.etag = *etag;
     return reply;
   }
@@ -226,12 +227,13 @@ QueryPool::Answer picture_of_panel(Repositories& r, const PanelLibrary& library,
   };
 }
 
-void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply, bool stock) {
+void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply, bool stock,
+                   PictureFile file) {
   auto query = RequestReader::query_of(request);
   const auto width = query.whole("width", ranges::kShownWidth);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   PictureWanted wanted{PanelId{request.path_param("id")},
-                       static_cast<int>(width.value_or(stock ? 1600 : std::numeric_limits<int>::max())), stock,
+                       static_cast<int>(width.value_or(stock ? 1600 : std::numeric_limits<int>::max())), stock, file,
                        request.if_none_match};
   s.pictures.ask(request, reply, [s, wanted = std::move(wanted)](Repositories& r) {
     return picture_of_panel(r, s.panel_library, wanted);
@@ -379,10 +381,15 @@ void bind_stock_routes(Router& router, const StockServices& s) {
   router.bind("splitPanel", [s](const ApiRequest& request, const Reply& reply) { split_panel(s, request, reply); });
   router.bind("restorePanel",
               [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, false); });
-  router.bind("getPanelMap",
-              [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, false); });
-  router.bind("getPanelStock",
-              [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, true); });
+  const auto bind_picture = [&router, &s](const char* operation, bool stock, PictureFile file) {
+    router.bind(operation, [s, stock, file](const ApiRequest& request, const Reply& reply) {
+      reply_picture(s, request, reply, stock, file);
+    });
+  };
+  bind_picture("getPanelMap", false, PictureFile::kPng);
+  bind_picture("getPanelMapJpeg", false, PictureFile::kJpeg);
+  bind_picture("getPanelStock", true, PictureFile::kPng);
+  bind_picture("getPanelStockJpeg", true, PictureFile::kJpeg);
 }
 
 }  // namespace veneer::daemon

@@ -33,20 +33,15 @@ struct PanelState {
   }
 };
 
-Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel, std::int64_t newest) {
+Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
   PanelState out;
-  const auto state = memory.state_of(r, panel, newest);
+  const auto state = memory.state_of(r, panel);
   if (!state) return state.error();
   out.wood = state->wood;
   auto all = r.materials.zones(panel.id);
   if (!all) return all.error();
   out.zones = std::move(*all);
   return out;
-}
-
-Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
-  const auto newest = memory.newest_step(r);
-  return newest ? read_state(r, memory, panel, *newest) : Result<PanelState>(newest.error());
 }
 
 std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
@@ -202,31 +197,47 @@ Result<std::optional<SquareMillimetres>> Remnants::booked_fitting(Repositories& 
   return none;
 }
 
+Result<Remnants::Asked> Remnants::ask(Repositories& r) {
+  const auto newest = memory_.newest_step(r);
+  if (!newest) return newest.error();
+  auto zones = r.materials.zones_without_outlines();
+  if (!zones) return zones.error();
+  return Asked{*newest, std::move(*zones)};
+}
+
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
   const auto newest = memory_.newest_step(r);
-  return newest ? fitting(r, panel, wanted, *newest) : Result<SquareMillimetres>(newest.error());
+  if (!newest) return newest.error();
+  auto zones = r.materials.zones(panel.id);
+  if (!zones) return zones.error();
+  return fitting(r, panel, wanted, Asked{*newest, {{panel.id, std::move(*zones)}}});
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
-                                            std::int64_t newest) {
-  auto state = read_state(r, memory_, panel, newest);
-  if (!state) return state.error();
-  if (wanted.material && !materials_of(state->zones).contains(*wanted.material)) return SquareMillimetres(0);
-  if (const auto known = memory_.find_text(panel.id, kind_of(wanted), counted_of(*state, panel, wanted)))
+                                            const Asked& asked) {
+  const auto named = memory_.state_of(r, panel, asked.newest);
+  if (!named) return named.error();
+  const auto known_zones = asked.zones.find(panel.id);
+  PanelState state{named->wood, known_zones == asked.zones.end() ? std::vector<db::ZoneRecord>() : known_zones->second};
+  if (wanted.material && !materials_of(state.zones).contains(*wanted.material)) return SquareMillimetres(0);
+  if (const auto known = memory_.find_text(panel.id, kind_of(wanted), counted_of(state, panel, wanted)))
     if (const auto covered = CoveredWood::read(*known)) return covered->by(wanted.patch);
-  const auto booked = booked_fitting(r, panel, state->woods(), name_of(wanted));
+  const auto booked = booked_fitting(r, panel, state.woods(), name_of(wanted));
   if (!booked) return booked.error();
   if (*booked) return **booked;
-  const auto free = free_now(r, library_, panel, *state);
+  auto zones = r.materials.zones(panel.id);  // with their outlines
+  if (!zones) return zones.error();
+  state.zones = std::move(*zones);
+  const auto free = free_now(r, library_, panel, state);
   if (!free) return SquareMillimetres(0);
-  Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state->zones, *wanted.material) : *free;
+  Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state.zones, *wanted.material) : *free;
   if (wanted.tone) {
     const auto map = library_.load_small(panel.map_file, kTonePixels);
     if (!map) return SquareMillimetres(0);
     wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
   }
   const CoveredWood covered(wood);
-  memory_.keep_text(panel.id, kind_of(wanted), counted_of(*state, panel, wanted), covered.text());
+  memory_.keep_text(panel.id, kind_of(wanted), counted_of(state, panel, wanted), covered.text());
   return covered.by(wanted.patch);
 }
 

@@ -72,9 +72,14 @@ class Remnants {
   // How much of the wanted wood it has; none when its pictures cannot be read. Its mask is looked at once for each kind
   // of wood, whatever the patches' sides.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
-  // The same of one of many panels: `newest` as StockMemory::newest_step() told it once for all of them.
+  // What is asked once for all panels that are searched together.
+  struct Asked {
+    std::int64_t newest = 0;                               // as StockMemory::newest_step() tells it
+    std::map<PanelId, std::vector<db::ZoneRecord>> zones;  // without their outlines; none of panels without zones
+  };
+  Result<Asked> ask(Repositories& r);
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
-                                    std::int64_t newest);
+                                    const Asked& asked);
   // Counts now what fitting() would have to look at the mask for, of whatever wood. How many kinds it had to count.
   Result<int> count_for_searches(Repositories& r, const db::PanelRecord& panel);
   // What is booked with a remnant: wood of any tone in patches of the usual side.

@@ -50,7 +50,7 @@ bool decode(std::string_view bytes, const cv::Size* only, jpeg_decompress_struct
 }
 
 // The same.
-bool encode(const cv::Mat& picture, int quality, jpeg_compress_struct& encoder, JpegErrors& errors,
+bool encode(const cv::Mat& picture, int quality, JpegColours colours, jpeg_compress_struct& encoder, JpegErrors& errors,
             unsigned char*& bytes, unsigned long& size) {
   if (setjmp(errors.back) != 0) return false;
   jpeg_create_compress(&encoder);
@@ -61,6 +61,9 @@ bool encode(const cv::Mat& picture, int quality, jpeg_compress_struct& encoder, 
   encoder.in_color_space = JCS_EXT_BGR;
   jpeg_set_defaults(&encoder);
   jpeg_set_quality(&encoder, quality, TRUE);
+  // Of brightness, against one of colour.
+  const int samples = colours == JpegColours::kOfEachPixel ? 1 : 2;
+  encoder.comp_info[0].h_samp_factor = encoder.comp_info[0].v_samp_factor = samples;
   jpeg_start_compress(&encoder, TRUE);
   while (encoder.next_scanline < encoder.image_height) {
     JSAMPROW row = const_cast<JSAMPROW>(picture.ptr(static_cast<int>(encoder.next_scanline)));
@@ -88,7 +91,7 @@ std::optional<cv::Mat> decode_jpeg(std::string_view bytes, std::optional<cv::Siz
   return pixels;
 }
 
-std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality) {
+std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality, JpegColours colours) {
   if (picture.empty() || picture.type() != CV_8UC3) return std::nullopt;
   jpeg_compress_struct encoder{};
   JpegErrors errors{};
@@ -97,7 +100,7 @@ std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality) {
   errors.manager.output_message = say_nothing;
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
-  const bool encoded = encode(picture, quality, encoder, errors, bytes, size);
+  const bool encoded = encode(picture, quality, colours, encoder, errors, bytes, size);
   jpeg_destroy_compress(&encoder);
   std::optional<std::string> file;
   if (encoded) file.emplace(reinterpret_cast<const char*>(bytes), size);

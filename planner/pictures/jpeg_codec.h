@@ -14,7 +14,11 @@ namespace veneer::planner {
 // With `only` also for one of another size, before a pixel of it is decoded.
 std::optional<cv::Mat> decode_jpeg(std::string_view bytes, std::optional<cv::Size> only = std::nullopt);
 
+// Of four pixels one colour is kept, and the brightness of each (4:2:0); or both of each (4:4:4), for lines a pixel
+// wide.
+enum class JpegColours { kOfFourPixels, kOfEachPixel };
 // A JPEG file of a CV_8UC3 picture (BGR); `quality` is libjpeg's, 1 to 100.
-std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality);
+std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality,
+                                       JpegColours colours = JpegColours::kOfFourPixels);
 
 }  // namespace veneer::planner

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <random>
 #include <span>
@@ -19,6 +20,7 @@
 #include "base/files.h"
 #include "cli/api_client.h"
 #include "db/job_store.h"
+#include "db/materials.h"
 #include "db/panels.h"
 #include "db/sql.h"
 #include "planner/pictures/png_codec.h"
@@ -50,8 +52,14 @@ const bool kWanted = bench::Goals::all().add({
     {"BM_stock_searched_for_wood", "time", 100, "ms"},
     {"BM_stock_searched_for_wood", "after_kill_ms", 100, "ms"},
     {"BM_stock_searched_for_any_patch", "time", 100, "ms"},
+    {"BM_stock_searched_for_a_species", "time", 100, "ms"},
+    {"BM_stock_searched_for_a_species", "after_kill_ms", 100, "ms"},
+    {"BM_stock_piece_asked_for", "time", 100, "ms"},
+    {"BM_stock_place_asked_for", "time", 100, "ms"},
     {"BM_stock_picture_of_a_panel", "time", 50, "ms"},
     {"BM_stock_picture_drawn_anew", "time", 50, "ms"},
+    {"BM_stock_picture_of_a_panel_jpeg", "time", 50, "ms"},
+    {"BM_stock_picture_drawn_anew_jpeg", "time", 50, "ms"},
     {"BM_stock_bytes_a_piece/4", "bytes", 1000, "bytes"},
     {"BM_stock_bytes_a_piece/48", "bytes", 3000, "bytes"},
     {"BM_stock_raw_writers", "p99_ms", 50, "ms"},
@@ -144,6 +152,7 @@ class Stock {
     folder_ = kept == nullptr ? temporary_->path() : fs::path(kept);
     if (fs::exists(file())) {
       panels_ = static_cast<int>(sure(Panels(database()).list()).size());
+      name_woods();
       return;
     }
     make_pictures();
@@ -155,6 +164,18 @@ class Stock {
       cut_all(database(), sure(JobStore(database()).create(a_plan(panel, pieces), kThen)), panel);
       if (number % 100 == 0) fmt::print(stderr, "{} panels of {}\n", number, panels_);
     }
+    name_woods();
+  }
+  // The left of each panel is maple, the right walnut; also in a stock that was made before they had a name.
+  void name_woods() {
+    Materials materials(database());
+    if (!sure(materials.woods()).empty()) return;
+    const auto strip = [](double from_mm, double to_mm) {
+      return Ring<PanelFrame>{point<PanelFrame>(from_mm, 0), point<PanelFrame>(to_mm, 0), point<PanelFrame>(to_mm, 280),
+                              point<PanelFrame>(from_mm, 280)};
+    };
+    for (int number = 1; number <= panels_; ++number)
+      sure(materials.add_zones(panel_number(number), {{1, strip(0, 210), "maple"}, {2, strip(210, 420), "walnut"}}));
   }
   fs::path file() const { return folder_ / "veneerd.db"; }
   // 420 x 280 mm at 300 dpi: light wood on the left, dark on the right, with the noise of a scan.
@@ -276,6 +297,11 @@ std::string state_of_database(const tests::LoneDaemon& daemon) {
   return status ? (*status)["database"].value("state", "") : "";
 }
 
+void await_check(const tests::LoneDaemon& daemon) {
+  sure(daemon.wait_for([&] { return state_of_database(daemon) == "good"; }) ? Ok()
+                                                                            : Error{ErrorCode::kTimeout, "no check"});
+}
+
 // The same after it was killed, so that the file is checked beside it.
 void BM_stock_daemon_starts_after_a_kill(benchmark::State& state) {
   const fs::path folder = Stock::get().folder();
@@ -283,8 +309,7 @@ void BM_stock_daemon_starts_after_a_kill(benchmark::State& state) {
   start_on(daemon, folder);
   for (auto _ : state) sure(daemon.kill_and_start_again());
   // In order, for the next one.
-  sure(daemon.wait_for([&] { return state_of_database(daemon) == "good"; }) ? Ok()
-                                                                            : Error{ErrorCode::kTimeout, "no check"});
+  await_check(daemon);
 }
 BENCHMARK(BM_stock_daemon_starts_after_a_kill)->Unit(benchmark::kMillisecond)->Iterations(3)->UseRealTime();
 
@@ -307,18 +332,28 @@ double asked(tests::LoneDaemon& daemon, const std::string& target) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
 }
 
-// What the daemon answers: the first time, the first time after it was killed, and then as it knows it.
-void ask_again_and_again(benchmark::State& state, const std::string& target) {
+// What the daemon answers: the first time, the first time after it was killed, and then as it knows it. `look` looks at
+// the last answer.
+template <class Look>
+void ask_again_and_again(benchmark::State& state, const std::string& target, Look look) {
   tests::LoneDaemon daemon;
   start_on(daemon, Stock::get().folder());
   state.counters["first_ms"] = asked(daemon, target);
   sure(daemon.kill_and_start_again());
   state.counters["after_kill_ms"] = asked(daemon, target);
+  // Then the check of the database, which takes a processor for as long as it lasts, is over.
+  await_check(daemon);
   const double before = processor_ms(daemon);
-  for (auto _ : state) benchmark::DoNotOptimize(sure(daemon.api().get_bytes(target)));
+  std::string last;
+  for (auto _ : state) last = sure(daemon.api().get_bytes(target));
   state.counters["daemon_cpu_ms"] = (processor_ms(daemon) - before) / static_cast<double>(state.iterations());
   state.counters["rss_mb"] = resident_mb(daemon);
+  look(last);
 }
+void ask_again_and_again(benchmark::State& state, const std::string& target) {
+  ask_again_and_again(state, target, [](const std::string& /*answer*/) {});
+}
+
 // All panels with their figures, the first time as by a daemon that knows nothing of them.
 void BM_stock_panels_asked_for(benchmark::State& state) {
   fs::remove(Stock::get().folder() / "stock-memory.json");
@@ -331,12 +366,52 @@ void BM_stock_searched_for_wood(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_searched_for_wood)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
+void BM_stock_searched_for_a_species(benchmark::State& state) {
+  ask_again_and_again(state, "/panels?limit=1000&wood=walnut&patch_mm=14&min_free_mm2=1000",
+                      [&state](const std::string& answer) {
+                        const auto found = nlohmann::json::parse(answer).at("panels").size();
+                        state.counters["found"] = static_cast<double>(found);
+                        // A search that finds none goes a shorter way than the one that is to be measured.
+                        if (found == 0) sure(Error{ErrorCode::kNotFound, "no panel has walnut in patches of 14 mm"});
+                      });
+}
+BENCHMARK(BM_stock_searched_for_a_species)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
+// Each time another one, of whatever panel.
+template <class Target>
+void ask_of_each(benchmark::State& state, Target target) {
+  tests::LoneDaemon daemon;
+  start_on(daemon, Stock::get().folder());
+  std::mt19937 random(1);
+  asked(daemon, target(random));
+  const double before = processor_ms(daemon);
+  for (auto _ : state) benchmark::DoNotOptimize(sure(daemon.api().get_bytes(target(random))));
+  state.counters["daemon_cpu_ms"] = (processor_ms(daemon) - before) / static_cast<double>(state.iterations());
+}
+int any_panel(std::mt19937& random) {
+  return 1 + static_cast<int>(random() % static_cast<unsigned>(Stock::get().panels()));
+}
+void BM_stock_piece_asked_for(benchmark::State& state) {
+  ask_of_each(state, [](std::mt19937& random) {
+    return fmt::format("/pieces/{}", (any_panel(random) - 1) * std::int64_t{kCutFromEach} + 1);
+  });
+}
+BENCHMARK(BM_stock_piece_asked_for)->Unit(benchmark::kMillisecond)->Iterations(50)->UseRealTime();
+
+void BM_stock_place_asked_for(benchmark::State& state) {
+  ask_of_each(state, [](std::mt19937& random) {
+    return fmt::format("/panels/{}/place?x=105&y=5", panel_number(any_panel(random)).value);
+  });
+}
+BENCHMARK(BM_stock_place_asked_for)->Unit(benchmark::kMillisecond)->Iterations(50)->UseRealTime();
+
 // By a daemon that was killed, each time for patches of another size that nobody asked for before.
 void BM_stock_searched_for_any_patch(benchmark::State& state) {
   tests::LoneDaemon daemon;
   start_on(daemon, Stock::get().folder());
   asked(daemon, "/panels?limit=1000&tone=dark&patch_mm=14&min_free_mm2=1000");  // what is counted once
   sure(daemon.kill_and_start_again());
+  await_check(daemon);
   double patch = 2;
   std::size_t found = 0;
   const double before = processor_ms(daemon);
@@ -351,22 +426,37 @@ void BM_stock_searched_for_any_patch(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_searched_for_any_patch)->Unit(benchmark::kMillisecond)->Iterations(20)->UseRealTime();
 
+// Without loss, as the command line saves it.
 void BM_stock_picture_of_a_panel(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/stock.png"); }
 BENCHMARK(BM_stock_picture_of_a_panel)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
+// As the console shows it.
+void BM_stock_picture_of_a_panel_jpeg(benchmark::State& state) {
+  ask_again_and_again(state, "/panels/P-0001/stock.jpg");
+}
+BENCHMARK(BM_stock_picture_of_a_panel_jpeg)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+void BM_stock_map_of_a_panel_jpeg(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/map.jpg"); }
+BENCHMARK(BM_stock_map_of_a_panel_jpeg)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
 // Each time another panel's, as it was never drawn.
-void BM_stock_picture_drawn_anew(benchmark::State& state) {
+void draw_anew(benchmark::State& state, const char* picture) {
   tests::LoneDaemon daemon;
   start_on(daemon, Stock::get().folder());
-  asked(daemon, "/panels/P-0001/stock.png");  // the map, which all of them share
+  asked(daemon, fmt::format("/panels/P-0001/{}", picture));  // the map, which all of them share
   int next = 1;
   const double before = processor_ms(daemon);
+  std::size_t bytes = 0;
   for (auto _ : state)
-    benchmark::DoNotOptimize(sure(daemon.api().get_bytes(
-        fmt::format("/panels/{}/stock.png", panel_number(1 + next++ % Stock::get().panels()).value))));
+    bytes = sure(daemon.api().get_bytes(
+                     fmt::format("/panels/{}/{}", panel_number(1 + next++ % Stock::get().panels()).value, picture)))
+                .size();
   state.counters["daemon_cpu_ms"] = (processor_ms(daemon) - before) / static_cast<double>(state.iterations());
+  state.counters["bytes"] = static_cast<double>(bytes);
 }
+void BM_stock_picture_drawn_anew(benchmark::State& state) { draw_anew(state, "stock.png"); }
 BENCHMARK(BM_stock_picture_drawn_anew)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+void BM_stock_picture_drawn_anew_jpeg(benchmark::State& state) { draw_anew(state, "stock.jpg"); }
+BENCHMARK(BM_stock_picture_drawn_anew_jpeg)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
 // Cut pieces with `corners` each, their history included.
 void BM_stock_bytes_a_piece(benchmark::State& state) {

@@ -148,6 +148,24 @@ TEST(Render, PanelsLineUp) {
             "P-2       90 x 80 mm   50 cm2                                          P-0001\n");
 }
 
+// By which one looked for a panel, and finds it on the shelf.
+TEST(Render, WhereWordsWereGivenPanelsHaveNameShelfAndWoods) {
+  const json reply = {{"panels",
+                       {{{"id", "P-0002"},
+                         {"width_mm", 90},
+                         {"height_mm", 80},
+                         {"fitting_mm2", 4000},
+                         {"free_mm2", 5000},
+                         {"name", "Burl"},
+                         {"shelf", "Rack B7"},
+                         {"woods", {"walnut", "maple"}}}}}};
+  EXPECT_EQ(render_named_found(reply),
+            "PANEL      SIZE  FITTING    FREE  FROM  NAME  SHELF    WOODS\n"
+            "P-0002  90 x 80 mm   40 cm2  50 cm2        Burl  Rack B7  walnut, maple\n");
+  EXPECT_THAT(render_named_panels(reply), HasSubstr("Burl  Rack B7  walnut, maple"));
+  EXPECT_THAT(render_panels(reply), ::testing::Not(HasSubstr("Rack B7")));
+}
+
 TEST(Render, APieceTellsWhereOnThePanelItsOutlineIs) {
   json outline = {{30, 20}, {40, 20}, {40, 25}, {35, 28}, {30, 25}};
   const auto told = [&] { return render_passport({{"wood", {{"panel", "P-1"}, {"outline_mm", outline}}}}); };
@@ -280,6 +298,10 @@ TEST(Render, APanelThatLeavesTheStockSaysHowItComesBack) {
 
 TEST(Render, AnEmptyShelfTellsWhatToDo) {
   EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
+  EXPECT_THAT(render_found({{"panels", json::array()}}), HasSubstr("so much of this wood.\n"));
+  EXPECT_THAT(render_named_found({{"panels", json::array()}}),
+              HasSubstr("so much of this wood, of those with all of these words"))
+      << "only a word may not fit";
   EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);
 }
 

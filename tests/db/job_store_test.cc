@@ -5,6 +5,7 @@
 
 #include "db/audit.h"
 #include "db/guard.h"
+#include "tests/db/counted_statements.h"
 #include "tests/db/everything.h"
 #include "tests/db/planned_job.h"
 #include "tests/db/stray_sql.h"
@@ -65,6 +66,49 @@ TEST_F(JobStoreTest, TellsWhatBecameOfAPieceStepByStep) {
   EXPECT_THAT(must(jobs.facts(run)).certificates, ElementsAre(CertificateId{4}, CertificateId{7}));
   EXPECT_EQ(must(jobs.facts(run)).recipes_json, facts.recipes_json);
   EXPECT_EQ(must(jobs.facts(start(other))).who, "") << "nobody noted it";
+}
+
+// What counts must find a walk through a table, or it would find none anywhere.
+TEST_F(JobStoreTest, AWalkThroughAllPiecesIsCounted) {
+  Database& database = cell.database();
+  const auto walk = [&] { texts(database.connection(), "SELECT checksum FROM pieces"); };
+  EXPECT_GT(rows_scanned_by(database, walk), 3);
+  EXPECT_EQ(statements_of(database, walk), 1);
+}
+
+// There are a million pieces, and the one that is asked for may be an old one.
+TEST_F(JobStoreTest, OfOnePieceNothingElseIsRead) {
+  VENEER_ASSERT_OK(jobs.finish_run(start(panel), false, kNow));
+  VENEER_ASSERT_OK(jobs.finish_run(start(other), false, kNow));
+  VENEER_ASSERT_OK(jobs.cancel(job, kNow));
+  const JobId later = must(jobs.create(job_of({square_piece("B1", panel, 10, 10, 14)}), kNow));
+  const PieceId piece = must(jobs.pieces(later)).at(0).id;
+  must(jobs.create(job_of({square_piece("C1", panel, 70, 10, 14), square_piece("C2", panel, 90, 10, 14)}), kNow));
+  must(jobs.start_run(later, panel, kPose, 0.04_mm, kNow));
+  Database& database = cell.database();
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(jobs.find_piece(piece)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(jobs.history(piece)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { must(Ledger(database).allocations_at(panel, {17_mm, 17_mm})); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { VENEER_ASSERT_OK(jobs.mark_cutting(piece, kNow)); }), 0);
+  EXPECT_EQ(rows_scanned_by(database, [&] { VENEER_ASSERT_OK(jobs.book_piece(piece, kNow)); }), 0);
+}
+
+// They are read at each start, and the history of all wood has grown by then.
+TEST_F(JobStoreTest, OfKeptCutsNoOtherHistoryIsRead) {
+  const RunId run = start(panel);
+  for (const std::size_t i : {0, 1}) {
+    VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
+    VENEER_ASSERT_OK(jobs.book_and_keep(KeptCut{pieces[i].id, "", run, "Grbl", R"([{"speed":12}])"}, kNow));
+  }
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kNow));
+  std::vector<PlannedPatch> later;
+  for (int i = 0; i < 20; ++i) later.push_back(square_piece(fmt::format("B{}", i), panel, 10 + 18 * i, 150, 14));
+  must(jobs.create(job_of(later), kNow));
+  std::vector<KeptCut> kept;
+  EXPECT_LE(rows_scanned_by(cell.database(), [&] { kept = must(jobs.kept_cuts()); }), 2);
+  ASSERT_EQ(kept.size(), 2U);
+  EXPECT_EQ(kept[0].mark, "A1");
+  EXPECT_EQ(kept[1].mark, "A2");
 }
 
 TEST_F(JobStoreTest, WhatAScanSawOfASuspectPieceIsKeptUntilSomebodyDecides) {

@@ -4,15 +4,20 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <utility>
 
+#include "db/sql.h"
+#include "tests/db/everything.h"
 #include "tests/db/filled_cell.h"
 
 namespace veneer::db {
 namespace {
 
+using ::testing::ElementsAre;
 using Arrows = std::set<std::pair<std::string, std::string>>;
 
 struct Diagram {
@@ -189,13 +194,125 @@ TEST_F(SchemaPage, ItsViewsTellOfEverythingThatHappened) {
       << "a settled piece stands once";
   EXPECT_EQ(shell.execAndGet("SELECT count(*) FROM registrations").getInt(),
             shell.execAndGet("SELECT count(*) FROM scans").getInt());
-  const std::set<std::string> kinds = {"wood", "verdict", "assembly", "run",       "job",       "panel",
-                                       "scan", "mask",    "cell",     "treatment", "difference"};
+  const std::set<std::string> kinds = {"wood",  "verdict",  "assembly", "run",     "job",       "panel",
+                                       "scan",  "mask",     "cell",     "edit",    "treatment", "difference",
+                                       "lease", "proposal", "merge",    "remnant", "sighting"};
   std::set<std::string> told;
   for (const auto& [kind, none] : pairs("SELECT kind, '' FROM events")) told.insert(kind);
   EXPECT_EQ(told, kinds);
-  EXPECT_TRUE(
-      pairs("SELECT kind, '' FROM events WHERE at IS NULL OR step IS NULL OR what = '' OR who IS NULL").empty());
+  EXPECT_TRUE(pairs("SELECT kind, '' FROM events WHERE at IS NULL OR step IS NULL OR coalesce(what, '') = '' OR "
+                    "who IS NULL")
+                  .empty());
+}
+
+// Whatever has a time happened: it stands in the list of events, or the page says that it does not.
+TEST_F(SchemaPage, ItsEventsTellOfEachTableWithATimeOrThePageNamesItAsLeftOut) {
+  const std::set<std::string> left_out = {"audit",          "certificates", "credentials", "lasers",
+                                          "material_facts", "panel_facts",  "plans",       "proofs",
+                                          "recipes",        "request_keys", "users"};
+  const std::string view = pairs("SELECT 'events', sql FROM sqlite_schema WHERE name = 'events'").begin()->second;
+  std::set<std::string> untold;
+  for (const auto& [table, column] :
+       pairs("SELECT t.name, c.name FROM sqlite_schema AS t, pragma_table_info(t.name) AS c WHERE t.type = 'table' AND "
+             "t.name NOT LIKE 'sqlite%' AND (c.name = 'at' OR c.name LIKE '%~_at' ESCAPE '~')"))
+    if (!std::regex_search(view, std::regex("(FROM|JOIN) " + table + "\\b"))) untold.insert(table);
+  EXPECT_EQ(untold, left_out);
+  std::ifstream page(VENEER_SOURCE "/docs/SCHEMA.md");
+  const std::string text((std::istreambuf_iterator<char>(page)), {});
+  const auto from = text.find("Not in **events** are "), to = text.find("```sql", from);
+  ASSERT_NE(to, std::string::npos);
+  for (const std::string& table : left_out)
+    EXPECT_NE(text.substr(from, to - from).find("**" + table + "**"), std::string::npos) << table;
+}
+
+TEST_F(SchemaPage, ItsEventsTellWhatWasKeptScannedPaintedMergedAndSawn) {
+  fill(cell_);
+  VENEER_ASSERT_OK(in_transaction(cell_.database(), [](SQLite::Database& connection) -> Status {
+    connection.exec(
+        "INSERT INTO proposal_verdicts (proposal, verdict, overruled, panel, mask_version, who, note, at) "
+        "VALUES (3, 'accepted', '[]', 'P-0005', 1, 'user anna', '', '2026-05-01T09:30:00.000Z')");
+    return Ok();
+  }));
+  const auto told = [&](const char* kind) {
+    return texts(cell_.database().connection(),
+                 fmt::format("SELECT coalesce(panel, 'no panel') || ', ' || step || ': ' || what || ' by ' || who "
+                             "FROM events WHERE kind = '{}' AND what NOT IN ('entered', 'started') "
+                             "ORDER BY at, step, what",
+                             kind));
+  };
+  EXPECT_THAT(told("lease"), ElementsAre("no panel, 1: lease of plan 5 until 2026-05-01T08:30:00.000Z by local:1000",
+                                         "no panel, 1: lease of plan 5 expired by ",
+                                         "no panel, 2: lease of plan 5 until 2026-05-08T08:30:00.000Z by local:1000"));
+  EXPECT_THAT(told("proposal"), ElementsAre("no panel, 1: made by local:1000", "no panel, 1: replaced by local:1000",
+                                            "no panel, 2: made by local:1000", "P-0005, 3: made by local:1000",
+                                            "P-0003, 4: made by local:1000", "no panel, 2: refused by local:1000",
+                                            "P-0005, 3: accepted by user anna"))
+      << "a first scan has the panel's name once it is accepted";
+  EXPECT_THAT(told("edit"), ElementsAre("P-0003, 1: gives wood by local:1000", "P-0003, 2: taken back by local:1000",
+                                        "P-0003, 2: withholds wood by local:1000"));
+  EXPECT_THAT(told("merge"),
+              ElementsAre("P-0006, 1: is P-0007 by local:1000", "P-0007, 1: was also P-0006 by local:1000"));
+  EXPECT_THAT(told("panel"),
+              ElementsAre("P-0003, 1: retired by ", "P-0003, 2: restored by ", "P-0004, 3: sawn apart by local:1000"))
+      << "a merge stands once";
+  EXPECT_THAT(told("remnant"), ElementsAre("P-0001, 1: booked by "));
+  EXPECT_THAT(told("sighting"), ElementsAre("P-0001, 1: looks cut by "));
+  const auto put_back = texts(cell_.database().connection(),
+                              "SELECT kind || ': ' || what || ' by ' || who FROM events WHERE what LIKE '%backup%'");
+  EXPECT_THAT(put_back, ElementsAre("cell: backup of " + kNow + " put back by uid 1000"));
+}
+
+TEST_F(SchemaPage, ItsEventsTellHowALeaseEnded) {
+  const PanelId panel = cell_.new_panel();
+  Plans plans(cell_.database());
+  Leases leases(cell_.database());
+  const auto plan_at = [&](const char* mark, double x) {
+    return must(plans.add(job_of({square_piece(mark, panel, x, 40, 14)}), kNow));
+  };
+  const PlanId taken = plan_at("A1", 20), released = plan_at("B1", 60), spoilt = plan_at("C1", 100);
+  for (const PlanId plan : {taken, released, spoilt}) must(leases.take(plan, "local:1000", kNow, kLater));
+  must(cell_.jobs().create(taken, kNow));
+  VENEER_ASSERT_OK(leases.release(released, kNow));
+  Differences differences(cell_.database());
+  DifferenceRecord gone;
+  gone.gone = true, gone.place = point<PanelFrame>(107, 47), gone.area = SquareMillimetres(16);
+  gone.shape = rectangle(105, 45, 4, 4);
+  VENEER_ASSERT_OK(differences.found(panel, {gone}, kNow));
+  VENEER_ASSERT_OK(differences.decide(panel, {1}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kNow));
+  EXPECT_THAT(texts(cell_.database().connection(),
+                    "SELECT what FROM events WHERE kind = 'lease' AND what NOT LIKE '% until %' ORDER BY step"),
+              ElementsAre("lease of plan 1 became a job", "lease of plan 2 was released",
+                          "lease of plan 3 ended, its wood was written off"));
+}
+
+// A part has what was booked and done to its parent in rows of its own, and a panel the wood of what was merged into
+// it.
+TEST_F(SchemaPage, ItsEventsTellOnceWhatPartsAndMergedPanelsCarryOver) {
+  fill(cell_);
+  EXPECT_THAT(texts(cell_.database().connection(),
+                    "SELECT panel || ': ' || what FROM events WHERE kind = 'wood' AND job IS NULL AND what LIKE "
+                    "'%scrap' ORDER BY panel"),
+              ElementsAre("P-0001: scrap", "P-0004: scrap", "P-0005: carried over: scrap", "P-0006: scrap",
+                          "P-0007: carried over: scrap"));
+  const PanelId sawn = cell_.new_panel();
+  StockFacts facts(cell_.database());
+  const auto treat = [&](const PanelId& panel, const char* product, const std::string& at) {
+    VENEER_ASSERT_OK(facts.set_panel(panel, {{}, {}, {}, "local:1000", at},
+                                     {{TreatmentKind::kSanding, product, "2026-04-30", "", ""}}));
+  };
+  treat(sawn, "grit 120", "2026-04-30T07:30:00.000Z");
+  VENEER_ASSERT_OK(cell_.panels().split(sawn, "local:1000", "sawn apart", kNow));
+  PanelRecord part = sheet(must(cell_.panels().next_panel_id()));
+  part.parent = sawn, part.created_at = kLater;
+  const Isometry2<PanelFrame, PanelFrame> as_it_lay(degrees(0), point<PanelFrame>(0, 0));
+  VENEER_ASSERT_OK(cell_.panels().add_part(part, {}, {}, {as_it_lay, 3, 0.02_mm}));
+  treat(part.id, "grit 240", kLater);
+  EXPECT_EQ(must(facts.treatments(part.id)).size(), 2U);
+  EXPECT_THAT(texts(cell_.database().connection(),
+                    fmt::format("SELECT panel || ' ' || at FROM events WHERE kind = 'treatment' AND panel IN ('{}', "
+                                "'{}') ORDER BY at",
+                                sawn.value, part.id.value)),
+              ElementsAre(sawn.value + " 2026-04-30T07:30:00.000Z", part.id.value + " " + kLater));
 }
 
 // Without this program's functions.

@@ -243,7 +243,7 @@ class Stock(Pieces):
             window.shelf = new Set();
             window.letGo = () => { window.fetch = fetch; };
             window.fetch = async (path, how = {}) => {
-              if (/\\/stock.png\\?width=480$/.test(path)) {  // by nobody answered
+              if (/\\/stock.jpg\\?width=480$/.test(path)) {  // by nobody answered
                 window.shelf.add(path);
                 return new Promise((_, lost) => how.signal.addEventListener('abort', () => lost(new TypeError('given up'))));
               }

@@ -46,6 +46,41 @@ TEST(DrawStock, TellsFreeReservedCutAndUnusableWoodApart) {
   EXPECT_GT(picture.rows, 60) << "a legend below";
 }
 
+// Each piece is laid over the part of the picture that holds it, which has other pieces and free wood in it, too.
+TEST(DrawStock, ColoursNoMoreThanAPieceHolds) {
+  Scene scene;
+  scene.allocate(0, 0, db::AllocationState::kReserved);
+  scene.live.front().area =
+      Region<PanelFrame>(Ring<PanelFrame>{Scene::corner(5, 5), Scene::corner(35, 5), Scene::corner(35, 10),
+                                          Scene::corner(10, 10), Scene::corner(10, 35), Scene::corner(5, 35)});
+  scene.allocate(15, 15, db::AllocationState::kSuspect);
+  scene.allocate(-5, 45, db::AllocationState::kReserved);  // half of it beyond the map
+  scene.allocate(300, 20, db::AllocationState::kReserved);
+  const cv::Mat picture = draw_stock(scene.map, scene.mask, scene.live);
+  const cv::Vec3b wood(60, 90, 120), in_its_arm = Scene::at(picture, 7, 30), suspect = Scene::at(picture, 20, 20);
+  const auto is_blue = [](const cv::Vec3b& pixel) { return pixel[0] > pixel[2] + 50; };
+  EXPECT_TRUE(is_blue(in_its_arm));
+  EXPECT_TRUE(is_blue(Scene::at(picture, 30, 7)));
+  EXPECT_GT(suspect[2], suspect[0] + 100) << "orange, not under the colour of the piece around it";
+  EXPECT_EQ(Scene::at(picture, 30, 30), wood) << "free, in the corner of the piece around it";
+  EXPECT_EQ(Scene::at(picture, 12, 13), wood);
+  EXPECT_TRUE(is_blue(Scene::at(picture, 2, 50)));
+  EXPECT_EQ(Scene::at(picture, 8, 50), wood);
+}
+
+// As a scanner without colours makes it.
+TEST(DrawStock, DrawsInColoursOverAGreyMap) {
+  Scene scene;
+  scene.map.pixels = cv::Mat(60, 100, CV_8UC1, cv::Scalar(130));
+  scene.allocate(10, 10, db::AllocationState::kReserved);
+  const cv::Mat picture = draw_stock(scene.map, scene.mask, scene.live);
+  EXPECT_EQ(Scene::at(picture, 35, 45), cv::Vec3b(130, 130, 130));
+  const cv::Vec3b reserved = Scene::at(picture, 15, 15), unusable = Scene::at(picture, 75, 30);
+  EXPECT_GT(reserved[0], reserved[2] + 50) << "blue";
+  EXPECT_GT(unusable[0], 180) << "pale";
+  EXPECT_EQ(unusable[0], unusable[2]);
+}
+
 TEST(DrawStock, LeavesTheMapAsItIs) {
   Scene scene;
   scene.allocate(10, 10, db::AllocationState::kReserved);

@@ -10,6 +10,7 @@
 #include "base/polygon_ops.h"
 #include "cli/render.h"
 #include "tests/daemon/routes/panel_cell.h"
+#include "tests/db/counted_statements.h"
 
 namespace veneer::daemon {
 namespace {
@@ -127,6 +128,76 @@ TEST_F(PanelWood, FindsThePanelsThatHaveTheWoodOneLooksFor) {
   EXPECT_TRUE(get("/panels?min_free_mm2=1&limit=1&cursor=2")["panels"].empty());
   ASSERT_EQ(post("/panels/P-0002/retire", {{"reason", "sold"}}).status, 200);
   EXPECT_EQ(found("min_free_mm2=1"), "") << "out of stock";
+}
+
+// Who lists a thousand panels asks the database no more often than who lists two.
+TEST_F(PanelWood, ManyPanelsAreListedAndSearchedWithAsFewQuestionsAsTwo) {
+  db::StatementsOfReaders watched;
+  cell.reset();
+  open();
+  const auto asked = [&](const std::string& path) {
+    for (const char* panel : {"P-0001", "P-0002"}) until_what_is_left_is_booked(panel);
+    get(path);  // what has to be counted once
+    db::StatementsOfReaders::count();
+    const json reply = get(path);
+    EXPECT_TRUE(reply.contains("panels")) << reply;
+    return db::StatementsOfReaders::count();
+  };
+  const std::string search = "/panels?wood=maple&patch_mm=6";
+  change([&](Repositories& r) { return r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "maple"}}); });
+  EXPECT_EQ(asked("/panels"), 12);
+  EXPECT_EQ(asked(search), 14);
+  EXPECT_EQ(asked("/panels?text=p-00"), 14);
+  change([&](Repositories& r) -> Status {
+    for (const char* id : {"P-0003", "P-0004", "P-0005"}) {
+      auto more = r.panels.find({"P-0002"});
+      if (!more) return more.error();
+      more->id = {id};
+      if (Status added = r.panels.add(*more, {}, {}); !added) return added;
+      if (Status named = r.materials.add_zones({id}, {{1, strip(0, 15), "maple"}}); !named) return named;
+    }
+    return Ok();
+  });
+  EXPECT_EQ(get("/panels")["panels"].size(), 5U);
+  EXPECT_EQ(get(search)["panels"].size(), 4U);
+  EXPECT_EQ(asked("/panels"), 12);
+  EXPECT_EQ(asked(search), 14);
+}
+
+// As the shelf of the console finds them.
+TEST_F(PanelWood, PanelsAreFoundByNumberNameShelfAndWoods) {
+  change([&](Repositories& r) -> Status {
+    if (Status named = r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "Juglans nigra"}}); !named) return named;
+    return r.facts.set_panel({"P-0002"}, {"Rack B7", {}, {}, "local:1000", kThen}, {});
+  });
+  const auto found = [&](const std::string& query) {
+    const json reply = get("/panels?" + query);
+    std::string ids;
+    for (const json& panel : reply["panels"]) ids += panel["id"].get<std::string>() + " ";
+    return ids;
+  };
+  EXPECT_EQ(found("text=b7"), "P-0002 ");
+  EXPECT_EQ(found("text=JUGLANS"), "P-0002 ");
+  EXPECT_EQ(found("text=juglans%20rack%20p-0002"), "P-0002 ") << "all words, wherever they stand";
+  EXPECT_EQ(found("text=juglans%20B8"), "");
+  EXPECT_EQ(found("text=p-00"), "P-0001 P-0002 ");
+  EXPECT_EQ(found("text=b7&limit=1"), "P-0002 ") << "the second of all";
+  EXPECT_EQ(found("text=p-00&limit=1&cursor=1"), "P-0002 ");
+  const std::string listed = cli::render_named_panels(get("/panels?text=b7"));
+  EXPECT_THAT(listed, HasSubstr("P-0002"));
+  EXPECT_THAT(listed, HasSubstr("Rack B7")) << "by which somebody fetches it";
+  EXPECT_THAT(listed, HasSubstr("Juglans nigra"));
+  EXPECT_THAT(cli::render_named_panels(get("/panels?text=b8")), HasSubstr("No panel has all of these words"));
+  EXPECT_EQ(found("text=p-0001&min_free_mm2=1"), "") << "it has no free wood";
+  EXPECT_EQ(found("text=b7&min_free_mm2=1"), "P-0002 ");
+  EXPECT_EQ(ask("GET", "/api/v1/panels?text=a%20b%20c%20d%20e%20f%20g%20h%20i%20j%20k").status, 400);
+  change([](Repositories& r) {
+    return r.facts.set_panel({"P-0002"}, {"Übersee ŻÓŁW ×", {}, {}, "local:1000", kThen}, {});
+  });
+  EXPECT_EQ(found("text=%C3%BCbersee"), "P-0002 ") << "u with two dots, small";
+  EXPECT_EQ(found("text=%C3%9CBERSEE"), "P-0002 ") << "and large";
+  EXPECT_EQ(found("text=%C5%BC%C3%B3%C5%82w"), "P-0002 ") << "in Polish letters";
+  EXPECT_EQ(found("text=%C3%B7"), "") << "division is no small multiplication";
 }
 
 // Whoever asks for all panels, whose masks have to be looked at, keeps nobody from what is known.

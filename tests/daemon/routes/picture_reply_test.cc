@@ -16,5 +16,17 @@ TEST(PictureReply, APictureGoesOutUnchangedAsPng) {
   EXPECT_EQ(cv::norm(back, picture, cv::NORM_INF), 0);
 }
 
+TEST(PictureReply, ALineOfOnePixelOverWoodKeepsItsColourInAJpeg) {
+  cv::Mat picture(64, 64, CV_8UC3, cv::Scalar(60, 90, 120));
+  const cv::Vec3b blue(178, 114, 0);
+  picture.col(31) = cv::Scalar(blue);
+  const auto off_by = [&](planner::JpegColours colours) {
+    const auto back = planner::decode_jpeg(picture_reply(picture, PictureFile::kJpeg, colours).body);
+    return back ? cv::norm(back->at<cv::Vec3b>(20, 31), blue, cv::NORM_INF) : 255;
+  };
+  EXPECT_LT(off_by(planner::JpegColours::kOfEachPixel), 25);
+  EXPECT_GT(off_by(planner::JpegColours::kOfFourPixels), 25) << "what it is for";
+}
+
 }  // namespace
 }  // namespace veneer::daemon

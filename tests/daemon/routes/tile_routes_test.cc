@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+
 #include "planner/pictures/pictures.h"
 #include "tests/daemon/routes/panel_cell.h"
 #include "tests/support/hanging_file.h"
@@ -12,6 +14,21 @@ using nlohmann::json;
 
 class TileRoutes : public PanelCell {
  protected:
+  int status_for_who_has(const std::string& etag, const std::string& path) {
+    const Router::Match match = router.match("GET", path);
+    ApiRequest request;
+    request.method = "GET", request.path = path, request.path_params = match.path_params;
+    request.caller = {role, "uid 1000", TransportKind::kUnix};
+    request.if_none_match = etag;
+    std::optional<int> status;
+    reactor.restart();
+    match.route->handler(request, [&](const ApiReply& reply) {
+      boost::asio::post(reactor, [&status, got = reply.status] { status = got; });
+    });
+    while (!status && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    }
+    return status.value_or(0);
+  }
   ApiReply tile(const std::string& query) { return ask("GET", "/api/v1/panels/P-0002/map-tile.jpg?" + query); }
 };
 
@@ -48,6 +65,52 @@ TEST_F(TileRoutes, AKeptPictureOfStockIsNotSentWhenItsWoodHasChanged) {
   ASSERT_EQ(after.status, 200) << after.body;
   EXPECT_NE(after.etag, drawn.etag);
   EXPECT_NE(after.body, drawn.body);
+}
+
+// For who looks on a screen: the same picture, of its own version.
+TEST_F(TileRoutes, APictureOfAPanelIsSentAsAJpegToo) {
+  for (const std::string picture : {"map", "stock"}) {
+    const auto drawn_as = [&](const std::string& ending) {
+      const ApiReply reply = ask("GET", "/api/v1/panels/P-0002/" + picture + ending + "?width=320");
+      EXPECT_EQ(reply.status, 200) << picture << ending << ": " << reply.body;
+      return reply;
+    };
+    const ApiReply png = drawn_as(".png"), jpeg = drawn_as(".jpg"), again = drawn_as(".jpg");
+    EXPECT_EQ(png.content_type, "image/png");
+    EXPECT_EQ(jpeg.content_type, "image/jpeg");
+    EXPECT_NE(jpeg.etag, png.etag) << "who has the one would be told that he has the other";
+    EXPECT_EQ(again.content_type, "image/jpeg") << "as it was kept";
+    EXPECT_EQ(again.body, jpeg.body);
+    const auto exact = planner::decode_picture(png.body, "png"), seen = planner::decode_picture(jpeg.body, "jpeg");
+    ASSERT_TRUE(exact) << exact.error().message;
+    ASSERT_TRUE(seen) << seen.error().message;
+    ASSERT_EQ(seen->size(), exact->size()) << picture;
+    EXPECT_LT(cv::norm(*exact, *seen, cv::NORM_L1) / static_cast<double>(exact->total()), 6) << picture;
+  }
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/stock.jpg").status, 404);
+}
+
+// As its file's header says: 0x11, or 0x22 for one of four pixels.
+int sampling_of_colours(const std::string& jpeg) {
+  const auto frame = jpeg.find(std::string("\xFF\xC0\x00\x11\x08", 5));
+  return frame == std::string::npos ? -1 : static_cast<unsigned char>(jpeg.at(frame + 11));
+}
+
+// Outlines are a pixel wide, and their colours tell reserved wood from suspect one.
+TEST_F(TileRoutes, APictureOfStockHasAColourForEachPixel) {
+  EXPECT_EQ(sampling_of_colours(ask("GET", "/api/v1/panels/P-0002/stock.jpg").body), 0x11);
+  EXPECT_EQ(sampling_of_colours(ask("GET", "/api/v1/panels/P-0002/map.jpg").body), 0x22) << "wood has no lines";
+}
+
+TEST_F(TileRoutes, WhoHasThePngIsSentTheJpegAndWhoHasItIsSentNothing) {
+  for (const std::string picture : {"map", "stock"}) {
+    const auto file = [&](const char* ending) { return "/api/v1/panels/P-0002/" + picture + ending; };
+    const std::string png = ask("GET", file(".png")).etag, jpeg = ask("GET", file(".jpg")).etag;
+    EXPECT_EQ(status_for_who_has(png, file(".png")), 304) << picture;
+    EXPECT_EQ(status_for_who_has(png, file(".jpg")), 200) << picture;
+    EXPECT_EQ(status_for_who_has(jpeg, file(".jpg")), 304) << picture;
+    EXPECT_EQ(status_for_who_has(jpeg, file(".png")), 200) << picture;
+  }
 }
 
 TEST_F(TileRoutes, SendATileWithItsTag) {

@@ -13,6 +13,7 @@
 
 #include "daemon/stock/panel_figures.h"
 #include "daemon/stock/remnants.h"
+#include "tests/db/counted_statements.h"
 #include "tests/support/panel_shapes.h"
 #include "tests/support/temp_directory.h"
 
@@ -193,6 +194,37 @@ TEST_F(StockMemoryTest, KeepsWhatNeedsNoMapWhereThatCannotBeRead) {
   EXPECT_FALSE(stay.remnants.count_for_searches(stay.r, panel).ok()) << "its tones are still not known";
   lose_pictures();
   EXPECT_GT(must(stay.remnants.fitting(stay.r, panel, {{}, {}, Millimetres(8)})).count(), 200);
+}
+
+// Who searches a thousand panels would ask the database a thousand times.
+TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
+  Life stay(data());
+  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, panel_square(0, 0, 20), "maple"}}).ok());
+  ASSERT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 6);
+  EXPECT_EQ(db::statements_of(stay.database, [&] { must(stay.r.materials.zones({"P-0001"})); }), 1) << "it is counted";
+  const auto asked = must(stay.remnants.ask(stay.r));
+  const auto panel = stay.panel();
+  const auto asked_for = [&](const WoodWanted& wanted) {
+    double found = 0;
+    const int statements = db::statements_of(
+        stay.database, [&] { found = must(stay.remnants.fitting(stay.r, panel, wanted, asked)).count(); });
+    return std::pair(found > 0, statements);
+  };
+  EXPECT_EQ(asked_for({{}, Tone::kLight, Millimetres(8)}), std::pair(true, 0));
+  EXPECT_EQ(asked_for({"maple", {}, Millimetres(8)}), std::pair(true, 0));
+  EXPECT_EQ(asked_for({"walnut", {}, Millimetres(8)}), std::pair(false, 0));
+}
+
+// The wood's name may be another one than when all were asked for.
+TEST_F(StockMemoryTest, ASearchCountsByTheZonesAsTheyAre) {
+  Life stay(data());
+  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, panel_square(0, 0, 20), "maple"}}).ok());
+  const auto asked = must(stay.remnants.ask(stay.r));
+  const WoodWanted maple{"maple", {}, Millimetres(8)};
+  ASSERT_TRUE(stay.r.materials.set_material({"P-0001"}, 1, "walnut").ok());
+  EXPECT_EQ(must(stay.remnants.fitting(stay.r, stay.panel(), maple, asked)).count(), 0);
+  ASSERT_TRUE(stay.r.materials.set_material({"P-0001"}, 1, "maple").ok());
+  EXPECT_GT(must(stay.remnants.fitting(stay.r, stay.panel(), maple)).count(), 100) << "what was counted of walnut";
 }
 
 TEST_F(StockMemoryTest, KeepsEveryWoodOfAPanelOfManyWoods) {
