@@ -160,7 +160,7 @@ TEST(Render, WhereWordsWereGivenPanelsHaveNameShelfAndWoods) {
                          {"shelf", "Rack B7"},
                          {"woods", {"walnut", "maple"}}}}}};
   EXPECT_EQ(render_named_found(reply),
-            "PANEL      SIZE  FITTING    FREE  FROM  NAME  SHELF    WOODS\n"
+            "PANEL         SIZE  FITTING    FREE  FROM  NAME  SHELF    WOODS\n"
             "P-0002  90 x 80 mm   40 cm2  50 cm2        Burl  Rack B7  walnut, maple\n");
   EXPECT_THAT(render_named_panels(reply), HasSubstr("Burl  Rack B7  walnut, maple"));
   EXPECT_THAT(render_panels(reply), ::testing::Not(HasSubstr("Rack B7")));
