@@ -250,7 +250,8 @@ std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t 
   return out;
 }
 
-std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options) {
+std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options,
+                                  const std::vector<std::size_t>& doors) {
   const RingWalk walk = walk_from(ring, 0);
   const double around = walk.at.back(), least = options.width.count() + 2 * kCornerClearance;
   // How far the ring bends where a bridge would stand; radians.
@@ -263,11 +264,17 @@ std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOption
     }
     return bend;
   };
+  const auto begins_at = [&](double place) {
+    return std::any_of(doors.begin(), doors.end(), [&](std::size_t door) {
+      const double d = std::abs(walk.at[door] - place);
+      return std::min(d, around - d) <= options.width.count();
+    });
+  };
   // Stretches between corners; a smooth ring is cut into as many as there are to be bridges.
   struct Stretch {
     double from, length;
     double place = 0;  // of its bridge
-    bool straight = true;
+    bool straight = true, has_place = false;
   };
   std::vector<Stretch> stretches;
   const auto corners = corners_of(ring);
@@ -289,11 +296,13 @@ std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOption
     for (double aside = 0; aside <= room && least_bend >= kSharp; aside += kBridgeSteps) {
       for (const double at : {middle - aside, middle + aside}) {
         const double place = std::fmod(at, around), bend = bend_at(place);
-        if (bend < least_bend - 1e-6) stretch.place = place, least_bend = bend;
+        if (bend < least_bend - 1e-6 && !begins_at(place)) stretch.place = place, least_bend = bend;
       }
     }
     stretch.straight = least_bend < kSharp;
+    stretch.has_place = std::isfinite(least_bend);
   }
+  std::erase_if(stretches, [](const Stretch& stretch) { return !stretch.has_place; });
   std::stable_sort(stretches.begin(), stretches.end(), [](const Stretch& a, const Stretch& b) {
     return a.straight != b.straight ? a.straight : a.length > b.length + 1e-6;
   });
@@ -349,7 +358,9 @@ std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door
   const double door_at = walk_from(ring, 0).at[door.vertex];
   std::vector<double> middles;
   middles.reserve(bridges.size());
-  for (const double place : bridges) middles.push_back(std::fmod(place - door_at + around, around));
+  for (const double place : bridges)
+    if (const double middle = std::fmod(place - door_at + around, around); middle > half && middle < around - half)
+      middles.push_back(middle);
   std::sort(middles.begin(), middles.end());
   std::vector<Polyline<BedFrame>> paths;
   double from = 0;

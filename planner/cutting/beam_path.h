@@ -65,14 +65,16 @@ std::vector<std::size_t> door_vertices(const Ring<BedFrame>& ring);
 
 // Where bridges stay, as distances along the ring from its first vertex: near the middle of long stretches between
 // corners, where the ring bends little, since a knife cuts them straight and flush. Where it bends everywhere, they
-// stand where it bends least. Empty when no stretch is long enough.
-std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options);
+// stand where it bends least. None stands within its own width of one of `doors`, which are vertices of the ring: a cut
+// begins there, and wood that it begins in holds nothing. Empty when no stretch is long enough.
+std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options,
+                                  const std::vector<std::size_t>& doors);
 
 // The least distance between two parallels that enclose the ring.
 Millimetres narrowest_width(const Ring<BedFrame>& ring);
 
 // The ring from the door around, less the bridges with the kerf on both sides of them: paths in the order of burning. A
-// single one without bridges and lead-in ends where it begins.
+// single one without bridges and lead-in ends where it begins. A bridge that reaches as far as the door is none.
 std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door& door,
                                           const std::vector<double>& bridges, Millimetres bridge_gap,
                                           const LeadOptions& options);

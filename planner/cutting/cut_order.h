@@ -14,8 +14,8 @@
 namespace veneer::planner {
 
 struct CutWay {
-  Point<BedFrame> in, out;
-  Millimetres inner{0};  // dark travel within the piece, and what else speaks against this way
+  Point<BedFrame> in, out;  // finite: a tour through infinity would never end
+  Millimetres inner{0};     // dark travel within the piece, and what else speaks against this way
 };
 
 struct CutSite {

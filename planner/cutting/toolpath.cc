@@ -77,21 +77,26 @@ std::vector<Paths> engravings_of(const Mark& mark) {
   return out;
 }
 
-// Bridges keep clear of doors, or the cut would begin in the air.
-void keep_doors_from_bridges(BeamRing& beam, Millimetres gap) {
+// Of doors that may be chosen those go that a bridge stands at: the cut would begin in wood that is to stay. Where one
+// stands at each of them, the first door stays, and its bridges go.
+void part_doors_and_bridges(BeamRing& beam, Millimetres gap) {
   if (beam.bridges.empty()) return;
   std::vector<double> at{0};
   for (std::size_t i = 0; i < beam.ring.size(); ++i)
     at.push_back(at.back() + distance(beam.ring[i], beam.ring[(i + 1) % beam.ring.size()]).count());
-  const auto clear = [&](const Door& door) {
-    return std::all_of(beam.bridges.begin(), beam.bridges.end(), [&](double bridge) {
-      const double d = std::abs(at[door.vertex] - bridge);
-      return std::min(d, at.back() - d) > gap.count();
-    });
+  const auto clear = [&](const Door& door, double bridge) {
+    const double d = std::abs(at[door.vertex] - bridge);
+    return std::min(d, at.back() - d) > gap.count();
   };
   std::vector<Door> kept;
-  std::copy_if(beam.doors.begin(), beam.doors.end(), std::back_inserter(kept), clear);
-  if (!kept.empty()) beam.doors = std::move(kept);
+  std::copy_if(beam.doors.begin(), beam.doors.end(), std::back_inserter(kept), [&](const Door& door) {
+    return std::all_of(beam.bridges.begin(), beam.bridges.end(), [&](double bridge) { return clear(door, bridge); });
+  });
+  if (kept.empty()) {
+    kept = {beam.doors.front()};
+    std::erase_if(beam.bridges, [&](double bridge) { return !clear(kept.front(), bridge); });
+  }
+  beam.doors = std::move(kept);
 }
 
 Millimetres bridge_gap(const Recipe& recipe, const BridgeOptions& options) { return options.width + recipe.kerf_back; }
@@ -121,12 +126,17 @@ Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& o
   if (options.bridges.on && narrowest_width(piece.outline) < options.bridges.below) {
     BridgeOptions wanted = options.bridges;
     wanted.width = bridge_gap(recipe, options.bridges);
-    paths.outline.bridges = bridge_places(*ring, wanted);
+    std::vector<std::size_t> booked;
+    if (!piece.leads.empty())
+      for (const Door& door : paths.outline.doors) booked.push_back(door.vertex);
+    paths.outline.bridges = bridge_places(*ring, wanted, booked);
+    paths.outline.ring = std::move(ring).value();
+    part_doors_and_bridges(paths.outline, wanted.width);
     if (paths.outline.bridges.empty())
       omissions.bridges.push_back(piece.mark.empty() ? std::to_string(piece.piece.value) : piece.mark);
+  } else {
+    paths.outline.ring = std::move(ring).value();
   }
-  paths.outline.ring = std::move(ring).value();
-  keep_doors_from_bridges(paths.outline, bridge_gap(recipe, options.bridges));
   if (piece.mark.empty()) return paths;
   auto mark = lay_out_mark(piece.mark, piece.outline, piece.artwork_up, options.marks);
   if (mark.ok())
@@ -181,6 +191,11 @@ CutSite site_of(const ToolpathPiece& piece, const PiecePaths& paths, const Toolp
     site.ways.push_back({strokes.front().path.front(), strokes.back().end(), Millimetres(inner)});
   }
   return site;
+}
+
+bool lies_somewhere(const CutWay& way) {
+  return std::isfinite(way.in.x.count()) && std::isfinite(way.in.y.count()) && std::isfinite(way.out.x.count()) &&
+         std::isfinite(way.out.y.count()) && std::isfinite(way.inner.count());
 }
 
 double to_edges(const Point<BedFrame>& p, const Ring<BedFrame>& ring) {
@@ -295,6 +310,9 @@ Result<Toolpath> make_toolpath(const std::vector<ToolpathPiece>& pieces, const T
   toolpath.warnings = sentences_of(omissions, options.marks.min_height);
   keep_leads_off_pieces(pieces, paths, options);
   const std::vector<CutSite> sites = sites_of(pieces, paths, options);
+  for (std::size_t i = 0; i < sites.size(); ++i)
+    if (!std::all_of(sites[i].ways.begin(), sites[i].ways.end(), lies_somewhere))
+      return unusable_piece(pieces[i], "would be cut along a path that leads nowhere: plan it again");
   const auto visits = cut_order(sites, {options.start, options.assembly_order});
   Point<BedFrame> at = options.start;
   for (const CutVisit& visit : visits)

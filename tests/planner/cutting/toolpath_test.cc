@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -301,6 +302,75 @@ TEST(Toolpath, HoldsASmallDiscByBridgesToo) {
   EXPECT_EQ(path->pieces[0].bridges, 2U);
   // On opposite sides.
   ASSERT_GE(path->strokes.size(), 2U);
+}
+
+// The strokes of a piece of its own, which is led into from `lead`, leave its bridges whole: they begin and end on the
+// beam's way, what lies between two of them is a bridge's width of it, and only the first and the last are at the door.
+// Says what is wrong.
+std::string wrong_with_bridges(const Toolpath& path, const Point<BedFrame>& lead, Millimetres kerf) {
+  const LeadOptions leads;
+  const auto& strokes = path.strokes;
+  for (const auto& stroke : strokes)
+    for (const auto& p : stroke.path)
+      if (!std::isfinite(p.x.count()) || !std::isfinite(p.y.count())) return "a stroke runs nowhere";
+  if (strokes.size() != path.pieces[0].bridges + 1)
+    return fmt::format("{} strokes with {} bridges", strokes.size(), path.pieces[0].bridges);
+  if (strokes.front().path.front() != lead) return "it does not begin where wood is booked for it";
+  const Point<BedFrame> door = strokes.front().path[1];
+  const double wide = (BridgeOptions{}.width + kerf).count();
+  for (std::size_t k = 1; k < strokes.size(); ++k)
+    if (const double gap = distance(strokes[k - 1].path.back(), strokes[k].path.front()).count();
+        gap > wide + 1e-6 || gap < 0.8 * wide)
+      return fmt::format("a bridge of {} mm", gap);
+  if (strokes.size() > 1 && distance(strokes.front().path.back(), door).count() < 1e-6) return "it ends at its door";
+  const auto& last = strokes.back().path;
+  if (std::none_of(last.begin(), last.end(), [&](const auto& p) { return distance(p, door).count() < 1e-6; }))
+    return "it never comes back to its door";
+  return distance(last.back(), door).count() <= leads.overlap.count() + 1e-6 ? "" : "it runs on too far";
+}
+
+// A lens of 14 x 6 mm, led into in the middle of a long side, where a bridge would stand: what was cut there ran to
+// nowhere, and the daemon with it (seed 1 of the demo's workshop, a piece whose waist lay at its door).
+TEST(Toolpath, PutsNoBridgeWhereTheCutBegins) {
+  Ring<BedFrame> lens;
+  for (int i = 0; i < 40; ++i) {
+    const double along = i < 20 ? 7.0 * (10 - i) / 10 : 7.0 * (i - 30) / 10;
+    const double high = 3 * (1 - along * along / 49) * (i < 20 ? 1 : -1);
+    lens.push_back(point<BedFrame>(50 + along, 40 + high));
+  }
+  for (const double aside : {0.0, 0.2, -0.3, 0.7, -1.4}) {
+    auto piece = toolpath_piece(1, lens);
+    piece.leads = {point<BedFrame>(50 + aside, 44)};
+    const auto path = make_toolpath({piece}, options_with_kerf(0.2));
+    ASSERT_TRUE(path.ok());
+    EXPECT_EQ(path->pieces[0].bridges, 2U);
+    EXPECT_EQ(wrong_with_bridges(*path, piece.leads[0], Millimetres(0.2)), "") << aside;
+  }
+}
+
+RC_GTEST_PROP(Toolpath, LeavesBridgesWholeWhereverTheCutBegins, ()) {
+  const int n = *rc::gen::inRange(5, 40);
+  Ring<BedFrame> outline;
+  for (int i = 0; i < n; ++i) {
+    const double r = *rc::gen::inRange(26, 38) / 10.0;
+    outline.push_back(point<BedFrame>(100 + r * std::cos(2 * kPi * i / n), 100 + r * std::sin(2 * kPi * i / n)));
+  }
+  auto piece = toolpath_piece(1, outline);
+  const double angle = 2 * kPi * *rc::gen::inRange(0, 360) / 360.0;
+  piece.leads = {point<BedFrame>(100 + 5 * std::cos(angle), 100 + 5 * std::sin(angle))};
+  const auto path = make_toolpath({piece}, options_with_kerf(0.2));
+  RC_ASSERT(path.ok());
+  RC_ASSERT(wrong_with_bridges(*path, piece.leads[0], Millimetres(0.2)) == "");
+}
+
+TEST(Toolpath, RefusesAPathThatLeadsNowhere) {
+  for (const double nowhere : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    std::vector<ToolpathPiece> pieces = grid_of_pieces(2, 1);
+    pieces[1].leads = {point<BedFrame>(nowhere, 30)};
+    const auto path = make_toolpath(pieces, options_with_kerf(0.2));
+    ASSERT_FALSE(path.ok());
+    EXPECT_THAT(path.error().message, HasSubstr("piece 2 (A1-2)"));
+  }
 }
 
 TEST(Toolpath, FollowsTheAssemblyWhenAsked) {
