@@ -131,12 +131,11 @@ void paint(const FoundPiece& piece, const Canvas& canvas, Laid& laid) {
   });
 }
 
-cv::Mat grey_integral(const cv::Mat& colour, const cv::Mat& mask) {
-  cv::Mat grey;
-  cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
-  grey.setTo(0, mask == 0);
+cv::Mat colour_integral(const cv::Mat& colour, const cv::Mat& mask) {
+  cv::Mat inside = colour.clone();
+  inside.setTo(cv::Scalar(0, 0, 0), mask == 0);
   cv::Mat table;
-  cv::integral(grey, table, CV_64F);
+  cv::integral(inside, table, CV_64F);
   return table;
 }
 
@@ -173,7 +172,7 @@ BlockMeans blocks_of(const Laid& laid, const cv::Mat& mask, const Canvas& canvas
   cv::Mat inside;
   cv::integral(mask, inside, CV_64F);
   const Vec2 centre = laid.centre_px - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
-  return {grey_integral(laid.colour, mask), inside / 255.0, centre, laid.half_px, canvas.px_per_mm};
+  return {colour_integral(laid.colour, mask), inside / 255.0, centre, laid.half_px, canvas.px_per_mm};
 }
 BlockMeans blocks_of(const Laid& laid, const Canvas& canvas) { return blocks_of(laid, laid.mask, canvas); }
 
@@ -205,7 +204,7 @@ PlannedLook preview_of(const ClaimedPiece& piece, const Canvas& canvas, const cv
   const bool under_dust = without_dust(piece, dust, canvas, corner, mask);
   cv::integral(mask, inside, CV_64F);
   return {
-      {grey_integral(preview(box), mask), inside / 255.0, place.centre_px - corner, place.half_px, canvas.px_per_mm},
+      {colour_integral(preview(box), mask), inside / 255.0, place.centre_px - corner, place.half_px, canvas.px_per_mm},
       under_dust};
 }
 
@@ -277,7 +276,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     if (look.under_dust) ++proof.pieces_under_dust;
   }
   std::vector<int> looks_like(laid.size(), -1);
-  std::vector<char> correlates_elsewhere(laid.size(), 0);  // threads write side by side
+  std::vector<char> greyly_elsewhere(laid.size(), 0);  // threads write side by side
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas);
     const BlockMeans seen = blocks_seen_of(laid[i], job.pieces[laid[i].as], dust, canvas);
@@ -285,11 +284,10 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     auto best = seen.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
-      if (const auto both = mine.rivals(places[k], place, seen);
-          both && both->other.correlation > both->own.correlation)
-        correlates_elsewhere[i] = 1;
-      const auto rivals = mine.rather(places[k], place, seen);
-      if (!rivals || (looks_like[i] >= 0 && rivals->other.correlation <= best.correlation)) continue;
+      const auto rivals = mine.rivals(places[k], place, seen);
+      if (!rivals) continue;
+      if (rivals->other.correlation > rivals->own.correlation) greyly_elsewhere[i] = 1;
+      if (!rivals->other_is_nearer() || (looks_like[i] >= 0 && rivals->other.in_colour <= best.in_colour)) continue;
       best = rivals->other;
       looks_like[i] = static_cast<int>(k);
     }
@@ -299,7 +297,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
     if (clear && mirror.difference < best.difference) laid[i].mirrored = true;
   });
-  proof.wrong_by_correlation = static_cast<std::size_t>(std::ranges::count(correlates_elsewhere, 1));
+  proof.wrong_by_correlation = static_cast<std::size_t>(std::ranges::count(greyly_elsewhere, 1));
   for (std::size_t i = 0; i < laid.size(); ++i) {
     if (looks_like[i] < 0 || laid[i].mirrored) continue;
     ++proof.wrong_pieces;

@@ -5,14 +5,12 @@
 // shape refuses the upright way, the quarter turns that the shape allows are tried and the picture decides between
 // them.
 //
-// wrong     the piece's 2 mm block means agree better with the preview of another patch than with its own: both the
-//           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
-//           two patches of a smooth gradient correlate whatever they are. Places of unlike shape or of another
-//           lightness: BlockMeans::rather. Pixels of a preview that show dust on the scanner's glass, as the twin
-//           recorded it, show no wood and are not counted, nor is what lies there of the piece.
+// wrong     the piece's 2 mm block means correlate better, in grey and in colour (all three channels together), with the
+//           preview of another patch than with its own. Pixels of a preview that show dust on the scanner's glass, as the twin recorded it, show no wood and are
+//           not counted, nor is what lies there of the piece.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
-//           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
-//           clear margin (0.3 in correlation) over its own.
+//           the mirrored preview of its own patch than with any preview unmirrored: in grey, both the correlation is
+//           higher, by a clear margin (0.3) over its own, and the difference lower (BlockMeans::rather).
 // holed     the panel truly had a screw hole, or one through it, where the piece was cut.
 #pragma once
 
@@ -48,7 +46,7 @@ struct JobProof {
   std::size_t pieces = 0, cut = 0, suspect = 0;
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
-  std::size_t wrong_by_correlation = 0;  // of pieces of a few blocks, and so also of many that are right
+  std::size_t wrong_by_correlation = 0;  // in grey: of pieces of a few blocks, and so also of many that are right
   std::size_t holed_pieces = 0;          // cut where the panel has a hole, by more than the 0.05 mm that edges err
   std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans
   std::optional<double> picture_ssim;    // nothing without a preview

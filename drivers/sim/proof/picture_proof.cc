@@ -12,6 +12,7 @@ constexpr double kBlock = 2;         // mm
 constexpr double kComparable = 0.6;  // of a piece's blocks, that another place has too
 constexpr double kNoise = 0.5;       // grey levels, of a scan: few blocks of plain wood differ by no more
 constexpr double kLightness = 20;    // grey levels: twice what the light over a scanner's glass differs by
+const cv::Vec3d kGrey(0.114, 0.587, 0.299);  // of BGR, ITU-R BT.601
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 cv::Mat grey_of(const cv::Mat& picture) {
@@ -58,6 +59,24 @@ double ssim(cv::Mat a, const cv::Mat& b) {
   return cv::mean(above / below)[0];
 }
 
+// Of pairs of numbers.
+struct Moments {
+  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+  void add(double x, double y) { n += 1, a += x, b += y, aa += x * x, bb += y * y, ab += x * y; }
+  double variance_of_a() const { return std::max(0.0, aa / n - a / n * a / n); }
+  double variance_of_b() const { return std::max(0.0, bb / n - b / n * b / n); }
+  double covariance() const { return ab / n - a / n * b / n; }
+  double correlation() const {
+    const double variances = variance_of_a() * variance_of_b();
+    return variances > 0 ? covariance() / std::sqrt(variances) : 0;
+  }
+  double difference() const {
+    return std::sqrt(std::max(0.0, variance_of_a() + variance_of_b() - 2 * covariance()));
+  }
+  double lightness() const { return std::abs(a - b) / n; }
+};
+
 }  // namespace
 
 double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm) {
@@ -81,9 +100,9 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
   const double block = kBlock * px_per_mm;
   columns_ = static_cast<int>(std::ceil(half_px.x / block));
   rows_ = static_cast<int>(std::ceil(half_px.y / block));
-  const auto sum = [](const cv::Mat& table, const cv::Rect& r) {
-    return table.at<double>(r.y, r.x) + table.at<double>(r.br().y, r.br().x) - table.at<double>(r.y, r.br().x) -
-           table.at<double>(r.br().y, r.x);
+  const auto sum = [&]<class Value>(const cv::Mat& table, const cv::Rect& r, Value) {
+    return table.at<Value>(r.y, r.x) + table.at<Value>(r.br().y, r.br().x) - table.at<Value>(r.y, r.br().x) -
+           table.at<Value>(r.br().y, r.x);
   };
   for (int row = -rows_; row < rows_; ++row)
     for (int column = -columns_; column < columns_; ++column) {
@@ -97,25 +116,28 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
       const int y1 =
           static_cast<int>(std::min(std::floor(centre_px.y + half_px.y), std::round(centre_px.y + (row + 1) * block)));
       const bool within = x0 >= 0 && y0 >= 0 && x1 < integral.cols && y1 < integral.rows && x1 > x0 && y1 > y0;
-      double mean = kNone;
+      Block mean{{}, kNone};
       if (within) {
         const cv::Rect box(x0, y0, x1 - x0, y1 - y0);
-        const double weight = sum(mask_integral, box);
-        if (weight >= 0.6 * block * block) mean = sum(integral, box) / weight;
+        const double weight = sum(mask_integral, box, double());
+        if (weight >= 0.6 * block * block) {
+          const cv::Vec3d colour = sum(integral, box, cv::Vec3d()) / weight;
+          mean = {{colour[0], colour[1], colour[2]}, colour.dot(kGrey)};
+        }
       }
-      means_.push_back(mean);
+      blocks_.push_back(mean);
     }
 }
 
-double BlockMeans::at(int column, int row) const {
+const BlockMeans::Block& BlockMeans::at(int column, int row) const {
   const auto width = static_cast<std::ptrdiff_t>(columns_), height = static_cast<std::ptrdiff_t>(rows_);
-  return means_[static_cast<std::size_t>((row + height) * 2 * width + column + width)];
+  return blocks_[static_cast<std::size_t>((row + height) * 2 * width + column + width)];
 }
 
 BlockMeans BlockMeans::mirrored() const {
   BlockMeans out = *this;
   for (int row = 0; row < 2 * rows_; ++row) {
-    const auto begin = out.means_.begin() + static_cast<std::ptrdiff_t>(row) * 2 * columns_;
+    const auto begin = out.blocks_.begin() + static_cast<std::ptrdiff_t>(row) * 2 * columns_;
     std::reverse(begin, begin + 2 * static_cast<std::ptrdiff_t>(columns_));
   }
   return out;
@@ -125,11 +147,11 @@ double BlockMeans::shared_with(const BlockMeans& other) const {
   double own = 0, shared = 0;
   for (int row = -rows_; row < rows_; ++row)
     for (int column = -columns_; column < columns_; ++column) {
-      if (std::isnan(at(column, row))) continue;
+      if (std::isnan(at(column, row).grey)) continue;
       own += 1;
       const bool reaches =
           row >= -other.rows_ && row < other.rows_ && column >= -other.columns_ && column < other.columns_;
-      if (reaches && !std::isnan(other.at(column, row))) shared += 1;
+      if (reaches && !std::isnan(other.at(column, row).grey)) shared += 1;
     }
   return own > 0 ? shared / own : 0;
 }
@@ -137,36 +159,26 @@ double BlockMeans::shared_with(const BlockMeans& other) const {
 BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans& where) const {
   const int columns = std::min({columns_, other.columns_, where.columns_});
   const int rows = std::min({rows_, other.rows_, where.rows_});
-  double n = 0;
-  double sa = 0;
-  double sb = 0;
-  double saa = 0;
-  double sbb = 0;
-  double sab = 0;
+  Moments grey;
+  Moments colour;
   for (int row = -rows; row < rows; ++row)
     for (int column = -columns; column < columns; ++column) {
-      const double a = at(column, row);
-      const double b = other.at(column, row);
-      if (std::isnan(a) || std::isnan(b) || std::isnan(where.at(column, row))) continue;
-      n += 1;
-      sa += a;
-      sb += b;
-      saa += a * a;
-      sbb += b * b;
-      sab += a * b;
+      const Block& a = at(column, row);
+      const Block& b = other.at(column, row);
+      if (std::isnan(a.grey) || std::isnan(b.grey) || std::isnan(where.at(column, row).grey)) continue;
+      grey.add(a.grey, b.grey);
+      for (std::size_t k = 0; k < 3; ++k) colour.add(a.colour[k], b.colour[k]);
     }
-  if (n < 4) return {0, std::numeric_limits<double>::infinity(), 0};
-  const double va = std::max(0.0, saa / n - sa / n * sa / n);
-  const double vb = std::max(0.0, sbb / n - sb / n * sb / n);
-  const double cab = sab / n - sa / n * sb / n;
-  const double difference = std::sqrt(std::max(0.0, va + vb - 2 * cab));
-  return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference, std::abs(sa - sb) / n};
+  if (grey.n < 4) return {0, 0, std::numeric_limits<double>::infinity(), 0};
+  return {colour.correlation(), grey.correlation(), grey.difference(), grey.lightness()};
 }
 
 std::optional<BlockMeans::Rivals> BlockMeans::rivals(const BlockMeans& other, const BlockMeans& own,
                                                      const BlockMeans& seen) const {
   if (shared_with(other) < kComparable) return std::nullopt;
-  return Rivals{seen.with(own, other), with(other, own)};
+  const Rivals rivals{seen.with(own, other), with(other, own)};
+  if (std::isinf(rivals.own.difference) || std::isinf(rivals.other.difference)) return std::nullopt;
+  return rivals;
 }
 
 std::optional<BlockMeans::Rivals> BlockMeans::rather(const BlockMeans& other, const BlockMeans& own,

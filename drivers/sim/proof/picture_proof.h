@@ -1,6 +1,7 @@
 // Comparing pictures: structural similarity, and block means of single pieces.
 #pragma once
 
+#include <array>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -26,20 +27,21 @@ double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double wid
 double picture_ssim_joints_filled(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview,
                                   double width_mm, double height_mm);
 
-// Grey means of the blocks of 2 mm around a centre.
+// Mean colours of the blocks of 2 mm around a centre.
 class BlockMeans {
  public:
-  // Of a part of a picture: integrals of its grey, 0 outside, and of its mask, 0 or 1 (CV_64F, one row and column
-  // more). Blocks lie symmetrically about `centre_px` and reach as far as half_px in x and y. Those that leave the
+  // Of a part of a picture: integrals of its colour (CV_64FC3, BGR), 0 outside, and of its mask, 0 or 1 (CV_64FC1), each
+  // of one row and column more. Blocks lie symmetrically about `centre_px` and reach as far as half_px in x and y. Those that leave the
   // picture, or of which less than 60 % are set in the mask, are absent.
   BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
              double px_per_mm);
 
   // Over blocks that both have, and `where` as well; nothing in common, or flat: correlation 0, difference infinite.
   struct Agreement {
-    double correlation = 0;
-    double difference = 0;  // root mean square of grey after each one's own mean is taken out
-    double lightness = 0;   // grey levels between the two means
+    double in_colour = 0;    // correlation of the means of all three channels together
+    double correlation = 0;  // of grey
+    double difference = 0;   // root mean square of grey after each one's own mean is taken out
+    double lightness = 0;    // grey levels between the two means
   };
   Agreement with(const BlockMeans& other, const BlockMeans& where) const;
   Agreement with(const BlockMeans& other) const { return with(other, other); }
@@ -48,25 +50,33 @@ class BlockMeans {
   BlockMeans mirrored() const;  // left and right exchanged
 
   // How it agrees with two places, its own and another, over the blocks that both have; nothing where the other has
-  // fewer than 60 % of this one's blocks. `seen`: the same piece without what its own place does not show of it, which
-  // is what is held against that one.
+  // fewer than 60 % of this one's blocks, or fewer than four can be compared with either. `seen`: the same piece without
+  // what its own place does not show of it, which is what is held against that one.
   struct Rivals {
     Agreement own, other;
+    // Correlates better, in colour and in grey. Of the few blocks of a small piece some other wood's correlate better by
+    // chance, in grey: one to six pieces of a picture of 520 do. In colour a wood's hue tells it, but for a scanner whose
+    // lamp has another one.
+    bool other_is_nearer() const { return other.in_colour > own.in_colour && other.correlation > own.correlation; }
   };
   std::optional<Rivals> rivals(const BlockMeans& other, const BlockMeans& own, const BlockMeans& seen) const;
-  // Nothing unless it looks more like the other: the correlation is higher and the difference lower. Where the other is
-  // of unlike shape, it has to come nearer by more than a scan's noise. A place
-  // that is 20 grey levels lighter or darker shows other wood, however the grain of a few blocks may run there.
+  // For a place turned over, of the same wood: nothing unless, in grey, the correlation is higher and the difference
+  // lower. Where it is of unlike shape, it has to come nearer by more than a scan's noise. One that is 20 grey levels
+  // lighter or darker shows other wood, however the grain of a few blocks may run there.
   std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own, const BlockMeans& seen) const;
   std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own) const {
     return rather(other, own, *this);
   }
 
  private:
-  double at(int column, int row) const;  // counted from the centre; negative ones lie left and above
+  struct Block {
+    std::array<double, 3> colour{};  // BGR
+    double grey = 0;                 // NaN where the block is absent
+  };
+  const Block& at(int column, int row) const;  // counted from the centre; negative ones lie left and above
 
   int columns_ = 0, rows_ = 0;  // each side of the centre
-  std::vector<double> means_;   // NaN where absent
+  std::vector<Block> blocks_;
 };
 
 }  // namespace veneer::proof
