@@ -45,18 +45,18 @@ struct Arguments {
   std::string preset = "bench";
 };
 
-// The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and
-// with all of the head some pieces are so narrow (2.5 mm) that their marks cannot be read.
-Result<fs::path> face_of(const fs::path& portrait, const fs::path& out) {
+// The head, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and the
+// features alone look like a mask. Cap and chin make a person of them.
+Result<fs::path> head_of(const fs::path& portrait, const fs::path& out) {
   const cv::Mat whole = cv::imread(portrait.string());
   if (whole.empty())
     return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: install python-matplotlib-data or name "
                                                    "another with --picture",
                                                    portrait.string())};
   const int w = whole.cols, h = whole.rows;
-  const cv::Rect face(w * 28 / 100, h * 12 / 100, w * 44 / 100, h * 44 / 100);
+  const cv::Rect head(w * 24 / 100, h * 3 / 100, w * 54 / 100, h * 54 / 100);
   const fs::path file = out / "target.png";
-  if (!cv::imwrite(file.string(), whole(face)))
+  if (!cv::imwrite(file.string(), whole(head)))
     return Error{ErrorCode::kStorage, fmt::format("cannot write {}", file.string())};
   return file;
 }
@@ -78,8 +78,8 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   if (Status s = story.calibrate(); !s) return s;
   for (const StoryPanel& panel : {StoryPanel{"large", 420, 280}, StoryPanel{"small", 290, 210}})
     if (Status s = story.scan_panel(panel); !s) return s;
-  auto face = face_of(arguments.picture, arguments.out);
-  if (!face) return face.error();
+  auto head = head_of(arguments.picture, arguments.out);
+  if (!head) return head.error();
   const fs::path moth = arguments.out / "second-target.png";
   if (!cv::imwrite(moth.string(), moth_picture()))
     return Error{ErrorCode::kStorage, fmt::format("cannot write {}", moth.string())};
@@ -90,7 +90,7 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   // What was drawn in tones of wood needs none of that, only what is left of them.
   const std::map<std::string, std::string> plain = {
       {"w_hist", "0.2"}, {"w_range", "1"}, {"w_colour", "0.5"}, {"w_gamut", "0.7"}, {"layout", "mosaic"}};
-  const StoryJob jobs[] = {{*face, "portrait", 189, 9, options}, {moth, "second picture", 86, 10, plain}};
+  const StoryJob jobs[] = {{*head, "portrait", 189, 9, options}, {moth, "second picture", 86, 10, plain}};
   for (const auto& job : jobs) {
     if (Status s = plan_with_what_is_left(story, job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;
