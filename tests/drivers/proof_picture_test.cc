@@ -122,8 +122,8 @@ TEST(BlockMeans, OfAPalePieceAreNotTakenForADarkOne) {
   EXPECT_TRUE(mine.rather(alike, own)) << "other light on the scanner's glass does not hide a wrong piece";
 }
 
-// Seen with seed 1 of the demo: a piece of eight blocks, nearly plain, correlated in grey with three of a dark wood, whose
-// grain ran alike, better than with its own preview.
+// Seen with seed 1 of the demo: a piece of eight blocks, nearly plain, correlated in grey with three of a dark wood,
+// whose grain ran alike, better than with its own preview.
 TEST(BlockMeans, InColourAreNotThoseOfAnotherWoodWhoseGrainRunsAlike) {
   constexpr double kPxPerMm = 6;
   constexpr int kSide = 36;
