@@ -45,8 +45,8 @@ struct Arguments {
   std::string preset = "bench";
 };
 
-// The head, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and the
-// features alone look like a mask. Cap and chin make a person of them.
+// The head, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and
+// the features alone look like a mask. Cap and chin make a person of them.
 Result<fs::path> head_of(const fs::path& portrait, const fs::path& out) {
   const cv::Mat whole = cv::imread(portrait.string());
   if (whole.empty())
