@@ -30,9 +30,9 @@ double picture_ssim_joints_filled(const Assembled& assembled, const cv::Scalar& 
 // Mean colours of the blocks of 2 mm around a centre.
 class BlockMeans {
  public:
-  // Of a part of a picture: integrals of its colour (CV_64FC3, BGR), 0 outside, and of its mask, 0 or 1 (CV_64FC1), each
-  // of one row and column more. Blocks lie symmetrically about `centre_px` and reach as far as half_px in x and y. Those that leave the
-  // picture, or of which less than 60 % are set in the mask, are absent.
+  // Of a part of a picture: integrals of its colour (CV_64FC3, BGR), 0 outside, and of its mask, 0 or 1 (CV_64FC1),
+  // each of one row and column more. Blocks lie symmetrically about `centre_px` and reach as far as half_px in x and y.
+  // Those that leave the picture, or of which less than 60 % are set in the mask, are absent.
   BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
              double px_per_mm);
 
@@ -50,13 +50,13 @@ class BlockMeans {
   BlockMeans mirrored() const;  // left and right exchanged
 
   // How it agrees with two places, its own and another, over the blocks that both have; nothing where the other has
-  // fewer than 60 % of this one's blocks, or fewer than four can be compared with either. `seen`: the same piece without
-  // what its own place does not show of it, which is what is held against that one.
+  // fewer than 60 % of this one's blocks, or fewer than four can be compared with either. `seen`: the same piece
+  // without what its own place does not show of it, which is what is held against that one.
   struct Rivals {
     Agreement own, other;
-    // Correlates better, in colour and in grey. Of the few blocks of a small piece some other wood's correlate better by
-    // chance, in grey: one to six pieces of a picture of 520 do. In colour a wood's hue tells it, but for a scanner whose
-    // lamp has another one.
+    // Correlates better, in colour and in grey. Of the few blocks of a small piece some other wood's correlate better
+    // by chance, in grey: one to six pieces of a picture of 520 do. In colour a wood's hue tells it, but for a scanner
+    // whose lamp has another one.
     bool other_is_nearer() const { return other.in_colour > own.in_colour && other.correlation > own.correlation; }
   };
   std::optional<Rivals> rivals(const BlockMeans& other, const BlockMeans& own, const BlockMeans& seen) const;
