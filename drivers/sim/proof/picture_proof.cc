@@ -8,10 +8,10 @@
 namespace veneer::proof {
 namespace {
 
-constexpr double kBlock = 2;         // mm
-constexpr double kComparable = 0.6;  // of a piece's blocks, that another place has too
-constexpr double kNoise = 0.5;       // grey levels, of a scan: few blocks of plain wood differ by no more
-constexpr double kLightness = 20;    // grey levels: twice what the light over a scanner's glass differs by
+constexpr double kBlock = 2;                 // mm
+constexpr double kComparable = 0.6;          // of a piece's blocks, that another place has too
+constexpr double kNoise = 0.5;               // grey levels, of a scan: few blocks of plain wood differ by no more
+constexpr double kLightness = 20;            // grey levels: twice what the light over a scanner's glass differs by
 const cv::Vec3d kGrey(0.114, 0.587, 0.299);  // of BGR, ITU-R BT.601
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -71,9 +71,7 @@ struct Moments {
     const double variances = variance_of_a() * variance_of_b();
     return variances > 0 ? covariance() / std::sqrt(variances) : 0;
   }
-  double difference() const {
-    return std::sqrt(std::max(0.0, variance_of_a() + variance_of_b() - 2 * covariance()));
-  }
+  double difference() const { return std::sqrt(std::max(0.0, variance_of_a() + variance_of_b() - 2 * covariance())); }
   double lightness() const { return std::abs(a - b) / n; }
 };
 
