@@ -220,7 +220,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                        c.config, [&c] {
                                          c.hub.broadcast({{"type", "bed"}});
                                        });
-  c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
+  c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.work_runner, *c.database, c.config, c.log);
   c.runner = std::make_unique<JobRunner>(
       reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts, [&c] { return c.may_book(); }},
       runner_options(config), c.log, [&c] {
@@ -262,6 +262,7 @@ Cell::~Cell() {
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   notifier_.reset();
   if (bed) bed->stop();
+  if (cuts) cuts->stop();
   // Longer than systemd waits, a camera that hangs would keep this process, and with it the laser's port.
   if (devices.camera) devices.camera->give_up();
   scanner_worker.reset();

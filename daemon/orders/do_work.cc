@@ -20,6 +20,8 @@
 #include "daemon/orders/scan_work.h"
 #include "daemon/orders/sketch_json.h"
 #include "daemon/orders/sketch_work.h"
+#include "daemon/orders/toolpath_json.h"
+#include "daemon/orders/toolpath_work.h"
 
 namespace veneer::daemon {
 namespace {
@@ -46,6 +48,7 @@ constexpr std::array kComputed{
     KindOfWork{DrawSketch::kKind, run<draw_sketch>},
     KindOfWork{DrawGrid::kKind, run<draw_grid>},
     KindOfWork{DrawMosaic::kKind, run<draw_mosaic>},
+    KindOfWork{LayToolpath::kKind, run<lay_toolpath>},
     KindOfWork{ReadDrawing::kKind, run<read_drawing>},
     KindOfWork{ViewScan::kKind, run<view_scan>},
     KindOfWork{RegisterScans::kKind, run<register_scans>},

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "drivers/lihuiyu/egv_encoder.h"
-#include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
 namespace {
@@ -25,19 +24,19 @@ LaserJob job_of(const planner::TestCard& card, bool dark) {
   return job;
 }
 
-Result<CutFile> egv_of(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
-                       const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel) {
+LayToolpath path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
+                           const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel) {
   // x = width - x, and the upper edge at the far end of the travel.
   const Isometry2<BedFrame, PanelFrame> bed_from_panel(Radians(0), {panel.width, travel.y - panel.height},
                                                        Handedness::kImproper);
-  planner::ToolpathOptions options = toolpath_options(config);
-  options.start = {Millimetres(0), travel.y};
-  std::vector<planner::ToolpathPiece> burnt;
+  LayToolpath order;
+  order.options = toolpath_options(config);
+  order.options.start = {Millimetres(0), travel.y};
   for (const auto& piece : pieces) {
     if (piece.panel != panel.id) continue;
     const auto bed_from_artwork = bed_from_panel * piece.panel_from_artwork;
     const auto foot = bed_from_artwork * Point<ArtworkFrame>{}, head = bed_from_artwork * point<ArtworkFrame>(0, 1);
-    planner::ToolpathPiece& p = burnt.emplace_back();
+    planner::ToolpathPiece& p = order.pieces.emplace_back();
     p.piece = piece.id;
     p.outline = bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
@@ -45,10 +44,12 @@ Result<CutFile> egv_of(const db::PanelRecord& panel, const std::vector<db::Piece
     if (piece.lead_in) p.leads = {bed_from_panel * *piece.lead_in};
     p.recipe = recipes.recipe_of(recipes.material_at(piece.panel_outline));
   }
-  auto path = planner::make_toolpath(burnt, options);
-  if (!path) return path.error();
+  return order;
+}
+
+Result<CutFile> egv_of(const planner::Toolpath& path, const Travel& travel) {
   LaserJob job;
-  for (const auto& from : path->strokes) {
+  for (const auto& from : path.strokes) {
     Stroke& stroke = job.strokes.emplace_back();
     stroke.piece = from.piece;
     stroke.role = from.role;
@@ -58,7 +59,7 @@ Result<CutFile> egv_of(const db::PanelRecord& panel, const std::vector<db::Piece
     stroke.passes = from.passes;
     stroke.air = from.air;
   }
-  return write(job, travel, std::move(path->warnings));
+  return write(job, travel, path.warnings);
 }
 
 Result<CutFile> egv_of(const planner::TestCard& card, const Travel& travel) { return write(job_of(card), travel); }

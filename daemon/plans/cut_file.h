@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/orders/toolpath_work.h"
 #include "daemon/orders/wood_recipes.h"
 #include "db/job_store.h"
 #include "drivers/laser_job.h"
@@ -23,10 +24,12 @@ struct CutFile {
   std::vector<std::string> warnings;  // one sentence each: a mark left out, a bridge that found no place
 };
 
-// The pieces of one panel as LHYMICRO-GL: the panel lies with its back up, the upper left corner of what is then seen
-// in the home corner. kInvalidArgument when it is larger than the travel.
-Result<CutFile> egv_of(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
-                       const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel);
+// The way to be found through the pieces of one panel that lies with its back up, the upper left corner of what is then
+// seen in the home corner.
+LayToolpath path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
+                           const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel);
+// As LHYMICRO-GL. kInvalidArgument when it leaves the travel.
+Result<CutFile> egv_of(const planner::Toolpath& path, const Travel& travel);
 Result<CutFile> egv_of(const planner::TestCard& card, const Travel& travel);
 
 }  // namespace veneer::daemon

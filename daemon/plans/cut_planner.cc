@@ -9,13 +9,13 @@
 #include <map>
 
 #include "base/clock.h"
+#include "daemon/orders/toolpath_work.h"
 #include "daemon/orders/wood_recipes.h"
 #include "daemon/stock/panel_library.h"
 #include "daemon/stock/panel_thickness.h"
 #include "daemon/store/calibration.h"
 #include "daemon/unit/preflight.h"
 #include "daemon/unit/setups.h"
-#include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
 namespace {
@@ -140,9 +140,14 @@ db::RunFacts facts_of(const Calibration& calibration, const WoodRecipes& recipes
 
 }  // namespace
 
-CutPlanner::CutPlanner(boost::asio::io_context& reactor, Worker& worker, DatabaseThread& database, const Config& config,
-                       Logger log)
-    : reactor_(reactor), worker_(worker), database_(database), config_(config), log_(std::move(log)) {}
+CutPlanner::CutPlanner(boost::asio::io_context& reactor, Worker& worker, WorkRunner& workers, DatabaseThread& database,
+                       const Config& config, Logger log)
+    : reactor_(reactor),
+      worker_(worker),
+      workers_(workers),
+      database_(database),
+      config_(config),
+      log_(std::move(log)) {}
 
 std::string CutPlanner::toolpath() const {
   const std::lock_guard lock(mutex_);
@@ -248,13 +253,14 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
   const auto* calibration = &stock->calibration;
   const auto& machine_from_bed = calibration->bed->machine_from_bed;
 
-  planner::ToolpathOptions options = toolpath_options(config_.recipe);
-  options.kinematics = kinematics_of(machine);
-  std::vector<planner::ToolpathPiece> to_burn;
+  LayToolpath order;
+  order.options = toolpath_options(config_.recipe);
+  order.options.kinematics = kinematics_of(machine);
   std::map<PieceId, std::string> marks;
+  std::map<PieceId, const Region<PanelFrame>*> booked;
   std::map<std::string, std::vector<std::string>> in_wood;  // marks, by material
   for (const auto& piece : pieces) {
-    planner::ToolpathPiece& p = to_burn.emplace_back();
+    planner::ToolpathPiece& p = order.pieces.emplace_back();
     p.piece = piece.id;
     p.outline = pose.bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
@@ -262,15 +268,27 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
     if (piece.lead_in) p.leads = {pose.bed_from_panel * *piece.lead_in};
     const std::string material = stock->recipes->material_at(piece.panel_outline);
     p.recipe = stock->recipes->recipe_of(material);
-    for (const auto& booked : stock->live)
-      if (booked.id == piece.allocation)
-        if (const Status fits = check_booked(piece, material, *p.recipe, options.fit_clearance, booked.area); !fits)
+    for (const auto& wood : stock->live)
+      if (wood.id == piece.allocation) {
+        if (const Status fits = check_booked(piece, material, *p.recipe, order.options.fit_clearance, wood.area); !fits)
           return fits.error();
+        booked[piece.id] = &wood.area;
+      }
     marks[piece.id] = piece.mark;
     in_wood[material].push_back(piece.mark);
   }
-  auto path = planner::make_toolpath(to_burn, options);
+  const auto path = have_toolpath_laid(workers_, config_.store.data_dir, order, ending_.get_token());
   if (!path) return path.error();
+  const auto panel_from_bed = pose.bed_from_panel.inverse();
+  for (const auto& stroke : path->strokes)
+    if (const auto area = booked.find(stroke.piece); area != booked.end())
+      for (const auto& p : stroke.path)
+        if (!area->second->contains(panel_from_bed * p))
+          return Error{
+              ErrorCode::kInternal,
+              fmt::format("the beam's way around piece {} leaves the wood that is booked for it: start the job "
+                          "again, and report it when it comes back",
+                          marks[stroke.piece])};
   for (const auto& warning : path->warnings) log_->warn("{}", warning);
 
   nlohmann::json drawn = nlohmann::json::array();

@@ -76,8 +76,9 @@ void bind_routes(Router& router, Cell& cell) {
   bind_laser_routes(router, {*c.runner, *c.runner, c.runner->jogging(), c.runner->overrides(), c.tasks, c.config.recipe,
                              *c.pictures, on_reactor});
   bind_drawing_routes(router, {*c.runner, c.config.recipe, *c.sketches, *c.work_runner, c.config.store.data_dir});
-  bind_recipe_routes(router, {*c.runner, *c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log,
-                              [panel_changed](const PanelId& panel) { panel_changed(panel); }});
+  bind_recipe_routes(router,
+                     {*c.runner, *c.runner, c.tasks, *c.database, *c.queries, *c.pictures, *c.sketches, *c.work_runner,
+                      c.config, c.log, [panel_changed](const PanelId& panel) { panel_changed(panel); }});
   bind_metrics_routes(
       router, {c.metrics, [&c] {
                  return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};

@@ -262,7 +262,9 @@ struct RecipeServices {
   TaskRegistry& tasks;
   DatabaseThread& database;
   QueryPool& queries;
-  QueryPool& pictures;
+  QueryPool& pictures;    // of test cards
+  QueryPool& by_workers;  // whose answers worker processes give
+  WorkRunner& workers;
   const Config& config;
   Logger log;
   std::function<void(const PanelId& panel)> on_panel_changed;

@@ -224,7 +224,7 @@ void burn_card(const RecipeServices& s, const ApiRequest& request, const Reply& 
   });
 }
 
-Result<CutFile> cut_file(Repositories& r, const Config& config, const Travel& travel, JobId job, const PanelId& panel) {
+Result<CutFile> cut_file(Repositories& r, const RecipeServices& s, JobId job, const PanelId& panel) {
   auto pieces = r.jobs.pieces(job);
   if (!pieces) return pieces.error();
   auto record = r.panels.find(panel);
@@ -237,9 +237,13 @@ Result<CutFile> cut_file(Repositories& r, const Config& config, const Travel& tr
   if (!calibration->kerf)
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  auto recipes = WoodRecipes::read(r, config.recipe, *calibration->kerf, panel);
+  auto recipes = WoodRecipes::read(r, s.config.recipe, *calibration->kerf, panel);
   if (!recipes) return recipes.error();
-  return egv_of(*record, *pieces, *recipes, config.recipe, travel);
+  const Travel travel = travel_of(s);
+  const auto path = have_toolpath_laid(s.workers, s.config.store.data_dir,
+                                       path_from_home(*record, *pieces, *recipes, s.config.recipe, travel), {});
+  if (!path) return path.error();
+  return egv_of(*path, travel);
 }
 
 void job_egv(const RecipeServices& s, const ApiRequest& request, const Reply& reply) {
@@ -249,8 +253,8 @@ void job_egv(const RecipeServices& s, const ApiRequest& request, const Reply& re
   const PanelId panel{query.text("panel").value_or("")};
   query.require("panel");
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  s.pictures.ask(request, reply, [s, job = JobId{*job}, panel](Repositories& r) {
-    auto file = cut_file(r, s.config, travel_of(s), job, panel);
+  s.by_workers.ask(request, reply, [s, job = JobId{*job}, panel](Repositories& r) {
+    auto file = cut_file(r, s, job, panel);
     if (!file) return ApiReply::error(file.error());
     for (const auto& warning : file->warnings) s.log->warn("{}", warning);
     return ApiReply::bytes(std::move(file->text), "application/octet-stream");

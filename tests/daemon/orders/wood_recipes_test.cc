@@ -139,11 +139,19 @@ TEST(WoodRecipes, TheEstimateKnowsTheMachineThatTellsHowItMoves) {
   EXPECT_EQ(kinematics_of(std::nullopt).rapid_x, planner::Kinematics{}.rapid_x);
 }
 
+Result<CutFile> file_of(const db::PanelRecord& panel, const db::PieceRecord& one) {
+  const Travel travel{300_mm, 200_mm};
+  const LayToolpath order = path_from_home(panel, {one}, three_strips(), configured(), travel);
+  const auto path = planner::make_toolpath(order.pieces, order.options);
+  if (!path) return path.error();
+  return egv_of(*path, travel);
+}
+
 TEST(CutFile, AJobsPanelBecomesOneProgramForALihuiyuBoard) {
   db::PanelRecord panel;
   panel.id = PanelId{"P-0001"};
   panel.width = 280_mm, panel.height = 150_mm;
-  const auto file = egv_of(panel, {piece("A1", 20, 120)}, three_strips(), configured(), {300_mm, 200_mm});
+  const auto file = file_of(panel, piece("A1", 20, 120));
   ASSERT_TRUE(file.ok()) << file.error().message;
   EXPECT_TRUE(file->warnings.empty());
   EXPECT_THAT(file->text, HasSubstr("LHYMICRO-GL"));
@@ -152,11 +160,11 @@ TEST(CutFile, AJobsPanelBecomesOneProgramForALihuiyuBoard) {
   // A lead-in that is booked is burnt: the program is another one.
   db::PieceRecord led = piece("A1", 20, 120);
   led.lead_in = point<PanelFrame>(36.8, 136.8);
-  const auto with_lead = egv_of(panel, {led}, three_strips(), configured(), {300_mm, 200_mm});
+  const auto with_lead = file_of(panel, led);
   ASSERT_TRUE(with_lead.ok()) << with_lead.error().message;
   EXPECT_NE(with_lead->text, file->text);
   panel.width = 420_mm;
-  const auto wide = egv_of(panel, {piece("A1", 20, 120)}, three_strips(), configured(), {300_mm, 200_mm});
+  const auto wide = file_of(panel, piece("A1", 20, 120));
   ASSERT_FALSE(wide.ok());
   EXPECT_EQ(wide.error().code, ErrorCode::kInvalidArgument);
 }

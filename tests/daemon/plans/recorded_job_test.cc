@@ -18,6 +18,7 @@
 #include "tests/support/lihuiyu_decode.h"
 #include "tests/support/stocked_database.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/work_here.h"
 
 namespace veneer::daemon {
 namespace {
@@ -34,6 +35,7 @@ class RecordedJob : public ::testing::Test {
     database_ = std::move(*opened);
     const Status stocked = tests::stock_two_panels(*database_, kPieces, 0);
     ASSERT_TRUE(stocked.ok()) << stocked.error().message;
+    config_.store.data_dir = dir_.path();
     config_.laser.port = "file:" + wire().string();
     config_.scanner.kind = config_.camera.kind = "file";
   }
@@ -54,7 +56,7 @@ class RecordedJob : public ::testing::Test {
     auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
     if (!pieces) return pieces.error();
     std::optional<Result<PreparedRun>> drawn;
-    CutPlanner planner(io_, worker_, *database_, config_, make_null_logger());
+    CutPlanner planner(io_, worker_, workers_, *database_, config_, make_null_logger());
     planner.prepare(pose, *pieces, {}, [&](Result<PreparedRun> run) { drawn = std::move(run); });
     auto run = wait_for(drawn);
     if (!run) return run.error();
@@ -94,6 +96,7 @@ class RecordedJob : public ::testing::Test {
   SteadyClock clock_;
   Config config_;
   std::unique_ptr<DatabaseThread> database_;
+  testing::WorkHere workers_;
   Worker worker_{"planner"};
 };
 
@@ -106,6 +109,18 @@ std::string as_stock_grbl(const std::string& line) {
 }
 
 // Fed as a sender feeds a controller that it waits for.
+// What a worker process says is not believed: every point of every stroke lies in its piece's own wood.
+TEST_F(RecordedJob, IsRefusedWhereABeamWouldLeaveTheWoodThatIsBooked) {
+  ASSERT_TRUE(draw().ok());
+  workers_.spoil = [](const std::string&, nlohmann::json& answer) {
+    auto& x = answer["strokes"].back()["path"][1][0];
+    x = x.get<double>() + 2;
+  };
+  const auto refused = draw();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("leaves the wood that is booked for it"));
+}
+
 TEST_F(RecordedJob, OfAGrblLaserBurnsWholeOnASimulatedController) {
   config_.laser.kind = "grbl";
   config_.laser.travel_x = Millimetres(520);
