@@ -55,7 +55,7 @@ void add_map_command(CLI::App& app) {
   map->add_option("PLAN", arguments->plan, "plan.json, as `plan` wrote it")->required();
   add_map_arguments(*map, arguments->map);
   map->add_option("--artwork", arguments->artwork,
-                  "Of several pictures, the one whose marks begin with this [the first]");
+                  "Of several pictures, the one of this letter, or with a piece of this mark [the first]");
   map->add_option("--picture", arguments->picture,
                   "The finished picture, to be shown small [preview.png beside the plan, if it is there]");
   map->callback([arguments] { run_map(*arguments); });

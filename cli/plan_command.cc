@@ -284,6 +284,8 @@ void run_plan(const PlanCommandArguments& arguments) {
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-sizes and --flow-lines out");
   if (!arguments.edits.keep.empty() && (options.cell_aspect != 1 || options.flow_lines_only))
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-aspect and --flow-lines-only out");
+  if (!arguments.edits.keep.empty() && options.marks != planner::MarkKind::kPlace)
+    end(kUnusableArguments, "a plan that is kept keeps its marks: leave --marks out");
   if (!arguments.edits.keep.empty() && !arguments.plan.files.segmentation.empty())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --segmentation out");
   if (arguments.tiles && (options.layout != planner::LayoutKind::kMosaic || !arguments.edits.keep.empty()))

@@ -33,8 +33,9 @@ Status write_picture(const cv::Mat& picture, const std::filesystem::path& path);
 
 // A plan's file, which has a picture; ends the command otherwise.
 planner::Plan plan_of_file(const std::string& file);
-// The artwork whose marks begin with this letter; the first without one. Ends the command when there is none.
-std::size_t artwork_of(const planner::Plan& plan, const std::string& letter);
+// The artwork that `named` means: a mark of one of its pieces, what its marks begin with where they tell places, its
+// letter or its target; the first without a name. Ends the command when it means none, or one here and another there.
+std::size_t artwork_of(const planner::Plan& plan, const std::string& named);
 
 // Runs `work` with its progress on stderr (progress.h); the first Ctrl-C requests its stop.
 void with_progress(const std::function<void(const planner::Progress& progress, std::stop_token stop)>& work);

@@ -4,8 +4,8 @@
 import {t} from "./words.js";
 import {fieldAt, kNextName} from "./field_names.js";
 
-// A1-2; without rows A312.
-const kOneMark = "[A-Z]+\\d+(?:-\\d+)?(?![\\w-])";
+// A1-2; without rows A312; short ones 7K.
+const kOneMark = "(?:[A-Z]+\\d+(?:-\\d+)?|(?!JOB)[1-9A-Z]{1,4})(?![\\w-])";
 const kPanel = "(P-\\d+)", kJob = "(\\d+)", kMark = `(${kOneMark})`, kMarks = `${kOneMark}(?: ${kOneMark})*`, kText = "[^\\s`,;:()]+";
 const kEnd = `(?! -| \\d| PIECE| JOB| [A-Z]+\\d)`;  // nothing more that belongs to the command
 const about = (...words) => words.filter(Boolean);

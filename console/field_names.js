@@ -7,7 +7,7 @@ const one = (screen, label) => [[screen, label]];
 const picture = (label) => one("new", label);
 const kFields = {
   size_mm: [["new", "picture.size"], ["settings", "pattern.size"]], patch_mm: picture("picture.patch"), layout: picture("picture.layout"), optimize: picture("picture.care"), refine: picture("picture.refine"),
-  rematch: picture("more.rematch"), max_panels: picture("picture.panels"), panels: picture("more.panels"), remnants_first: picture("more.remnants"), triangles: picture("more.triangles"), alternatives: picture("picture.elsewhere"),
+  rematch: picture("more.rematch"), max_panels: picture("picture.panels"), panels: picture("more.panels"), remnants_first: picture("more.remnants"), triangles: picture("more.triangles"), marks: picture("more.marks"), alternatives: picture("picture.elsewhere"),
   wood: picture("picture.woods"), material: picture("picture.woods"), wood_limit: picture("limits"), material_limit: picture("limits"),
   crop: picture("picture.part"), segmentation: picture("picture.drawing.short"), importance: picture("matters"), large_edges: picture("edges"), fine_edges: picture("edges"), pinned_vertices: picture("lines"),
   cell_sizes: picture("sizes"), cell_aspect: picture("cells.shape"), flow_lines: picture("cells"), flow_lines_only: picture("cells.edges"),
@@ -19,7 +19,7 @@ const kFields = {
 };
 const kUnsaid = ["min_width_mm", "min_size_mm", "edge_mm", "dpi", "w_grain"];  // of a plan, by veneerctl only
 // Where the value is named behind the option, as in `--layout morph`.
-const kChoices = {layout: {grid: "layout.grid", morph: "layout.morph", mosaic: "layout.mosaic", segmentation: "layout.segmentation"}, optimize: {greedy: "care.quick", global: "care.global"}};
+const kChoices = {layout: {grid: "layout.grid", morph: "layout.morph", mosaic: "layout.mosaic", segmentation: "layout.segmentation"}, optimize: {greedy: "care.quick", global: "care.global"}, marks: {place: "marks.place", short: "marks.short"}};
 
 const kOption = /^--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?![\w-])/, kName = /^([a-z][a-z0-9]*(?:_[a-z0-9]+)+)(?!\w|[./-]\w)/i;
 export const kNextName = "\\b[a-z][a-z0-9]*_[a-z]";  // where a parameter may begin

@@ -29,7 +29,7 @@ namespace veneer::planner {
 // A picture to rebuild in wood.
 struct Artwork {
   std::string name;           // for people: usually the file's name
-  std::string letter;         // starts the marks of its pieces: "A", "B", ... unique within a plan
+  std::string letter;         // "A", "B", ... unique within a plan; marks that tell places begin with it
   cv::Mat picture;            // CV_8UC3, BGR, upright, decoded (pictures.h)
   Millimetres width, height;  // of the finished artwork; the picture is stretched to it, so keep its aspect
   // CV_8UC1 of any size, stretched over the artwork: white = as important as can be, black = not at all. It multiplies
@@ -51,6 +51,9 @@ struct ArtworkSize {
 ArtworkSize artwork_size(const cv::Mat& picture, Millimetres shorter);
 // "A", "B", ... "Z", "AA", ...: the letter of the artwork with this index.
 std::string artwork_letter(std::size_t index);
+
+// What pieces are marked with: kPlace, where they belong; kShort, as few signs as name them all (layout/piece_marks.h).
+enum class MarkKind { kPlace, kShort };
 
 enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
@@ -74,7 +77,7 @@ struct Placement {
 
 // A piece of an earlier plan. Its patch stays as it is, and so does its wood where `placement` says so.
 struct KeptPiece {
-  std::string mark;
+  std::string mark;                    // that tells its place, whatever it is marked with
   int cells = 1;                       // side in cells of the grid (Piece::cells)
   std::optional<Placement> placement;  // none: wood is looked for anew
   bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
@@ -84,6 +87,9 @@ struct KeptPiece {
   // of wood is broken.
   bool moved = false;
   std::optional<Placement> moved_from{};
+  std::string short_mark{};  // which its plan gave it, and which it keeps; empty: `mark`
+
+  const std::string& marked() const { return short_mark.empty() ? mark : short_mark; }
 };
 
 // No more of the pictures' area is of this wood.
@@ -170,6 +176,7 @@ struct PlanOptions {
   std::vector<KeptPiece> kept{};
   std::vector<KeptLayout> kept_layouts{};  // of kept pieces that are curved
   std::size_t alternatives = 0;            // listed for each piece, at most
+  MarkKind marks = MarkKind::kPlace;
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 
@@ -186,7 +193,7 @@ struct Alternative {
 
 struct Piece {
   // "A3-12": letter, row, column, both counted from 1 at the upper left; "A312": letter, place in reading order, where
-  // a layout has no rows. Unique within the plan.
+  // a layout has no rows; or with MarkKind::kShort a short mark, "7K". Unique within the plan.
   std::string mark;
   std::size_t artwork = 0;
   static constexpr int kNoRow = -1;

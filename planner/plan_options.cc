@@ -69,6 +69,12 @@ Status read(std::string_view name, std::string_view text, Refine& out) {
   return Ok();
 }
 
+Status read(std::string_view name, std::string_view text, MarkKind& out) {
+  if (text != "place" && text != "short") return unusable_option(name, "place or short", text);
+  out = text == "short" ? MarkKind::kShort : MarkKind::kPlace;
+  return Ok();
+}
+
 std::string_view word_for(LayoutKind kind) {
   switch (kind) {
     case LayoutKind::kGrid:
@@ -109,6 +115,7 @@ std::string written(Optimize value) { return value == Optimize::kGlobal ? "globa
 
 std::string written(Refine value) { return value == Refine::kDp ? "dp" : "none"; }
 std::string written(LayoutKind value) { return std::string(word_for(value)); }
+std::string written(MarkKind value) { return value == MarkKind::kShort ? "short" : "place"; }
 std::string written(Curves value) { return value == Curves::kG1 ? "g1" : "g0"; }
 
 struct Field {
@@ -155,6 +162,7 @@ constexpr std::array kFields = {
     field<&PlanOptions::optimize_seconds>("optimize_seconds"),
     field<&PlanOptions::optimize_iterations>("optimize_iterations"),
     field<&PlanOptions::alternatives>("alternatives"),
+    field<&PlanOptions::marks>("marks"),
     field<&PlanOptions::exact>("exact"),
     field<&PlanOptions::seed>("seed"),
 };

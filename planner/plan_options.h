@@ -86,6 +86,9 @@ inline constexpr std::array kNamedOptions = {
                 "Stop the global choice after this many iterations; 0: when it is done"},
     NamedOption{"alternatives", OptionKind::kWhole,
                 "How many other places to list for each piece in the plan, at most"},
+    NamedOption{"marks", OptionKind::kWord,
+                "What pieces are marked with: place (row and column, or the number in reading order) or short (one to "
+                "three signs in reading order, which find room on smaller pieces)"},
     NamedOption{"exact", OptionKind::kSwitch, "Prove that each place is the cheapest; about ten times slower"},
     NamedOption{"seed", OptionKind::kWhole, "Seed of the random choices: equal inputs and seed give equal plans"},
 };

@@ -120,13 +120,13 @@ std::vector<std::size_t> reading_order(const Problem& problem) {
 }
 
 // The patches of the queue with wood as `placements` says.
-void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
-                const PatchPlacements& placements, Plan& plan) {
+void add_pieces(std::span<const StockPanel> stock, const Problem& problem, const PatchPlacements& placements,
+                Plan& plan) {
   for (const std::size_t i : reading_order(problem)) {
     const Problem::Task& task = problem.queue[i];
     const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
     Piece& piece = plan.pieces.emplace_back();
-    piece.mark = mark_of(artworks[task.artwork].letter, patch);
+    piece.mark = problem.marks.of(task.artwork, patch);
     piece.artwork = task.artwork;
     const bool has_rows = patch.number == Patch::kInGrid;
     piece.row = has_rows ? patch.row : Piece::kNoRow, piece.column = has_rows ? patch.column : Piece::kNoRow;
@@ -390,7 +390,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const std::size_t searched = problem->queue.size();
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->placements.begin(), staying->placements.end(), std::back_inserter(patches));
-  add_pieces(artworks, stock, *problem, patches, plan);
+  add_pieces(stock, *problem, patches, plan);
   if (plan.refined)
     plan.layouts = in_reading_order(*problem, refined);
   else if (has_layouts(*problem, options))

@@ -17,7 +17,7 @@ const blank = () => ({
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
-  panels: new Set(), remnants: "", triangles: false, rematch: "0",
+  panels: new Set(), remnants: "", triangles: false, rematch: "0", marks: "place",
   cell_aspect: 1, limits: new Map(),  // of a mosaic's cells; the share of the picture that a wood may take at most
 });
 const wanted = blank();
@@ -359,6 +359,7 @@ function moreControls() {
   return h("details", {id: "more"}, h("summary", {}, t("picture.more")),
     h("p.dim", {}, t("more.panels")), chips(panelsToTick(), wanted.panels),
     select("remnants", t("more.remnants"), [["", t("more.remnants.usual")], ["1", t("more.remnants.first")], ["0", t("more.remnants.last")]]),
+    select("marks", t("more.marks"), ["place", "short"].map((one) => [one, t(`marks.${one}`)])),
     wanted.layout === "morph" && tick("triangles", t("more.triangles"), "picture-triangles"),
     wanted.refine && number("rematch", {id: "picture-rematch"}));
 }
@@ -462,6 +463,7 @@ async function plan(event) {
   if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
   if (wanted.refine) query.set("refine", "dp");
   if (wanted.refine && numberOf(wanted.rematch) > 0) query.set("rematch", asNumber("rematch"));
+  if (wanted.marks !== "place") query.set("marks", wanted.marks);
   if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;

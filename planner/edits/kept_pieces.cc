@@ -53,16 +53,16 @@ class Keeper {
         if (stop.stop_requested()) return cancelled();
         if (piece.must != must) continue;
         const auto patch = patches_.find(piece.mark);
-        if (patch == patches_.end())
+        if (patch == patches_.end() || mark_of_task(patch->second) != piece.marked())
           return Error{
               ErrorCode::kInvalidArgument,
-              fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.mark)};
+              fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.marked())};
         if (!piece.placement) continue;
         placements[patch->second] = kept(piece, problem_.queue[patch->second].match);
         if (must && !placements[patch->second])
           return Error{
               ErrorCode::kInvalidArgument,
-              fmt::format("piece {} cannot be cut there, because that wood is not free: plan it anew", piece.mark)};
+              fmt::format("piece {} cannot be cut there, because that wood is not free: plan it anew", piece.marked())};
       }
     }
     take_wood(placements);
@@ -70,6 +70,11 @@ class Keeper {
   }
 
  private:
+  std::string mark_of_task(std::size_t i) const {
+    const Problem::Task& task = problem_.queue[i];
+    return problem_.marks.of(task.artwork, problem_.artworks[task.artwork].patches[task.patch]);
+  }
+
   std::optional<PatchPlacement> kept(const KeptPiece& piece, const MatchPatch& match) {
     const Placement& placement = *piece.placement;
     for (std::size_t p = 0; p < stock_.size(); ++p) {

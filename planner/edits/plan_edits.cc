@@ -12,6 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "planner/layout/piece_marks.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -126,7 +128,10 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
   std::set<std::string> unknown = staying;
   unknown.insert(going.begin(), going.end());
   std::vector<KeptPiece> out;
-  for (const Piece& piece : plan.pieces) {
+  std::vector<std::string> places;
+  if (mark_kind_of(plan) == MarkKind::kShort) places = place_marks(plan);
+  for (std::size_t i = 0; i < plan.pieces.size(); ++i) {
+    const Piece& piece = plan.pieces[i];
     unknown.erase(piece.mark);
     const bool stays = staying.count(piece.mark) != 0, goes = going.count(piece.mark) != 0;
     if (stays && goes)
@@ -135,6 +140,7 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("piece {} has no wood in the plan that is kept", piece.mark)};
     KeptPiece& kept = out.emplace_back(KeptPiece{piece.mark, piece.cells, {}, stays, {}});
+    if (!places.empty()) kept.short_mark = std::exchange(kept.mark, places[i]);
     if (!plan.layouts.empty()) kept.outline = piece.artwork_outline;
     if (!piece.placement || goes || (keep == Keep::kOnly && !stays)) continue;
     kept.placement = piece.placement;
@@ -160,8 +166,9 @@ Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   auto kept = kept_pieces(plan, edits.pins.empty() ? Keep::kAll : Keep::kOnly, staying, edits.replanned);
   if (!kept.ok()) return kept.error();
   options.kept = std::move(*kept);
+  options.marks = mark_kind_of(plan);
   for (KeptPiece& piece : options.kept)
-    if (const auto from = moved_from.find(piece.mark); from != moved_from.end())
+    if (const auto from = moved_from.find(piece.marked()); from != moved_from.end())
       piece.moved = true, piece.moved_from = from->second;
   if (edits.held)
     for (KeptPiece& piece : options.kept) piece.held = piece.must = piece.placement.has_value();

@@ -44,8 +44,8 @@ struct PlanEdits {
   bool held = false;  // the plan is being made: what is not planned anew has its wood already, or is cut
 };
 // Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved, pinned or is held must stay. Pieces of
-// several sizes are understood without saying again how many there were, and curved ones keep their shapes: such a plan
-// is not refined again.
+// several sizes are understood without saying again how many there were, curved ones keep their shapes (such a plan is
+// not refined again), and all keep their marks, short ones or not.
 Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options);
 
 }  // namespace veneer::planner

@@ -13,6 +13,7 @@
 #include "planner/cutting/marks.h"
 #include "planner/layout/label_partition.h"
 #include "planner/layout/label_regions.h"
+#include "planner/layout/piece_marks.h"
 #include "planner/parallel.h"
 
 namespace veneer::planner {
@@ -125,11 +126,14 @@ class Maker {
   Result<std::vector<int>> faulty_faces(const Partition& partition, const std::stop_token& stop) const {
     std::vector<char> wrong(partition.faces.size(), 0);
     const std::vector<std::size_t> order = reading_order(partition);
+    std::vector<std::string> marks;
+    if (options_.short_marks) marks = short_marks(order.size());
+    for (std::size_t i = 0; i < order.size() && !options_.letter.empty(); ++i)
+      marks.push_back(options_.letter + std::to_string(i + 1));
     const Status looked = run_parallel(wrong.size(), options_.threads, stop, [&](std::size_t i) {
       const Ring<ArtworkFrame> outline = outline_of(partition, order[i]);
       const bool sound =
-          is_sound(outline, options_.limits) &&
-          (options_.letter.empty() || has_spare_room_for_mark(options_.letter + std::to_string(i + 1), outline));
+          is_sound(outline, options_.limits) && (marks.empty() || has_spare_room_for_mark(marks[i], outline));
       wrong[order[i]] = sound ? 0 : 1;
     });
     if (!looked.ok()) return looked.error();

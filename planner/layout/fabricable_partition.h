@@ -25,6 +25,7 @@ struct FabricableOptions {
   int threads = 1;
   // Of the artwork: every face is to have room for the mark that is this and its number. Empty: that is not asked.
   std::string letter{};
+  bool short_marks = false;  // or for its short mark, if the artwork is alone in its plan
 };
 
 // What became of the labels' regions, parts of one label that hang together.

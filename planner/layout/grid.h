@@ -26,7 +26,8 @@ GridSize grid_size(Millimetres width, Millimetres height, Millimetres patch);
 // In reading order.
 std::vector<Patch> grid_layout(Millimetres width, Millimetres height, Millimetres patch);
 
-// "A3-12": letter, row and column counted from 1. Without rows "A312": letter and number, counted from 1.
+// The mark that tells a place. "A3-12": letter, row and column counted from 1. Without rows "A312": letter and number,
+// counted from 1.
 std::string mark_of(const std::string& letter, const Patch& patch);
 
 }  // namespace veneer::planner

@@ -247,9 +247,10 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   const FabricationLimits limits = drawn_by_hand                       ? drawn_limits(options)
                                    : artwork.guides.cell_sizes.empty() ? face_limits(options)
                                                                        : painted_limits(options);
-  const FabricableOptions wanted{limits, options.patch,
-                                 options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
-                                 threads_meant(options.threads), marked ? artwork.letter : ""};
+  FabricableOptions wanted{limits, options.patch, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+                           threads_meant(options.threads)};
+  if (marked && options.marks == MarkKind::kPlace) wanted.letter = artwork.letter;
+  wanted.short_marks = marked && options.marks == MarkKind::kShort;
   if (drawn_by_hand) out.drawn.emplace();
   Result<Partition> partition = fabricable_partition(std::move(labels), artwork.width, artwork.height, wanted, stop,
                                                      drawn_by_hand ? &*out.drawn : nullptr);

@@ -36,7 +36,8 @@ std::vector<MovedPiece> moved_pieces(std::span<const Artwork> artworks, std::spa
         asked.find(mark_of(artworks[task.artwork].letter, problem.artworks[task.artwork].patches[task.patch]));
     if (piece == asked.end() || !patches[i]) continue;
     const Ring<ArtworkFrame>& outline = task.match.outline;
-    MovedPiece& moved = found.emplace(piece->first, MovedPiece{piece->first, area_of(outline), {}, {}}).first->second;
+    const std::string& mark = piece->second->marked();
+    MovedPiece& moved = found.emplace(mark, MovedPiece{mark, area_of(outline), {}, {}}).first->second;
     moved.now = problem.limits.of(outline, patches[i]->panel, patches[i]->panel_from_artwork);
     const std::optional<Placement>& from = piece->second->moved_from;
     if (!from) continue;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "planner/layout/grid.h"
+#include "planner/layout/piece_marks.h"
 #include "planner/matching/cell_index.h"
 #include "planner/matching/matcher.h"
 #include "planner/pictures/working_pictures.h"
@@ -37,6 +38,7 @@ struct Problem {
   // With adaptive levels: squares, in the order in which they choose (greedy/adaptive.h). The queue has patches then
   // only of artworks whose sizes an earlier plan has fixed, and none after keep_pieces().
   std::vector<TaskTree> squares;
+  PieceMarks marks;
   double entries_per_unit = 1;
   MaterialLimits limits;
   std::optional<MosaicReport> mosaic;

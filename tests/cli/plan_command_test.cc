@@ -10,8 +10,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -21,7 +24,9 @@
 namespace veneer::planner {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::AnyOf;
+using ::testing::Contains;
 using ::testing::EndsWith;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -385,6 +390,67 @@ TEST_F(PlanCommand, DrawsTheMapOfAPlan) {
   EXPECT_THAT(refused(path("out") + " --out map.pdf"), HasSubstr("name the plan.json in it"));
   EXPECT_THAT(refused(path("out/plan.json") + " --artwork Q --out map.pdf"), HasSubstr("there are A"));
   EXPECT_THAT(refused(path("nothing.json") + " --out map.pdf"), HasSubstr("nothing.json"));
+}
+
+// Whoever names a picture by what is engraved on its pieces, or by its letter, gets that picture's map and no other's.
+TEST_F(PlanCommand, DrawsTheMapOfThePictureThatIsMeant) {
+  const auto words_of_map = [&](const std::string& named) {
+    const Outcome drawn = run("map " + path("out/plan.json") + " --artwork " + named + " --out " + path("map.pdf"));
+    EXPECT_EQ(drawn.status, 0) << drawn.errors;
+    const std::string command =
+        "gs -q -dBATCH -dNOPAUSE -dSAFER -sDEVICE=txtwrite -sOutputFile='" + path("map.txt") + "' " + path("map.pdf");
+    EXPECT_EQ(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe,cert-env33-c): one thread
+    std::istringstream words(text("map.txt"));
+    return std::set<std::string>(std::istream_iterator<std::string>(words), {});
+  };
+  const auto refusal = [&](const std::string& named) {
+    const Outcome outcome = run("map " + path("out/plan.json") + " --artwork " + named + " --out " + path("map.pdf"));
+    EXPECT_EQ(outcome.status, 2) << named;
+    return outcome.errors;
+  };
+  ASSERT_EQ(plan(usual() + " --repeat 2").status, 0);
+  for (const char* named : {"A", "A2-1"})
+    EXPECT_THAT(words_of_map(named), AllOf(Contains("A1-1"), Not(Contains("B1-1"))));
+  for (const char* named : {"B", "B2-1"})
+    EXPECT_THAT(words_of_map(named), AllOf(Contains("B1-1"), Not(Contains("A1-1"))));
+
+  ASSERT_EQ(plan(usual() + " --repeat 2 --marks short").status, 0);
+  const auto pieces = json("out/plan.json")["pieces"];
+  ASSERT_EQ(pieces.size(), 30U);
+  const std::string of_first = pieces[9]["id"], of_second = pieces[15]["id"];
+  EXPECT_EQ(of_first, "1C");
+  for (const std::string& named : {std::string("A"), of_first})
+    EXPECT_THAT(words_of_map(named), AllOf(Contains(of_first), Not(Contains(of_second))));
+  for (const std::string& named : {std::string("B"), of_second})
+    EXPECT_THAT(words_of_map(named), AllOf(Contains(of_second), Not(Contains(of_first))));
+  EXPECT_THAT(refusal("1"), AllOf(HasSubstr("there are A ("), HasSubstr("), B (")));
+
+  // D is the letter of the fourth picture, and a piece of the third: nobody can know which is meant.
+  ASSERT_EQ(plan(replaced("--size-mm 21", "--size-mm 11") + " --repeat 4 --marks short").status, 0);
+  EXPECT_EQ(json("out/plan.json")["pieces"][8]["id"], "D");
+  EXPECT_THAT(refusal("D"), HasSubstr("D may mean 2 pictures of the plan"));
+  EXPECT_THAT(words_of_map("B"), AllOf(Contains("C"), Not(Contains("K"))));
+  EXPECT_THAT(words_of_map("K"), AllOf(Contains("K"), Not(Contains("C"))));
+}
+
+TEST_F(PlanCommand, KeepsShortMarksAndRefusesOtherOnes) {
+  const auto ids = [&] {
+    std::vector<std::string> out;
+    const nlohmann::json made = json("out/plan.json");
+    for (const auto& piece : made["pieces"]) out.push_back(piece["id"]);
+    return out;
+  };
+  ASSERT_EQ(plan(usual() + " --marks short").status, 0);
+  const std::vector<std::string> before = ids();
+  EXPECT_TRUE(std::ranges::is_sorted(before));
+  fs::rename(path("out"), path("first"));
+  const std::string again = usual() + " --keep " + path("first/plan.json");
+  const Outcome kept = plan(again + " --replan " + before[2]);
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(ids(), before);
+  expect_unusable(again + " --pin A1-1", "no piece A1-1");
+  expect_unusable(again + " --marks short", "leave --marks out");
+  expect_unusable(usual() + " --marks long", "marks must be place or short, not \"long\"");
 }
 
 TEST_F(PlanCommand, DrawsThePictureAtThePanelsOwnResolutionWithItsCuts) {

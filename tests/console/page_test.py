@@ -234,6 +234,7 @@ class Remedies(Page):
             ("look at each, then say veneerctl job settle 2 --as-seen --there scrap --pieces A1-1 A2-1 (or released for scrap, when none is burnt)",
              "look at each, then say “Run: Suspect pieces: A1-1, A2-1” (or “Run: Never touched”, when none is burnt)", "#run", "#run"),
             ("say it with veneerctl job settle 3 A312 cut", "say it with “Run: A312: Good”", "#run"),
+            ("say it with veneerctl job settle 3 7K cut", "say it with “Run: 7K: Good”", "#run"),
             ("lay each on the scanner (veneerctl panel scan)", "lay each on the scanner (“Scan: Scan”)", "#scan"),
             ("the last one by veneerctl panel scan --again 3", "the last one by “Scan: Scan tile 3 again”", "#scan"),
             ("begin the series anew with veneerctl panel scan --anew", "begin the series anew with “Scan: Scan and begin a new series”", "#scan"),

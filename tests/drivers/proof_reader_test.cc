@@ -163,6 +163,34 @@ TEST_F(MarkReading, SeesThatAMarkIsMirrored) {
   }
 }
 
+// Each sign at each place, on one line and on two. What is not sure is not read; nothing is read as another mark.
+TEST_F(MarkReading, ReadsShortMarksAndNoneWrongly) {
+  const std::string signs = "12345678ACDEFHKLMNPRUVWXY", symmetric = "8AHMUVWXY";
+  std::mt19937 random(13);
+  int read = 0, all = 0;
+  for (int i = 0; i < 75; ++i) {
+    std::string text;
+    // A mark of symmetric signs alone is never given.
+    while (text.find_first_not_of(symmetric) == std::string::npos) {
+      text.clear();
+      for (int k = 0; k < 3; ++k)
+        text += k == i / 25 ? signs[static_cast<std::size_t>(i % 25)] : signs[random() % signs.size()];
+    }
+    const std::string lines = i % 2 == 0 ? text : text.substr(0, 2) + "/" + text.substr(2);
+    const auto mark = reader_->read(engraved(lines, 1.5, i * 0.7, false, random()), kPxPerMm, MarkGrammar::kShort);
+    ++all;
+    if (!mark) continue;
+    EXPECT_EQ(mark->text, text);
+    EXPECT_FALSE(mark->mirrored) << text;
+    ++read;
+  }
+  EXPECT_GE(read, all * 95 / 100);
+}
+
+TEST_F(MarkReading, TakesNothingForAShortMarkThatIsTheSameInAMirror) {
+  EXPECT_FALSE(reader_->read(engraved("AHA", 2.4, 0, false, 1), kPxPerMm, MarkGrammar::kShort));
+}
+
 TEST_F(MarkReading, ReadsNothingOnBareWoodOrFromScratches) {
   EXPECT_FALSE(reader_->read(cv::Mat(700, 700, CV_8UC1, cv::Scalar(200)), kPxPerMm));
   cv::Mat scratched(700, 700, CV_8UC1, cv::Scalar(200));

@@ -12,6 +12,7 @@
 
 #include "drivers/sim/grbl_controller/grbl_controller.h"
 #include "drivers/sim/proof/proof.h"
+#include "drivers/sim/roughness.h"
 #include "drivers/sim/world.h"
 #include "tests/support/stroke_font.h"
 
@@ -64,14 +65,15 @@ class Streamer {
 
 class TwinRun {
  public:
-  // `side` of the pieces, which are squares.
-  TwinRun(std::filesystem::path dir, double width, double height, double side = 14)
+  // `side` of the pieces, which are squares; `rough`: how unkind the workshop is.
+  TwinRun(std::filesystem::path dir, double width, double height, double side = 14, const sim::Roughness& rough = {})
       : dir_(std::move(dir)), side_(side) {
     std::filesystem::remove_all(dir_);
     std::filesystem::create_directories(dir_);
     sim::TwinSettings settings;
     settings.seed = 5;
     settings.sheet_dpi = 300;
+    settings.rough = rough;
     world_ = std::move(*sim::World::open(settings, dir_, make_null_logger()));
     EXPECT_TRUE(world_->new_panel("wood", width, height, 0).ok());
     EXPECT_TRUE(world_->place("wood", sim::Spot::kBed, sim::SheetFace::kBack, "whole", 0).ok());
@@ -80,8 +82,10 @@ class TwinRun {
     sheet_ = placed->sheet;
   }
 
-  // Cuts pieces on a square pitch over the veneer, turned by multiples of 24 degrees.
-  void cut() {
+  // Cuts pieces on a square pitch over the veneer, turned by multiples of 24 degrees. `marks`: in reading order, of a
+  // height; none: those that tell places.
+  void cut(const std::vector<std::string>& marks = {}, double mark_height = 2.4) {
+    mark_height_ = mark_height;
     Streamer laser(*world_);
     laser.send("G21 G90 M4 S0");
     const int columns = static_cast<int>((sheet_->width_mm - 60) / kPitch);
@@ -92,7 +96,8 @@ class TwinRun {
       const Vec2 low{column * side_, (rows - 1 - row) * side_};
       const Vec2 at{30 + kPitch * (column + 0.5), 30 + kPitch * (row + 0.5)};
       sheet_from_artwork.shift = at - sheet_from_artwork.turned(low + Vec2{side_ / 2, side_ / 2});
-      burn_piece(laser, fmt::format("A{}-{}", row + 1, column + 1), low, sheet_from_artwork);
+      const std::string place = fmt::format("A{}-{}", row + 1, column + 1);
+      burn_piece(laser, marks.empty() ? place : marks.at(static_cast<std::size_t>(i)), low, sheet_from_artwork);
     }
     laser.send("M5");
     laser.drain();
@@ -161,7 +166,7 @@ class TwinRun {
       for (Vec2& p : ring) p = sheet_from_artwork(p);
       return ring;
     };
-    for (sim::Stroke stroke : sim::stroke_text(mark, 2.4, 0.5)) {
+    for (sim::Stroke stroke : sim::stroke_text(mark, mark_height_, mark_height_ * 0.21)) {
       for (Vec2& p : stroke) p = low + Vec2{side_ / 2 + 4.5 - p.x, side_ / 2 - 1 + p.y};
       burn_path(laser, placed(stroke), 80, 200);
     }
@@ -197,6 +202,7 @@ class TwinRun {
 
   std::filesystem::path dir_;
   double side_;  // mm
+  double mark_height_ = 2.4;
   std::unique_ptr<sim::World> world_;
   sim::SheetPose pose_;
   std::shared_ptr<const sim::Sheet> sheet_;
@@ -243,6 +249,26 @@ TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
   EXPECT_TRUE(*proof->ledger_matches.at(0)) << ::testing::PrintToString(proof->notes);
   EXPECT_LT(proof->poses.at(0).pose->rms, 1e-6);
   ASSERT_TRUE(write_proof(*proof, dir / "out").ok());
+}
+
+// Short marks, small ones, on a machine as workshops have it: all are read, which the proof takes for one of the job's.
+TEST(ProofOfTheTwin, ReadsShortMarksThatAWorkshopBurnt) {
+  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / "short";
+  TwinRun run(dir, 200, 160, 14, *sim::roughness_preset("workshop"));
+  const std::string signs = "12345678ACDEFHKLMNPRUVWXY";
+  std::vector<std::string> marks;
+  for (std::size_t i = 0; i < 60; ++i) marks.push_back({signs[i % 25], signs[i * 7 % 25], "1234567CDEFKLNPR"[i % 16]});
+  run.cut(marks, 1.5);
+  const Claims claims = run.claims();
+  const auto truth = load_truth(dir, claims);
+  ASSERT_TRUE(truth.ok()) << truth.error().message;
+  const auto proof = prove(*truth, claims, 2);
+  ASSERT_TRUE(proof.ok()) << proof.error().message;
+  const JobProof& job = proof->jobs.at(0);
+  EXPECT_GE(job.pieces, 20U);
+  EXPECT_EQ(job.unreadable_ids, 0U) << ::testing::PrintToString(job.notes);
+  EXPECT_EQ(job.wrong_pieces, 0U) << ::testing::PrintToString(job.notes);
+  EXPECT_EQ(job.mirrored_pieces, 0U) << ::testing::PrintToString(job.notes);
 }
 
 // A panel cut into pieces, and scanned with hairs on the glass.

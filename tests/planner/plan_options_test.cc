@@ -45,6 +45,7 @@ const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"
                                                              {"optimize_seconds", "12.5"},
                                                              {"optimize_iterations", "99"},
                                                              {"alternatives", "12"},
+                                                             {"marks", "short"},
                                                              {"exact", "1"},
                                                              {"seed", "18446744073709551615"}};
 
@@ -96,6 +97,7 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   EXPECT_EQ(o.optimize_seconds, 12.5);
   EXPECT_EQ(o.optimize_iterations, 99U);
   EXPECT_EQ(o.alternatives, 12U);
+  EXPECT_EQ(o.marks, MarkKind::kShort);
   EXPECT_TRUE(o.exact);
   EXPECT_EQ(o.seed, 18446744073709551615U);
 }

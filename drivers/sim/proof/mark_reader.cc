@@ -19,6 +19,12 @@ constexpr double kBarThickness = 0.5;  // mm
 constexpr double kSpeck = 0.02;        // mm2, smaller ink is dirt
 constexpr double kSure = 80;
 constexpr double kClearly = 20;
+constexpr double kShortSure = 40;  // of two readings that agree; in a mirror kSure
+constexpr std::size_t kMostShortSigns = 4;
+// Of short marks: all signs, and those that are the same in a mirror. They are looked for among all capitals and
+// digits: told of a few only, Tesseract finds these in anything, and in a mirror image too.
+constexpr const char* kShortSigns = "12345678ACDEFHKLMNPRUVWXY";
+constexpr const char* kSameInAMirror = "8AHMUVWXY";
 
 // Heights of a capital in pixels, and how wide its strokes are made, as a part of that height: tesseract is trained on
 // print, whose strokes are heavier than a laser's line in a large mark. Those of a small mark are heavy enough.
@@ -218,11 +224,13 @@ cv::Mat as_one_line(const cv::Mat& text) {
 struct MarkReader::Engine {
   tesseract::TessBaseAPI letters;
   tesseract::TessBaseAPI digits;
+  tesseract::TessBaseAPI short_signs;
 };
 
 struct MarkReader::Text {
   std::string text;
   double confidence = 0;
+  int times = 0;  // that it was read
 };
 
 MarkReader::MarkReader() : engine_(std::make_unique<Engine>()) {}
@@ -230,7 +238,8 @@ MarkReader::~MarkReader() = default;
 
 Result<std::unique_ptr<MarkReader>> MarkReader::create() {
   std::unique_ptr<MarkReader> reader(new MarkReader());
-  for (tesseract::TessBaseAPI* api : {&reader->engine_->letters, &reader->engine_->digits}) {
+  for (tesseract::TessBaseAPI* api :
+       {&reader->engine_->letters, &reader->engine_->digits, &reader->engine_->short_signs}) {
     if (api->Init(nullptr, "eng", tesseract::OEM_LSTM_ONLY) != 0)
       return Error{ErrorCode::kUnavailable, "tesseract has no English data: install tesseract-ocr-eng"};
     api->SetPageSegMode(tesseract::PSM_SINGLE_LINE);
@@ -239,16 +248,20 @@ Result<std::unique_ptr<MarkReader>> MarkReader::create() {
   }
   reader->engine_->letters.SetVariable("tessedit_char_whitelist", "ABCDEFGHIJKLMNOPQRSTUVWXYZ");
   reader->engine_->digits.SetVariable("tessedit_char_whitelist", "0123456789-");
+  reader->engine_->short_signs.SetVariable("tessedit_char_whitelist", "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ");
   return reader;
 }
 
-MarkReader::Text MarkReader::read_part(bool letters, const cv::Mat& line, const cv::Rect& part, double px_per_mm,
+MarkReader::Text MarkReader::read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm,
                                        std::size_t length) {
-  tesseract::TessBaseAPI& api = letters ? engine_->letters : engine_->digits;
+  tesseract::TessBaseAPI& api = signs == Signs::kLetters  ? engine_->letters
+                                : signs == Signs::kDigits ? engine_->digits
+                                                          : engine_->short_signs;
   const int pad = static_cast<int>(std::lround(0.35 * px_per_mm));
   cv::Mat cut(part.height + 2 * pad, part.width + 2 * pad, CV_8UC1, cv::Scalar(0));
   line(part).copyTo(cut(cv::Rect(pad, pad, part.width, part.height)));
   const double drawn = stroke_width_px(line);
+  const bool is_short = signs == Signs::kShort || signs == Signs::kShortInAMirror;
   std::map<std::string, Text> readings;
   Text best;
   for (const Rendering& rendering : kRenderings) {
@@ -265,17 +278,23 @@ MarkReader::Text MarkReader::read_part(bool letters, const cv::Mat& line, const 
     std::string text;
     for (const char* c = raw ? raw.get() : ""; *c != 0; ++c)
       if (std::isspace(static_cast<unsigned char>(*c)) == 0) text += *c;
+    if (signs == Signs::kShort) {  // which has neither S nor T; a mirror makes them of other signs too
+      std::ranges::replace(text, 'S', '5');
+      std::ranges::replace(text, 'T', '7');
+    }
     if (text.size() != length) continue;
     Text& reading = readings[text];
     const double confidence = api.MeanTextConf();
-    if (!reading.text.empty()) return {text, std::max(reading.confidence, confidence)};
-    reading = {text, confidence};
-    if (confidence / 2 > best.confidence || best.text.empty()) best = {text, confidence / 2};
+    reading = {text, std::max(reading.confidence, confidence), reading.times + 1};
+    if (reading.times > 1 && (!is_short || reading.confidence >= kSure)) return reading;
+    if (confidence / 2 > best.confidence || best.text.empty()) best = {text, confidence / 2, 1};
   }
+  for (const auto& [text, reading] : readings)
+    if (reading.times > best.times) best = reading;
   return best;
 }
 
-std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per_mm, bool mirrored) {
+std::optional<ReadMark> MarkReader::read_place(const cv::Mat& line, double px_per_mm, bool mirrored) {
   const std::vector<Character> characters = characters_of(line, px_per_mm);
   std::size_t hyphen = characters.size();
   for (std::size_t i = 0; i < characters.size(); ++i) {
@@ -287,9 +306,9 @@ std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per
   if (hyphen < 2 || hyphen + 1 == characters.size()) return std::nullopt;
   std::optional<ReadMark> best;
   for (std::size_t letters = 1; letters <= std::min<std::size_t>(2, hyphen - 1); ++letters) {
-    const Text letter = read_part(true, line, join(characters, 0, letters), px_per_mm, letters);
-    const Text number =
-        read_part(false, line, join(characters, letters, characters.size()), px_per_mm, characters.size() - letters);
+    const Text letter = read_part(Signs::kLetters, line, join(characters, 0, letters), px_per_mm, letters);
+    const Text number = read_part(Signs::kDigits, line, join(characters, letters, characters.size()), px_per_mm,
+                                  characters.size() - letters);
     if (letter.text.empty() || number.text.empty() || (parted && number.text[hyphen - letters] != '-')) continue;
     if (std::count(number.text.begin(), number.text.end(), '-') != (parted ? 1 : 0)) continue;
     if (number.text[0] == '0' && hyphen - letters > 1) continue;  // an O, not a leading zero
@@ -302,7 +321,20 @@ std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per
   return best;
 }
 
-std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm) {
+std::optional<ReadMark> MarkReader::read_short(const cv::Mat& line, double px_per_mm, bool mirrored) {
+  const std::vector<Character> characters = characters_of(line, px_per_mm);
+  if (characters.empty() || characters.size() > kMostShortSigns) return std::nullopt;
+  if (std::any_of(characters.begin(), characters.end(), [](const Character& c) { return c.hyphen; }))
+    return std::nullopt;
+  const Text text = read_part(mirrored ? Signs::kShortInAMirror : Signs::kShort, line,
+                              join(characters, 0, characters.size()), px_per_mm, characters.size());
+  if (text.times < 2 || text.confidence < (mirrored ? kSure : kShortSure)) return std::nullopt;
+  if (text.text.find_first_not_of(kShortSigns) != std::string::npos) return std::nullopt;
+  if (text.text.find_first_not_of(kSameInAMirror) == std::string::npos) return std::nullopt;
+  return ReadMark{text.text, mirrored, {}, text.confidence};
+}
+
+std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm, MarkGrammar grammar) {
   const cv::Mat ink = back < kInkBelow * median_of_wood(back);
   cv::Mat labels;
   cv::Mat stats;
@@ -321,10 +353,15 @@ std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm) 
   cv::Mat line;
   cv::warpAffine(text, line, picture_from_line, box->size, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
                  cv::Scalar(0));
-  std::optional<ReadMark> mark = read_line(as_one_line(line), px_per_mm, false);
-  if (!mark || mark->confidence < kSure) {
+  const auto read_line = [&](bool mirrored) {
+    const cv::Mat one = as_one_line(line);
+    return grammar == MarkGrammar::kShort ? read_short(one, px_per_mm, mirrored) : read_place(one, px_per_mm, mirrored);
+  };
+  std::optional<ReadMark> mark = read_line(false);
+  // Many short marks read as others in a mirror, and surely: they are looked at there only when nothing else is left.
+  if (!mark || (grammar == MarkGrammar::kPlace && mark->confidence < kSure)) {
     cv::flip(line, line, 1);
-    const std::optional<ReadMark> turned = read_line(as_one_line(line), px_per_mm, true);
+    const std::optional<ReadMark> turned = read_line(true);
     if (turned && (!mark || turned->confidence > mark->confidence)) mark = turned;
   }
   if (mark) mark->up = {up.x, -up.y};

@@ -1,10 +1,12 @@
 // Reads what is engraved on a piece's back as a stranger would: by OCR (tesseract), with no knowledge of the font, of
-// the plan, or of which marks exist. All it is told is the grammar: letters, a number, and maybe a hyphen and another
-// number, over a bar, on one line or on two.
+// the plan, or of which marks exist. All it is told is the grammar. Of marks that tell places: letters, a number, and
+// maybe a hyphen and another number. Of short ones: up to four signs of an alphabet of 25, not all of them alike in a
+// mirror. Either stands over a bar, on one line or on two.
 //
 // The bar is the longest straight stroke; the side the ink is on is the text's up. What reads well only in a mirror is
 // reported as mirrored. Each character is set apart first; the letters are read among letters, the numbers among
-// digits, at several sizes and stroke weights until two readings agree.
+// digits, at several sizes and stroke weights until two readings agree. Of a short mark two that are sure must agree,
+// or the most; it is not read where none do.
 //
 // Threading: one reader per thread. Not re-entrant.
 #pragma once
@@ -18,6 +20,8 @@
 #include "drivers/sim/plane.h"
 
 namespace veneer::proof {
+
+enum class MarkGrammar { kPlace, kShort };
 
 struct ReadMark {
   std::string text;  // "A3-12"
@@ -36,14 +40,16 @@ class MarkReader {
 
   // `back` as cut_out.h's back_picture gives it: grey, engraving and holes dark, white beside the piece. Nothing when
   // no bar or no reading that fits the grammar was found.
-  std::optional<ReadMark> read(const cv::Mat& back, double px_per_mm);
+  std::optional<ReadMark> read(const cv::Mat& back, double px_per_mm, MarkGrammar grammar = MarkGrammar::kPlace);
 
  private:
   struct Engine;
   struct Text;
   MarkReader();
-  std::optional<ReadMark> read_line(const cv::Mat& line, double px_per_mm, bool mirrored);
-  Text read_part(bool letters, const cv::Mat& line, const cv::Rect& part, double px_per_mm, std::size_t length);
+  enum class Signs { kLetters, kDigits, kShort, kShortInAMirror };
+  std::optional<ReadMark> read_place(const cv::Mat& line, double px_per_mm, bool mirrored);
+  std::optional<ReadMark> read_short(const cv::Mat& line, double px_per_mm, bool mirrored);
+  Text read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm, std::size_t length);
   std::unique_ptr<Engine> engine_;
 };
 

@@ -45,8 +45,31 @@ std::optional<std::size_t> piece_with_mark(const ClaimedJob& job, const std::str
   return std::nullopt;
 }
 
-Status read_marks(const sim::Sheet& sheet, const BurnIndex& burns, const std::vector<CutOut>& cuts, int threads,
-                  std::vector<std::optional<ReadMark>>& marks) {
+// Letters, a number, and maybe a hyphen and a number.
+bool tells_a_place(std::string_view mark) {
+  const auto take = [&](auto wanted) {
+    const auto end = std::ranges::find_if_not(mark, wanted);
+    const bool some = end != mark.begin();
+    mark.remove_prefix(static_cast<std::size_t>(end - mark.begin()));
+    return some;
+  };
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (!take([](char c) { return c >= 'A' && c <= 'Z'; }) || !take(digit)) return false;
+  if (mark.empty()) return true;
+  if (mark.front() != '-') return false;
+  mark.remove_prefix(1);
+  return take(digit) && mark.empty();
+}
+
+// By all marks of the job, so that none is told by its own.
+MarkGrammar grammar_of(const ClaimedJob& job) {
+  return std::ranges::all_of(job.pieces, tells_a_place, &ClaimedPiece::mark) ? MarkGrammar::kPlace
+                                                                             : MarkGrammar::kShort;
+}
+
+// `grammars`: of each cut-out.
+Status read_marks(const sim::Sheet& sheet, const BurnIndex& burns, const std::vector<CutOut>& cuts,
+                  const std::vector<MarkGrammar>& grammars, int threads, std::vector<std::optional<ReadMark>>& marks) {
   std::vector<std::unique_ptr<MarkReader>> readers;
   const std::size_t wanted = std::min<std::size_t>(cuts.size(), static_cast<std::size_t>(threads));
   for (std::size_t i = 0; i < wanted; ++i) {
@@ -56,8 +79,8 @@ Status read_marks(const sim::Sheet& sheet, const BurnIndex& burns, const std::ve
   }
   marks.resize(cuts.size());
   parallel_for(cuts.size(), threads, [&](std::size_t i, int worker) {
-    marks[i] =
-        readers[static_cast<std::size_t>(worker)]->read(back_picture(sheet, burns, cuts[i]), cuts[i].window.px_per_mm);
+    marks[i] = readers[static_cast<std::size_t>(worker)]->read(back_picture(sheet, burns, cuts[i]),
+                                                               cuts[i].window.px_per_mm, grammars[i]);
   });
   return Ok();
 }
@@ -88,6 +111,16 @@ struct SheetWork {
   std::vector<CutOut> cuts;
   std::vector<std::optional<ReadMark>> marks;
 };
+
+std::vector<MarkGrammar> grammars_on(const SheetWork& work, const Claims& claims) {
+  std::vector<MarkGrammar> of_jobs, out;
+  for (const ClaimedJob& job : *claims.jobs) of_jobs.push_back(grammar_of(job));
+  for (const CutOut& cut : work.cuts) {
+    const auto claimed = cut_as(work.panel_tie.panel_from_sheet(cut.centroid), work.panel_tie.panel->id, *claims.jobs);
+    out.push_back(claimed ? of_jobs[claimed->job] : MarkGrammar::kPlace);
+  }
+  return out;
+}
 
 void collect(const SheetWork& work, const Claims& claims, std::vector<std::vector<FoundPiece>>& found, Proof& proof) {
   const std::vector<ClaimedJob>& jobs = *claims.jobs;
@@ -164,7 +197,8 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
   std::vector<std::vector<FoundPiece>> found(claims.jobs->size());
   for (const auto& sheet : work) {
     sheet->cuts = find_cut_outs(*sheet->panel_tie.sheet, *sheet->burns, threads);
-    if (const Status read = read_marks(*sheet->panel_tie.sheet, *sheet->burns, sheet->cuts, threads, sheet->marks);
+    if (const Status read = read_marks(*sheet->panel_tie.sheet, *sheet->burns, sheet->cuts, grammars_on(*sheet, claims),
+                                       threads, sheet->marks);
         !read)
       return read.error();
     collect(*sheet, claims, found, proof);

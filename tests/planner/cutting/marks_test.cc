@@ -114,6 +114,20 @@ TEST(Marks, StandOnTwoLinesOverOneBarWhereOneLineFindsNoRoom) {
   EXPECT_GT(box_of(*counted).height().count(), 2.5 * counted->height.count());
 }
 
+TEST(Marks, OfTwoOrThreeSignsFindRoomWhereThoseThatTellPlacesFindNone) {
+  const auto on = [](const char* text, double side) {
+    auto mark = lay_out_mark(text, rectangle(0, 0, side, side), kUp);
+    if (mark.ok()) expect_inside(*mark, rectangle(0, 0, side, side), 0.4_mm);
+    return mark.ok() ? mark->height.count() : 0;
+  };
+  EXPECT_LT(on("A1-10", 5.8), 2.0);
+  EXPECT_GE(on("7K2", 5.8), 2.0);
+  EXPECT_GE(on("7K", 4), 2.0);
+  EXPECT_EQ(on("A1-10", 4.3), 0);
+  EXPECT_GE(on("7K2", 4.3), 1.4);
+  EXPECT_GE(on("7K", 3.2), 1.4);
+}
+
 // Every mark of a picture of 40 x 40 squares, and of a mosaic of 999 cells.
 TEST(Marks, OfWholePicturesAreReadWithoutEffortDownToSevenMillimetresAndFitDownToFive) {
   std::vector<std::string> marks;
