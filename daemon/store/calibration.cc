@@ -67,6 +67,9 @@ Affine2<MachineFrame, BedFrame> affine_from_json(const json& j) {
   return {linear, Eigen::Vector2d(m[0][2], m[1][2])};
 }
 
+// How the rings of a burnt pattern are spaced, as an axes certificate says it.
+constexpr const char *kEven = "even", *kUneven = "uneven";
+
 constexpr std::array kKinds = {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                                db::CertificateKind::kKerf};
 
@@ -215,9 +218,11 @@ static Result<Calibration> load(Repositories& r, const std::string& now, std::sp
     if (const Last& axes = found->at(db::CertificateKind::kAxes); axes.on_its_device)
       if (const auto area = axes.payload.find("pattern_area_mm"); area != axes.payload.end()) {
         const auto corners = area->get<std::array<double, 4>>();
-        out.pattern_area.emplace();
-        out.pattern_area->add(point<MachineFrame>(corners[0], corners[1]));
-        out.pattern_area->add(point<MachineFrame>(corners[2], corners[3]));
+        // Before spacings were told, all were even.
+        out.pattern = PatternLayout{{}, axes.payload.value("pattern_spacing", kEven) == kEven ? RingSpacing::kEven
+                                                                                             : RingSpacing::kUneven};
+        out.pattern->area.add(point<MachineFrame>(corners[0], corners[1]));
+        out.pattern->area.add(point<MachineFrame>(corners[2], corners[3]));
       }
     if (const json* kerf = in_force(db::CertificateKind::kKerf))
       out.kerf = Millimetres(kerf->at("kerf_mm").get<double>());
@@ -393,15 +398,16 @@ json to_payload(const calib::CameraFit& fit) {
   return payload;
 }
 
-json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area) {
+json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern) {
   const auto& m = axes.machine_from_bed;
+  const auto& area = pattern.area;
   return {{"camera_certificate", camera.value},
           {"camera", camera_json(axes.model.parameters())},
           {"machine_from_bed",
            {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
           {"pattern_area_mm",
-           {pattern_area.min.x.count(), pattern_area.min.y.count(), pattern_area.max.x.count(),
-            pattern_area.max.y.count()}},
+           {area.min.x.count(), area.min.y.count(), area.max.x.count(), area.max.y.count()}},
+          {"pattern_spacing", pattern.spacing == RingSpacing::kEven ? kEven : kUneven},
           {"scale_x", axes.scale_x},
           {"scale_y", axes.scale_y},
           {"skew_deg", to_degrees(axes.skew)},

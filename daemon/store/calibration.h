@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/calibration_pattern.h"
 #include "base/frames.h"
 #include "base/result.h"
 #include "calib/camera_fit.h"
@@ -57,7 +58,7 @@ struct Calibration {
   Millimetres camera_off{0};  // rms, of points its fit had not seen; 0 where its certificate does not say
   std::optional<BedCalibration> bed;
   std::optional<Millimetres> kerf;
-  std::optional<Box<MachineFrame>> pattern_area;                // of the pattern the axes were measured with
+  std::optional<PatternLayout> pattern;                         // that the axes were measured with
   std::map<db::CertificateKind, CertificateStanding> standing;  // of every kind
 };
 
@@ -100,7 +101,7 @@ Status require_scan_size(const Calibration& calibration, int columns, int rows);
 
 nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
 nlohmann::json to_payload(const calib::CameraFit& camera);
-nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area);
+nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern);
 nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
 
 }  // namespace veneer::daemon

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/calibration_pattern.h"
 #include "base/result.h"
 #include "drivers/sim/roughness.h"
 
@@ -27,5 +28,14 @@ struct SightFigures {
 
 // kRefused and so on as the cell would say.
 Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough, const PlayedHands& hands);
+
+// What an axes certificate says of itself, against where the laser truly burns, over all places that it reaches. Its
+// camera sees as exactly as it is known, so that nothing but the pattern counts.
+struct AxesFigures {
+  double said_mm = 0;  // the certificate's left_out_rms_mm
+  double true_mm = 0;  // rms
+  int places = 0, within_two_sigma = 0;
+};
+Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughness& rough, RingSpacing spacing);
 
 }  // namespace veneer::tests
