@@ -10,7 +10,7 @@ namespace veneer::planner {
 namespace {
 
 constexpr double kRing = 4, kKeyRing = 8, kLineLength = 20, kClear = 5;
-constexpr double kMargin = 6;  // from the centres of outer rings to the area's edge
+constexpr double kPatternMargin = 6;  // from the centres of outer rings to the area's edge
 constexpr std::array<double, 4> kLineOffsets = {-10.5, -4.5, 2.5, 10.5};
 // A cell must hold the lines, the clearance on both sides, and the rings at its corners.
 constexpr double kLeastPitch = 2 * kLineOffsets.back() + 2 * kClear + kRing;
@@ -42,7 +42,8 @@ std::vector<double> uneven_places(double length, const std::function<bool(int ce
     if (over < 0) continue;
     const double shares = std::accumulate(share.begin(), share.end(), 0.0);
     std::vector<double> places = {0};
-    for (std::size_t i = 0; i < least.size(); ++i) places.push_back(places.back() + least[i] + over * share[i] / shares);
+    for (std::size_t i = 0; i < least.size(); ++i)
+      places.push_back(places.back() + least[i] + over * share[i] / shares);
     places.back() = length;
     return places;
   }
@@ -64,8 +65,8 @@ Polyline<MachineFrame> circle(const PatternRing& ring) {
 }  // namespace
 
 Result<CalibrationPattern> make_pattern(const PatternLayout& layout) {
-  const double width = layout.area.empty() ? 0 : layout.area.width().count() - 2 * kMargin;
-  const double height = layout.area.empty() ? 0 : layout.area.height().count() - 2 * kMargin;
+  const double width = layout.area.empty() ? 0 : layout.area.width().count() - 2 * kPatternMargin;
+  const double height = layout.area.empty() ? 0 : layout.area.height().count() - 2 * kPatternMargin;
   const bool even = layout.spacing == RingSpacing::kEven;
   const auto across = even ? even_places(width) : uneven_places(width, [](int cell, int cells) {
     const int lines = first_line_cell(cells + 1);
@@ -77,13 +78,13 @@ Result<CalibrationPattern> make_pattern(const PatternLayout& layout) {
     return Error{ErrorCode::kInvalidArgument,
                  "the calibration pattern needs at least 3 by 3 rings: lay a larger board on the bed"};
   CalibrationPattern pattern{columns, rows, {}, {}};
-  const double x0 = layout.area.min.x.count() + kMargin, y0 = layout.area.min.y.count() + kMargin;
+  const double x0 = layout.area.min.x.count() + kPatternMargin, y0 = layout.area.min.y.count() + kPatternMargin;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const bool key = (row == 0 && (column == 0 || column == columns - 1)) || (row == rows - 1 && column == 1);
-      pattern.rings.push_back({point<MachineFrame>(x0 + across[static_cast<std::size_t>(column)],
-                                                   y0 + up[static_cast<std::size_t>(row)]),
-                               Millimetres(key ? kKeyRing : kRing)});
+      pattern.rings.push_back(
+          {point<MachineFrame>(x0 + across[static_cast<std::size_t>(column)], y0 + up[static_cast<std::size_t>(row)]),
+           Millimetres(key ? kKeyRing : kRing)});
     }
   }
   const auto cell = static_cast<std::size_t>(first_line_cell(columns));

@@ -1,5 +1,5 @@
-// A belt is off by the same at each turn of its pulley. The pattern that the axes are measured with must meet that error
-// at all its phases, or its certificate knows nothing of it.
+// A belt is off by the same at each turn of its pulley. The pattern that the axes are measured with must meet that
+// error at all its phases, or its certificate knows nothing of it.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -37,9 +37,7 @@ TEST(AxesCertificate, KnowsABeltsErrorWhateverItsPulley) {
 }
 
 // What the pattern was like before: the same rings, one turn of a pulley apart, and the figure was for nothing.
-TEST(AxesCertificate, OfEvenRingsWouldNotKnowIt) {
-  EXPECT_LT(within_two_sigma(40, RingSpacing::kEven), 0.8);
-}
+TEST(AxesCertificate, OfEvenRingsWouldNotKnowIt) { EXPECT_LT(within_two_sigma(40, RingSpacing::kEven), 0.8); }
 
 }  // namespace
 }  // namespace veneer::tests

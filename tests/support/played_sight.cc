@@ -117,7 +117,8 @@ KnownCamera exact_camera(const sim::CameraTruth& truth) {
   p.width_px = truth.width_px, p.height_px = truth.height_px;
   p.fx = truth.fx, p.fy = truth.fy, p.cx = truth.cx, p.cy = truth.cy;
   p.k1 = truth.k1, p.k2 = truth.k2, p.p1 = truth.p1, p.p2 = truth.p2;
-  const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(truth.rotation.data());
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(truth.rotation.data());
   const Eigen::AngleAxisd turn(rotation);
   const Eigen::Vector3d w = turn.axis() * turn.angle();
   const Eigen::Vector3d t = -(rotation * Eigen::Vector3d(truth.position[0], truth.position[1], truth.position[2]));
@@ -271,6 +272,8 @@ Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough,
   return figures;
 }
 
+double PredictedFigures::true_mm() const { return std::sqrt(squares_sum / places); }
+
 Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughness& rough, RingSpacing spacing) {
   Played cell(seed, rough);
   SightFigures ignored;
@@ -281,6 +284,9 @@ Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughne
   carriage.homed(1);
   const auto bed_from_machine = axes->machine_from_bed.inverse();
   const auto& bed = cell.truth.settings.bed;
+  const Box<MachineFrame> reach{{}, point<MachineFrame>(bed.width_mm, bed.height_mm)};
+  const auto predicted = calib::predict_axes_error(*axes, reach);
+  if (!predicted) return Error{ErrorCode::kInternal, "nothing is predicted"};
   Rms off;
   for (double y = 0; y <= bed.height_mm; y += 7)
     for (double x = 0; x <= bed.width_mm; x += 7) {
@@ -290,6 +296,10 @@ Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughne
       const double d = distance(seen, bed_from_machine * point<MachineFrame>(x, y)).count();
       off.add(d);
       ++out.places, out.within_two_sigma += d <= 2 * out.said_mm ? 1 : 0;
+      const auto there = calib::predicted_error(*predicted, seen.x.count(), seen.y.count());
+      if (!there) continue;
+      (there->to_measured.count() <= predicted->near_mm ? out.measured : out.beyond)
+          .add(d, there->sigma.count(), axes->rms.count());
     }
   out.true_mm = off.value();
   return out;
