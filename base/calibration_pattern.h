@@ -1,9 +1,9 @@
 // The calibration pattern: burnt into a bare board, photographed by the bed camera and laid on the scanner. It ties
 // MachineFrame to what the camera sees (axis scale and skew) and shows the kerf.
 //
-// Rings are engraved circles where columns and rows of a lattice cross. Most have one diameter; at least three key rings are clearly larger (1.5
-// times or more) and placed so that no turn or mirroring of the lattice maps them onto themselves. Kerf lines are
-// straight through-cuts, clear of the rings. Coordinates are as commanded.
+// Rings are engraved circles where columns and rows of a lattice cross. Most have one diameter; at least three key
+// rings are clearly larger (1.5 times or more) and placed so that no turn or mirroring of the lattice maps them onto
+// themselves. Kerf lines are straight through-cuts, clear of the rings. Coordinates are as commanded.
 #pragma once
 
 #include <vector>

@@ -232,6 +232,11 @@ Result<PatternLayout> CalibrationService::burnt_pattern(const Calibration& calib
   return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
 }
 
+Box<MachineFrame> CalibrationService::reach() const {
+  const std::lock_guard lock(burnt_mutex_);
+  return reach_;
+}
+
 namespace {
 
 // Empty on a board that has no room for it.
@@ -273,6 +278,7 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   if (!job) return job;
   const std::lock_guard lock(burnt_mutex_);
   burnt_ = PatternLayout{area_on(board, travel)};
+  reach_ = travel;
   return job;
 }
 
@@ -321,9 +327,10 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!picture) return picture.error();
   if (const Status unused = require_unused(db::CertificateKind::kAxes, picture->sha256, pictures_.device()); !unused)
     return unused.error();
-  auto fit = have<Fit>(ReadPatternView{picture->file.string(), calibration->camera->parameters(),
-                                       calibration->camera_certificate.value, calibration->camera_off, height, *burnt},
-                       picture->file, progress, stop);
+  auto fit = have<Fit>(
+      ReadPatternView{picture->file.string(), calibration->camera->parameters(), calibration->camera_certificate.value,
+                      calibration->camera_off, height, *burnt, reach()},
+      picture->file, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
   if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), {picture->sha256}, outcome);

@@ -88,6 +88,7 @@ class CalibrationService {
   // Of the pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when
   // none.
   Result<PatternLayout> burnt_pattern(const Calibration& calibration) const;
+  Box<MachineFrame> reach() const;
   // Has `request` done, on a picture where it wants one.
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
@@ -120,6 +121,7 @@ class CalibrationService {
   // The pattern that was burnt last; written by the reactor before the burn, read by the workers after it.
   mutable std::mutex burnt_mutex_;
   std::optional<PatternLayout> burnt_;  // guarded by burnt_mutex_
+  Box<MachineFrame> reach_;             // guarded by burnt_mutex_; of the laser that burnt it
 };
 
 }  // namespace veneer::daemon

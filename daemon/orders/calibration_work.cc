@@ -65,7 +65,7 @@ Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesyste
   if (!found) return found.error();
   const auto fit = calib::fit_machine_axes(*found, camera, order.height, order.camera_off);
   if (!fit) return fit.error();
-  return Fit{to_payload(*fit, CertificateId{order.camera_certificate}, order.pattern), fit->rms};
+  return Fit{to_payload(*fit, CertificateId{order.camera_certificate}, order.pattern, order.reach), fit->rms};
 }
 
 Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& /*folder*/,

@@ -67,6 +67,7 @@ struct ReadPatternView {
   Millimetres camera_off{0};  // as the camera's certificate says
   Millimetres height{0};
   PatternLayout pattern;
+  Box<MachineFrame> reach;  // of the beam; empty where it is not known
 };
 Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesystem::path& folder,
                               const TaskProgress& progress);

@@ -10,7 +10,7 @@
 namespace veneer::sim {
 namespace {
 
-constexpr double kBeltBit = 2;    // mm; the belt's wave is followed in bits this long
+constexpr double kBeltBit = 2;  // mm; the belt's wave is followed in bits this long
 constexpr double kLeastBit = 1e-4;
 
 // How much of a motion by `way` is over when the carriage, `lag` behind, begins to follow; 0 when it follows at once.

@@ -1,5 +1,6 @@
 // How unkind the simulated workshop is, beyond what each device's own settings say. Everything here but the
-// belt's period is an amplitude: what is really there is drawn from the twin's seed. Nothing in it knows what the cell's eyes can bear.
+// belt's period is an amplitude: what is really there is drawn from the twin's seed. Nothing in it knows what the
+// cell's eyes can bear.
 //
 // As they begin they are the bench. Values, thread-safe.
 #pragma once

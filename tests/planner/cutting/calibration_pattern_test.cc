@@ -43,7 +43,8 @@ TEST(Pattern, MeetsWhateverComesAgainAtManyPhases) {
         const double phase = 2 * kPi * (along_x ? ring.centre.x : ring.centre.y).count() / turn;
         cosines += std::cos(phase), sines += std::sin(phase);
       }
-      EXPECT_LT(std::hypot(cosines, sines) / static_cast<double>(pattern->rings.size()), 0.4) << turn << " mm, " << along_x;
+      EXPECT_LT(std::hypot(cosines, sines) / static_cast<double>(pattern->rings.size()), 0.4)
+          << turn << " mm, " << along_x;
     }
   }
 }
@@ -85,9 +86,13 @@ TEST(Pattern, HasKeyRingsThatNoTurnOrMirroringMapsOntoThemselves) {
 }
 
 TEST(Pattern, KeepsKerfLinesFiveMillimetresClearOfAllElse) {
-  for (const auto& [side, spacing] :
-       {std::pair{83.0, RingSpacing::kUneven}, {100, RingSpacing::kUneven}, {155, RingSpacing::kUneven},
-        {300, RingSpacing::kUneven}, {460, RingSpacing::kUneven}, {83, RingSpacing::kEven}, {300, RingSpacing::kEven}}) {
+  for (const auto& [side, spacing] : {std::pair{83.0, RingSpacing::kUneven},
+                                      {100, RingSpacing::kUneven},
+                                      {155, RingSpacing::kUneven},
+                                      {300, RingSpacing::kUneven},
+                                      {460, RingSpacing::kUneven},
+                                      {83, RingSpacing::kEven},
+                                      {300, RingSpacing::kEven}}) {
     const auto pattern = make_pattern(over(side, side, spacing));
     ASSERT_TRUE(pattern.ok()) << side;
     ASSERT_EQ(pattern->kerf_lines.size(), 8U);
