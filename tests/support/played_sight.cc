@@ -279,7 +279,8 @@ Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughne
   SightFigures ignored;
   const auto axes = play_axes(cell, exact_camera(cell.truth.camera), {}, spacing, ignored);
   if (!axes) return axes.error();
-  AxesFigures out{axes->leave_out_rms.count()};
+  AxesFigures out;
+  out.said_mm = axes->leave_out_rms.count();
   sim::Carriage carriage(rough, seed);
   carriage.homed(1);
   const auto bed_from_machine = axes->machine_from_bed.inverse();
