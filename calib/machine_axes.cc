@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <vector>
 
 #include "calib/board_bow.h"
@@ -65,6 +67,58 @@ Millimetres leave_out(const Rings& rings) {
   return Millimetres(std::sqrt(sum / static_cast<double>(rings.bed.size())));
 }
 
+// Rings of one column, or of one row, by the place they were commanded to.
+std::vector<std::vector<std::size_t>> rings_in_line(const Rings& rings, bool columns) {
+  std::map<long, std::vector<std::size_t>> lines;
+  for (std::size_t i = 0; i < rings.commanded.size(); ++i) {
+    const Point<MachineFrame>& at = rings.commanded[i];
+    lines[std::lround((columns ? at.x : at.y).count() * 1000)].push_back(i);
+  }
+  std::vector<std::vector<std::size_t>> out;
+  for (auto& [place, line] : lines) out.push_back(std::move(line));
+  return out;
+}
+
+// What leaving out one line of rings at a time tells (delete-a-group jackknife).
+struct LeftOutLines {
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();  // mean, of rings predicted without their line: along x, along y
+  Eigen::Matrix3d open = Eigen::Matrix3d::Zero();     // as of AxesError
+};
+
+LeftOutLines leave_out_lines(const Rings& rings, const BedFromMachine& map, bool columns) {
+  const auto lines = rings_in_line(rings, columns);
+  LeftOutLines out;
+  for (const auto& line : lines) {
+    Rings rest = rings;
+    for (auto ring = line.rbegin(); ring != line.rend(); ++ring) rest.leave_out(*ring);
+    const BoardBow bow = rest.lay();
+    const BedFromMachine without = rest.fit();
+    for (const std::size_t i : line) {
+      const auto said = without * rings.commanded[i], is = Rings::on_board(bow, rings.rays[i]);
+      out.squares += Eigen::Vector2d((said.x - is.x).count(), (said.y - is.y).count()).cwiseAbs2();
+    }
+    Eigen::Matrix<double, 2, 3> change;
+    change << without.linear() - map.linear(), without.shift() - map.shift();
+    out.open += change.transpose() * change;
+  }
+  const auto count = static_cast<double>(lines.size());
+  out.squares /= static_cast<double>(rings.commanded.size());
+  out.open *= (count - 1) / count;
+  return out;
+}
+
+AxesError error_of_axes(const Rings& rings, const BedFromMachine& map) {
+  constexpr std::size_t kLeastLines = 3;
+  AxesError error;
+  if (rings_in_line(rings, true).size() < kLeastLines || rings_in_line(rings, false).size() < kLeastLines) return error;
+  const LeftOutLines columns = leave_out_lines(rings, map, true), rows = leave_out_lines(rings, map, false);
+  const double squares = columns.squares.cwiseMax(rows.squares).sum();
+  error.everywhere = Millimetres(std::hypot(std::sqrt(squares), rings.camera_off.count()));
+  error.open = columns.open + rows.open;
+  error.measured = rings.commanded;
+  return error;
+}
+
 // True when the rings span an area in which an affine map is well determined.
 bool well_spread(const Rings& rings) {
   const auto box = bounds(rings.commanded);
@@ -103,6 +157,7 @@ Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const Cam
   axes.rms = Millimetres(residual.rms), axes.max = Millimetres(residual.max);
   axes.rings = static_cast<int>(rings.bed.size());
   axes.leave_out_rms = leave_out(rings);
+  axes.error = error_of_axes(rings, map);
   axes.bow_x = Millimetres(0 - bow.bow_x), axes.bow_y = Millimetres(0 - bow.bow_y);  // no -0
   axes.bow_sigma = std::max(bow.sigma_x, bow.sigma_y);
 
@@ -147,6 +202,29 @@ Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const Cam
                     axes.scale_x * 100, axes.scale_y * 100)};
   }
   return axes;
+}
+
+std::optional<ErrorLattice> predict_axes_error(const MachineAxes& axes, const Box<MachineFrame>& reach) {
+  constexpr double kStep = 25;       // mm
+  constexpr double kNearARing = 35;  // mm: between the rings none is farther off
+  if (axes.error.measured.empty() || !(reach.width() > Millimetres(0) && reach.height() > Millimetres(0)))
+    return std::nullopt;
+  const auto bed_from_machine = axes.machine_from_bed.inverse();
+  Box<BedFrame> bed;
+  for (const Millimetres x : {reach.min.x, reach.max.x})
+    for (const Millimetres y : {reach.min.y, reach.max.y}) bed.add(bed_from_machine * Point<MachineFrame>{x, y});
+  ErrorLattice out = lattice_over(bed.min.x.count(), bed.min.y.count(), bed.max.x.count(), bed.max.y.count(), kStep);
+  out.near_mm = kNearARing;
+  for_each_place(out, [&](std::size_t index, double x, double y) {
+    const auto at = axes.machine_from_bed * point<BedFrame>(x, y);
+    const Eigen::Vector3d h(at.x.count(), at.y.count(), 1);
+    out.sigma_mm[index] =
+        std::sqrt(std::pow(axes.error.everywhere.count(), 2) + std::max(0.0, h.dot(axes.error.open * h)));
+    double nearest = std::numeric_limits<double>::max();
+    for (const auto& ring : axes.error.measured) nearest = std::min(nearest, distance(ring, at).count());
+    out.measured_mm[index] = nearest;
+  });
+  return out;
 }
 
 }  // namespace veneer::calib

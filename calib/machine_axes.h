@@ -5,14 +5,27 @@
 // fitted with the axes; how high the board lies in all follows from its lying on the bed. A twist is not seen.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "base/frames.h"
 #include "base/result.h"
 #include "calib/burnt_pattern.h"
 #include "calib/camera_model.h"
+#include "calib/error_lattice.h"
 
 namespace veneer::calib {
+
+// How far off the axes are expected to be: the sum of a square that is the same everywhere and of one that grows with
+// the distance from the rings. Rings of one column err alike along x, as their belt is off, and rings of one row along
+// y: so whole columns and rows are left out at a time, and more rings in them make nothing smaller.
+struct AxesError {
+  Millimetres everywhere{0};  // rings predicted without their column or their row, whichever is worse, and the camera
+  Eigen::Matrix3d open = Eigen::Matrix3d::Zero();  // mm2: h' open h at h = (x, y, 1), commanded mm
+  std::vector<Point<MachineFrame>> measured;       // the rings; empty: nothing can be predicted
+};
 
 struct MachineAxes {
   // BedFrame shares origin and +x with MachineFrame, so the shift is zero and bed +x is commanded by +x alone.
@@ -25,6 +38,7 @@ struct MachineAxes {
   Millimetres bow_x{0}, bow_y{0};   // of the board: its middle over its ends along either axis
   Millimetres bow_sigma{0};         // of the less certain of the two; which bows are held at 0: board_bow.h
   int rings = 0, dropped = 0;
+  AxesError error;
 };
 
 struct MachineAxesLimits {
@@ -42,5 +56,10 @@ struct MachineAxesLimits {
 Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> rings, const CameraModel& provisional,
                                      Millimetres height, Millimetres camera_off = Millimetres(0),
                                      const MachineAxesLimits& limits = {});
+
+// Over the places that the beam reaches, mm of BedFrame: the distance between where the laser burns and the place seen
+// by the camera that it was sent to (calib/error_lattice.h). Nothing where three columns and rows of rings were not
+// found.
+std::optional<ErrorLattice> predict_axes_error(const MachineAxes& axes, const Box<MachineFrame>& reach);
 
 }  // namespace veneer::calib

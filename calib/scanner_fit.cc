@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "calib/point_fit.h"
+#include "calib/scanner_error.h"
+#include "calib/scanner_map_fit.h"
 #include "calib/scanner_model.h"
 #include "calib/spline_weights.h"
 
@@ -18,47 +20,6 @@ namespace {
 // what the data cannot: where the glass frame lies.
 constexpr double kBending = 0.0025, kRidge = 1e-7, kMixed = 100;
 constexpr double kMaxDroppedFraction = 0.05;
-
-struct Corner {
-  std::size_t scan = 0, tag = 0;  // tag: index over all scans
-  double x = 0, y = 0;            // nominal mm, y down
-  Point<SheetFrame> on_sheet;
-  bool inner = false;  // its tag has neighbours all around
-  bool dropped = false;
-  int fold = 0;
-};
-
-struct ShiftLattice {
-  int columns = 0, rows = 0;
-  double sx = 0, sy = 0;
-  int size() const { return columns * rows; }
-};
-
-using Pose = Isometry2<GlassFrame, SheetFrame>;
-
-struct Fit {
-  Eigen::VectorXd shift_x, shift_y;
-  std::vector<Pose> poses;
-  ScannerModel model;
-};
-
-struct Bent {
-  std::array<int, 16> index{};
-  std::array<double, 16> weight{};
-};
-
-// Which coefficients act at a place, by how much.
-Bent basis_at(const ShiftLattice& lattice, double x, double y) {
-  const SplineWeights across = spline_weights(x, lattice.sx, lattice.columns);
-  const SplineWeights down = spline_weights(y, lattice.sy, lattice.rows);
-  Bent bent;
-  for (std::size_t r = 0, k = 0; r < 4; ++r)
-    for (std::size_t c = 0; c < 4; ++c, ++k) {
-      bent.index[k] = (down.first + static_cast<int>(r)) * lattice.columns + across.first + static_cast<int>(c);
-      bent.weight[k] = down.w[r] * across.w[c];
-    }
-  return bent;
-}
 
 // Bending energy: squared second differences along x, along y, and mixed. A flatbed's lens errs with x and its carriage
 // with y, so the two hardly mix; holding the map to that carries it into corners the sheet did not reach.
@@ -90,10 +51,10 @@ ScannerModelData data_of(const ShiftLattice& lattice, const Eigen::VectorXd& x, 
 }
 
 // Unknowns: shift_x, shift_y, then (turn, move x, move y) of each scan. `skip_fold` < 0 uses everything.
-Fit solve(const std::vector<Corner>& corners, std::vector<Pose> poses, const ShiftLattice& lattice,
-          const Eigen::MatrixXd& energy, int skip_fold) {
+MapFit solve(const std::vector<GridCorner>& corners, std::vector<GlassFromSheet> poses, const ShiftLattice& lattice,
+             const Eigen::MatrixXd& energy, int skip_fold) {
   const int n = lattice.size(), unknowns = 2 * n + 3 * static_cast<int>(poses.size());
-  Fit fit;
+  MapFit fit;
   for (int step = 0; step < 3; ++step) {
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
@@ -101,20 +62,13 @@ Fit solve(const std::vector<Corner>& corners, std::vector<Pose> poses, const Shi
     normal.block(n, n, n, n) = kBending * energy;
     normal.diagonal().head(2 * n).array() += kRidge;
     normal.diagonal().tail(unknowns - 2 * n).array() += 1e-12;
-    for (const Corner& corner : corners) {
+    for (const GridCorner& corner : corners) {
       if (corner.dropped || corner.fold == skip_fold) continue;
       const Bent bent = basis_at(lattice, corner.x, corner.y);
-      const Pose& pose = poses[corner.scan];
+      const GlassFromSheet& pose = poses[corner.scan];
       const Point<GlassFrame> placed = pose * corner.on_sheet;
-      const int turn = 2 * n + 3 * static_cast<int>(corner.scan);
-      std::array<int, 18> index{};
-      std::array<double, 18> value{};
       for (int axis = 0; axis < 2; ++axis) {
-        for (std::size_t k = 0; k < 16; ++k) index[k] = axis * n + bent.index[k], value[k] = bent.weight[k];
-        // d(R g + t)/d(angle), moved to the left side.
-        index[16] = turn;
-        value[16] = axis == 0 ? (placed.y - pose.shift().y).count() : -(placed.x - pose.shift().x).count();
-        index[17] = turn + 1 + axis, value[17] = -1;
+        const auto [index, value] = residual_row(lattice, bent, corner.scan, pose, placed, axis);
         const double target = axis == 0 ? placed.x.count() - corner.x : placed.y.count() + corner.y;
         for (std::size_t i = 0; i < 18; ++i) {
           right(index[i]) += value[i] * target;
@@ -125,21 +79,16 @@ Fit solve(const std::vector<Corner>& corners, std::vector<Pose> poses, const Shi
     const Eigen::VectorXd solved = normal.ldlt().solve(right);
     for (std::size_t s = 0; s < poses.size(); ++s) {
       const auto at = 2 * n + 3 * static_cast<Eigen::Index>(s);
-      const Pose& old = poses[s];
+      const GlassFromSheet& old = poses[s];
       poses[s] = {old.angle() + Radians(solved(at)),
                   {old.shift().x + Millimetres(solved(at + 1)), old.shift().y + Millimetres(solved(at + 2))}};
     }
     fit.shift_x = solved.head(n), fit.shift_y = solved.segment(n, n);
+    fit.normal = std::move(normal);
   }
   fit.poses = std::move(poses);
   fit.model = ScannerModel(data_of(lattice, fit.shift_x, fit.shift_y));
   return fit;
-}
-
-double residual(const Fit& fit, const Corner& corner) {
-  constexpr ScanResolution kUnit{1};  // nominal mm stand for pixels
-  const Point<GlassFrame> seen = fit.model.glass_from_scan(point<ScanFrame>(corner.x, corner.y), kUnit);
-  return distance(seen, fit.poses[corner.scan] * corner.on_sheet).count();
 }
 
 struct Stray {
@@ -150,25 +99,25 @@ struct Stray {
 };
 
 // Drops the whole tag that disagrees most with all others (dust on an edge); false when none does.
-bool drop_worst(std::vector<Corner>& corners, const Fit& fit) {
+bool drop_worst(std::vector<GridCorner>& corners, const MapFit& fit) {
   std::vector<double> all;
-  const Corner* worst = nullptr;
+  const GridCorner* worst = nullptr;
   double far = 0;
-  for (const Corner& corner : corners) {
+  for (const GridCorner& corner : corners) {
     if (corner.dropped) continue;
-    const double d = residual(fit, corner);
+    const double d = corner_miss(fit, corner);
     all.push_back(d);
     if (d > far) far = d, worst = &corner;
   }
   std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
   if (worst == nullptr || far < std::max(0.02, 6 * all[all.size() / 2])) return false;
   const std::size_t tag = worst->tag;
-  for (Corner& corner : corners) corner.dropped = corner.dropped || corner.tag == tag;
+  for (GridCorner& corner : corners) corner.dropped = corner.dropped || corner.tag == tag;
   return true;
 }
 
 // The sheet's pose in one scan, as a perfect scanner would have it.
-Result<Pose> first_pose(const GridScan& scan, std::size_t number, const AprilGrid& grid) {
+Result<GlassFromSheet> first_pose(const GridScan& scan, std::size_t number, const AprilGrid& grid) {
   std::vector<Point<GlassFrame>> seen;
   std::vector<Point<SheetFrame>> true_places;
   for (const Tag<ScanFrame>& tag : scan.tags) {
@@ -185,7 +134,7 @@ Result<Pose> first_pose(const GridScan& scan, std::size_t number, const AprilGri
     return Error{ErrorCode::kRefused, fmt::format("scan {} of the AprilGrid sheet is {:.1f} % off its claimed {:.0f} "
                                                   "dpi: check the resolution and the sheet",
                                                   number, (scale - 1) * 100, scan.nominal.dpi())};
-  const Pose pose = fit_isometry(to, from);
+  const GlassFromSheet pose = fit_isometry(to, from);
   if (residual_of(pose, to, from).rms > 2)
     return Error{ErrorCode::kRefused, fmt::format("the tags on scan {} do not lie as on the AprilGrid sheet: use the "
                                                   "sheet that came with the cell",
@@ -194,8 +143,8 @@ Result<Pose> first_pose(const GridScan& scan, std::size_t number, const AprilGri
 }
 
 // Corners of all scans; fails when one does not show enough of the sheet.
-Result<std::vector<Corner>> gather(std::span<const GridScan> scans, const AprilGrid& grid, int min_tags) {
-  std::vector<Corner> corners;
+Result<std::vector<GridCorner>> gather(std::span<const GridScan> scans, const AprilGrid& grid, int min_tags) {
+  std::vector<GridCorner> corners;
   std::size_t tag_number = 0;
   for (std::size_t s = 0; s < scans.size(); ++s) {
     const GridScan& scan = scans[s];
@@ -228,14 +177,14 @@ Result<std::vector<Corner>> gather(std::span<const GridScan> scans, const AprilG
   return corners;
 }
 
-void describe(ScannerCertificateData& out, const std::vector<Corner>& corners, const Fit& fit, double width,
+void describe(ScannerCertificateData& out, const std::vector<GridCorner>& corners, const MapFit& fit, double width,
               double height) {
   ScannerModelData& data = out.model;
   data.covered_from_x_mm = data.covered_from_y_mm = 1e9;
   data.covered_to_x_mm = data.covered_to_y_mm = -1e9;
   std::vector<Point<GlassFrame>> seen, nominal;
   constexpr ScanResolution kUnit{1};
-  for (const Corner& corner : corners) {
+  for (const GridCorner& corner : corners) {
     data.covered_from_x_mm = std::min(data.covered_from_x_mm, corner.x);
     data.covered_from_y_mm = std::min(data.covered_from_y_mm, corner.y);
     data.covered_to_x_mm = std::max(data.covered_to_x_mm, corner.x);
@@ -250,16 +199,20 @@ void describe(ScannerCertificateData& out, const std::vector<Corner>& corners, c
                          (data.covered_to_y_mm - data.covered_from_y_mm) / (width * height);
 }
 
-// How far off the map is at a scan that it was made without, the sheet laid on it as well as can be.
-Stray miss_of_scan(std::vector<Corner> corners, std::size_t scan, const Fit& fit, const ShiftLattice& lattice,
-                   const Eigen::MatrixXd& energy) {
+// The map fitted to all scans but one.
+MapFit solve_without(std::vector<GridCorner> corners, std::size_t scan, const MapFit& fit, const ShiftLattice& lattice,
+                     const Eigen::MatrixXd& energy) {
   constexpr int kLeftOut = 0, kUsed = 1;
-  for (Corner& corner : corners) corner.fold = corner.scan == scan ? kLeftOut : kUsed;
-  const Fit without = solve(corners, fit.poses, lattice, energy, kLeftOut);
+  for (GridCorner& corner : corners) corner.fold = corner.scan == scan ? kLeftOut : kUsed;
+  return solve(corners, fit.poses, lattice, energy, kLeftOut);
+}
+
+// How far off the map is at a scan that it was made without, the sheet laid on it as well as can be.
+Stray miss_of_scan(const std::vector<GridCorner>& corners, std::size_t scan, const MapFit& without) {
   constexpr ScanResolution kUnit{1};  // nominal mm stand for pixels
   std::vector<Point<GlassFrame>> seen;
   std::vector<Point<SheetFrame>> on_sheet;
-  for (const Corner& corner : corners) {
+  for (const GridCorner& corner : corners) {
     if (corner.scan != scan || corner.dropped) continue;
     seen.push_back(without.model.glass_from_scan(point<ScanFrame>(corner.x, corner.y), kUnit));
     on_sheet.push_back(corner.on_sheet);
@@ -267,7 +220,7 @@ Stray miss_of_scan(std::vector<Corner> corners, std::size_t scan, const Fit& fit
   const std::span<const Point<GlassFrame>> to(seen);
   const std::span<const Point<SheetFrame>> from(on_sheet);
   Stray out;
-  const Pose pose = fit_isometry(to, from);
+  const GlassFromSheet pose = fit_isometry(to, from);
   for (std::size_t i = 0; i < seen.size(); ++i) out.add(distance(pose * on_sheet[i], seen[i]).count());
   return out;
 }
@@ -283,15 +236,45 @@ Status within(const ScannerCertificateData& found, const ScannerFitOptions& opti
 
 }  // namespace
 
+Bent basis_at(const ShiftLattice& lattice, double x, double y) {
+  const SplineWeights across = spline_weights(x, lattice.sx, lattice.columns);
+  const SplineWeights down = spline_weights(y, lattice.sy, lattice.rows);
+  Bent bent;
+  for (std::size_t r = 0, k = 0; r < 4; ++r)
+    for (std::size_t c = 0; c < 4; ++c, ++k) {
+      bent.index[k] = (down.first + static_cast<int>(r)) * lattice.columns + across.first + static_cast<int>(c);
+      bent.weight[k] = down.w[r] * across.w[c];
+    }
+  return bent;
+}
+
+ResidualRow residual_row(const ShiftLattice& lattice, const Bent& bent, std::size_t scan, const GlassFromSheet& pose,
+                         const Point<GlassFrame>& placed, int axis) {
+  const int n = lattice.size(), turn = 2 * n + 3 * static_cast<int>(scan);
+  ResidualRow row;
+  for (std::size_t k = 0; k < 16; ++k) row.index[k] = axis * n + bent.index[k], row.value[k] = bent.weight[k];
+  // d(R g + t)/d(angle), moved to the left side.
+  row.index[16] = turn;
+  row.value[16] = axis == 0 ? (placed.y - pose.shift().y).count() : -(placed.x - pose.shift().x).count();
+  row.index[17] = turn + 1 + axis, row.value[17] = -1;
+  return row;
+}
+
+double corner_miss(const MapFit& fit, const GridCorner& corner) {
+  constexpr ScanResolution kUnit{1};  // nominal mm stand for pixels
+  const Point<GlassFrame> seen = fit.model.glass_from_scan(point<ScanFrame>(corner.x, corner.y), kUnit);
+  return distance(seen, fit.poses[corner.scan] * corner.on_sheet).count();
+}
+
 Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans, const AprilGrid& grid,
                                                  const ScannerFitOptions& options) {
   if (scans.empty())
     return Error{ErrorCode::kInvalidArgument, "no scan of the AprilGrid sheet was given: scan it and calibrate again"};
   auto gathered = gather(scans, grid, options.min_tags);
   if (!gathered) return gathered.error();
-  std::vector<Corner>& corners = *gathered;
+  std::vector<GridCorner>& corners = *gathered;
 
-  std::vector<Pose> poses;
+  std::vector<GlassFromSheet> poses;
   double width = 0, height = 0;
   for (std::size_t s = 0; s < scans.size(); ++s) {
     auto pose = first_pose(scans[s], s + 1, grid);
@@ -308,7 +291,7 @@ Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans
   const Eigen::MatrixXd energy = bending(lattice);
 
   ScannerCertificateData out;
-  Fit fit = solve(corners, poses, lattice, energy, -1);
+  MapFit fit = solve(corners, poses, lattice, energy, -1);
   const int may_drop = 1 + static_cast<int>(kMaxDroppedFraction * static_cast<double>(corners.size()) / 4);
   while (out.dropped < may_drop && drop_worst(corners, fit)) {
     ++out.dropped;
@@ -316,12 +299,12 @@ Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans
   }
 
   Stray fitted, left_out;
-  for (const Corner& corner : corners)
-    if (!corner.dropped) fitted.add(residual(fit, corner));
+  for (const GridCorner& corner : corners)
+    if (!corner.dropped) fitted.add(corner_miss(fit, corner));
   for (int fold = 0; fold < 5; ++fold) {
-    const Fit without = solve(corners, fit.poses, lattice, energy, fold);
-    for (const Corner& corner : corners)
-      if (corner.fold == fold && corner.inner && !corner.dropped) left_out.add(residual(without, corner));
+    const MapFit without = solve(corners, fit.poses, lattice, energy, fold);
+    for (const GridCorner& corner : corners)
+      if (corner.fold == fold && corner.inner && !corner.dropped) left_out.add(corner_miss(without, corner));
   }
   fitted.close(), left_out.close();
 
@@ -332,12 +315,17 @@ Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans
   out.left_out_rms = Millimetres(left_out.rms), out.left_out_max = Millimetres(left_out.max);
   if (scans.size() > 1) {
     Stray others;
+    std::vector<MapFit> without;
     for (std::size_t s = 0; s < scans.size(); ++s) {
-      const Stray one = miss_of_scan(corners, s, fit, lattice, energy);
+      without.push_back(solve_without(corners, s, fit, lattice, energy));
+      const Stray one = miss_of_scan(corners, s, without.back());
       others.rms += one.rms, others.max = std::max(others.max, one.max), others.count += one.count;
     }
     others.close();
     out.other_scan_rms = Millimetres(others.rms), out.other_scan_max = Millimetres(others.max);
+    out.predicted = predict_scanner_error(
+        corners, lattice, fit, without, width, height,
+        [&](const std::vector<GridCorner>& some) { return solve(some, fit.poses, lattice, energy, -1); });
   }
   describe(out, corners, fit, width, height);
   if (auto status = within(out, options); !status) return status.error();

@@ -16,6 +16,7 @@
 #include "base/frames.h"
 #include "base/result.h"
 #include "calib/april_grid.h"
+#include "calib/error_lattice.h"
 #include "calib/tag_detector.h"
 
 namespace veneer {
@@ -69,6 +70,9 @@ struct ScannerCertificateData {
   std::optional<Millimetres> other_scan_rms, other_scan_max;
   double scale_x = 1, scale_y = 1;  // true mm per nominal mm, mean over the covered area
   double covered_fraction = 0;      // of the glass
+  // Over the glass, nominal mm: x right, y down from the scan's upper left corner. Of two scans or more: one alone says
+  // nothing of another.
+  std::optional<ErrorLattice> predicted;
 };
 
 struct ScannerFitOptions {

@@ -233,6 +233,31 @@ void add_differences(CLI::App& panel, CommandContext& context) {
   });
 }
 
+void add_certificates(CLI::App& app, CommandContext& context) {
+  struct Options {
+    std::optional<int> number;
+    std::vector<double> at;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* certificates =
+      app.add_subcommand("certificates", "Calibrations, until when they hold, and how far off they will be");
+  auto* number = certificates->add_option("NUMBER", options->number, "Only this one")->check(CLI::PositiveNumber);
+  certificates
+      ->add_option("--at", options->at,
+                   "X,Y: the error predicted there, in mm; on the glass right and down from a scan's upper left "
+                   "corner, on the bed right and away from the machine's origin")
+      ->delimiter(',')
+      ->expected(2)
+      ->needs(number);
+  certificates->callback([options, &context] {
+    if (!options->number)
+      return context.finish(context.client().get_all("/certificates", "certificates"), render_certificates);
+    std::string target = fmt::format("/certificates/{}", *options->number);
+    if (!options->at.empty()) target += fmt::format("?x={}&y={}", options->at[0], options->at[1]);
+    context.finish(context.client().get(target), render_certificate);
+  });
+}
+
 void add_calibrate(CLI::App& app, CommandContext& context) {
   struct Options {
     std::string device;
@@ -299,9 +324,7 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
     });
   }
   add_calibrate(app, context);
-  app.add_subcommand("certificates", "Calibrations and until when they hold")->callback([&context] {
-    context.finish(context.client().get_all("/certificates", "certificates"), render_certificates);
-  });
+  add_certificates(app, context);
 }
 
 }  // namespace veneer::cli

@@ -251,16 +251,41 @@ std::string doubt_lines(const json& certificate, const std::string& of) {
   return text;
 }
 
+// How much of the glass or the bed was measured; "" where a certificate does not say.
+std::string share_measured(const json& certificate) {
+  if (!member(certificate, "measured_fraction").is_number()) return "";
+  return fmt::format("{:.0f} %", 100 * number_or(certificate, "measured_fraction", 0));
+}
+
 }  // namespace
+
+std::string render_certificate(const json& reply) {
+  std::string text = render_certificates({{"certificates", json::array({member(reply, "certificate")})}});
+  const json& at = member(reply, "at");
+  if (!at.is_object()) return text;
+  const std::string frame = text_or(at, "frame", "");
+  const std::string place = fmt::format("{:g}, {:g} mm{}", number_or(at, "x_mm", 0), number_or(at, "y_mm", 0),
+                                        frame == "scan"  ? " right and down from the upper left corner of a scan"
+                                        : frame == "bed" ? " right and away from the machine's origin"
+                                                         : "");
+  if (!member(at, "predicted_error_mm").is_number())
+    return text + line("At", place) +
+           line("Predicted error", "none: " + text_or(at, "not_predicted", "it is not told"));
+  return text + line("At", place) +
+         line("Predicted error", fmt::format("{:.3f} mm, one sigma; twice as much is seldom exceeded",
+                                             number_or(at, "predicted_error_mm", 0))) +
+         line("Measured", fmt::format("{:.0f} mm from there, the nearest place", number_or(at, "to_measured_mm", 0)));
+}
 
 std::string render_certificates(const json& reply) {
   const json& list = member(reply, "certificates");
   if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
-  TextTable table({">NO", "OF", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES", "MADE ON"});
+  TextTable table({">NO", "OF", "STATE", ">RMS", ">WORST", ">MEASURED", ">PREDICTED", "ISSUED", "EXPIRES", "MADE ON"});
   for (const json& certificate : list) {
     table.add({std::to_string(whole_or(certificate, "id", 0)), text_or(certificate, "device", ""),
                state_words(text_or(certificate, "state", "")), millimetres(certificate, "rms_mm", 3),
-               millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
+               millimetres(certificate, "max_mm", 3), share_measured(certificate),
+               millimetres(certificate, "worst_predicted_mm", 3), text_or(certificate, "issued", ""),
                text_or(certificate, "expires", ""), text_or(certificate, "made_on", "")});
   }
   std::string text = table.str();

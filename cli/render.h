@@ -44,6 +44,7 @@ std::string render_edited(const nlohmann::json& reply);
 std::string render_merged(const nlohmann::json& reply);
 std::string render_calibration(const nlohmann::json& result);
 std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
+std::string render_certificate(const nlohmann::json& reply);   // {"certificate": {...}, "at": {...}}
 std::string render_recipes(const nlohmann::json& reply);       // {"recipes": [...]}
 std::string render_zones(const nlohmann::json& panel);         // {"zones": [...]}
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}

@@ -15,7 +15,7 @@ const mayMeasure = (place) => mayDo("maintainer") && !isStale() && !isBusy(place
 const measure = (place, device, body = {}) => ({text: t(`measure.${device}`), act: () => run(place, `/calibration/${device}`, body)});
 
 const kKinds = {scanner: "scanner", camera: "camera", laser: "axes", kerf: "kerf"};  // what each step makes
-const lengths = {max_mm: "calib.max", left_out_rms_mm: "calib.left_out", other_scan_rms_mm: "calib.other_scan", kerf_mm: "calib.kerf"};
+const lengths = {max_mm: "calib.max", left_out_rms_mm: "calib.left_out", other_scan_rms_mm: "calib.other_scan", worst_predicted_mm: "calib.predicted", kerf_mm: "calib.kerf"};
 
 // What a certificate says of itself, and what it does not know.
 export function certificateFacts(one) {

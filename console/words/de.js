@@ -363,7 +363,7 @@ export const words = {
   "hands.face_up": "Nach oben kommt: {face}.", "hands.face_down": "Auf das Glas kommt: {face}.",
   // Kalibrierung
   "calib.about": "Ein Zertifikat sagt, wie ein Gerät wirklich misst. Es läuft ab, und gilt nur für das Gerät, an dem es gemacht wurde.",
-  "calib.state": "Stand", "calib.rms": "Genauigkeit", "calib.max": "Schlechteste Stelle", "calib.left_out": "Wo nicht gemessen wurde", "calib.other_scan": "Bei einem anderen Scan", "calib.kerf": "Schnittbreite", "calib.made": "Gemacht", "calib.until": "Gilt bis", "calib.doubt": "Hinweis",
+  "calib.state": "Stand", "calib.rms": "Genauigkeit", "calib.max": "Schlechteste Stelle", "calib.left_out": "Wo nicht gemessen wurde", "calib.other_scan": "Bei einem anderen Scan", "calib.predicted": "Erwartet, wo es am schlechtesten ist", "calib.kerf": "Schnittbreite", "calib.made": "Gemacht", "calib.until": "Gilt bis", "calib.doubt": "Hinweis",
   "calib.good": "{what} {mm} mm", "calib.again": "Es ist gut. Es kann jederzeit neu gemacht werden.", "calib.begin": "Kalibrieren", "calib.anew": "Neu kalibrieren",
   "calib.drift": "{what} der letzten {n} Zertifikate: zuerst {first} mm, jetzt {last} mm", "calib.no_drift": "Wie es sich verändert, zeigt sich ab dem zweiten Zertifikat.",
   "certificate.valid": "gut", "certificate.missing": "noch nicht gemacht", "certificate.expired": "zu alt", "certificate.other_device": "an einem anderen Gerät gemacht, oder bevor es anders eingestellt wurde", "certificate.replaced": "mit dem der Kamera hinfällig: neu machen", "certificate.ahead": "später datiert als die Uhr dieses Rechners",

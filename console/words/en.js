@@ -353,7 +353,7 @@ export const words = {
   "hands.face_up": "It is laid with this side up: {face}.", "hands.face_down": "It is laid with this side on the glass: {face}.",
   // Calibration
   "calib.about": "A certificate says how a device really measures. It expires, and holds only for the device it was made on.",
-  "calib.state": "State", "calib.rms": "Fit", "calib.max": "Worst place", "calib.left_out": "Where it was not measured", "calib.other_scan": "At another scan", "calib.kerf": "Width of a cut", "calib.made": "Made", "calib.until": "Good until", "calib.doubt": "Note",
+  "calib.state": "State", "calib.rms": "Fit", "calib.max": "Worst place", "calib.left_out": "Where it was not measured", "calib.other_scan": "At another scan", "calib.predicted": "Expected where it is worst", "calib.kerf": "Width of a cut", "calib.made": "Made", "calib.until": "Good until", "calib.doubt": "Note",
   "calib.good": "{what} {mm} mm", "calib.again": "It is good. It can be made anew at any time.", "calib.begin": "Calibrate it", "calib.anew": "Calibrate it anew",
   "calib.drift": "{what} of the last {n} certificates: {first} mm at first, {last} mm now", "calib.no_drift": "How it moves shows from the second certificate on.",
   "certificate.valid": "good", "certificate.missing": "not made yet", "certificate.expired": "too old", "certificate.other_device": "made on another device, or before it was set otherwise", "certificate.replaced": "gone with the camera's: make it anew", "certificate.ahead": "dated later than this computer's clock",

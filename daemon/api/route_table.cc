@@ -93,6 +93,7 @@ constexpr std::array kOperations = {
     ApiOperation{"laserJogStop", "POST", "/api/v1/laser/jog/stop", Role::kOperator},
     ApiOperation{"laserOverrides", "POST", "/api/v1/laser/overrides", Role::kOperator, Takes::kJson},
     ApiOperation{"listCertificates", "GET", "/api/v1/certificates", Role::kViewer, Takes::kQuery},
+    ApiOperation{"getCertificate", "GET", "/api/v1/certificates/{id}", Role::kViewer, Takes::kQuery},
     ApiOperation{"newPlan", "POST", "/api/v1/plans", Role::kOperator, Takes::kPictureAndQuery},
     ApiOperation{"advisePlan", "POST", "/api/v1/plans/advice", Role::kOperator, Takes::kPictureAndQuery},
     ApiOperation{"sketchPlan", "POST", "/api/v1/plans/sketch", Role::kOperator, Takes::kPictureAndQuery, true},

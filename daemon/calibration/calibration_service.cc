@@ -225,16 +225,16 @@ void CalibrationService::note_grid_views() {
   collected_.view_heights = std::move(heights);
 }
 
-Box<MachineFrame> CalibrationService::area() const {
-  const std::lock_guard lock(area_mutex_);
-  return area_;
+Result<PatternLayout> CalibrationService::burnt_pattern(const Calibration& calibration) const {
+  const std::lock_guard lock(burnt_mutex_);
+  if (burnt_) return *burnt_;
+  if (calibration.pattern) return *calibration.pattern;
+  return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
 }
 
-Result<Box<MachineFrame>> CalibrationService::burnt_area(const Calibration& calibration) const {
-  Box<MachineFrame> burnt = area();
-  if (burnt.empty() && calibration.pattern_area) burnt = *calibration.pattern_area;
-  if (burnt.empty()) return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
-  return burnt;
+Box<MachineFrame> CalibrationService::reach() const {
+  const std::lock_guard lock(burnt_mutex_);
+  return reach_;
 }
 
 namespace {
@@ -261,9 +261,7 @@ Result<LaserJob> CalibrationService::pattern_for(Box<MachineFrame> travel, const
   if (const Status told = require_size(board); !told) return told.error();
   const Millimetres board_width = *board.width, board_height = *board.height;
   if (travel.empty()) travel.add({}), travel.add({board_width, board_height});
-  planner::PatternOptions options;
-  options.area = area_on(board, travel);
-  auto made = planner::make_pattern(options);
+  auto made = planner::make_pattern({area_on(board, travel)});
   if (!made)
     return Error{
         ErrorCode::kInvalidArgument,
@@ -278,8 +276,9 @@ Result<LaserJob> CalibrationService::pattern_for(Box<MachineFrame> travel, const
 Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
   auto job = pattern_for(travel, board);
   if (!job) return job;
-  const std::lock_guard lock(area_mutex_);
-  area_ = area_on(board, travel);
+  const std::lock_guard lock(burnt_mutex_);
+  burnt_ = PatternLayout{area_on(board, travel)};
+  reach_ = travel;
   return job;
 }
 
@@ -322,15 +321,16 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status able = require_camera(*calibration); !able) return able.error();
-  const auto burnt = burnt_area(*calibration);
+  const auto burnt = burnt_pattern(*calibration);
   if (!burnt) return burnt.error();
   const auto picture = photograph(BedPictures::For::kMeasuring, stop);
   if (!picture) return picture.error();
   if (const Status unused = require_unused(db::CertificateKind::kAxes, picture->sha256, pictures_.device()); !unused)
     return unused.error();
-  auto fit = have<Fit>(ReadPatternView{picture->file.string(), calibration->camera->parameters(),
-                                       calibration->camera_certificate.value, calibration->camera_off, height, *burnt},
-                       picture->file, progress, stop);
+  auto fit = have<Fit>(
+      ReadPatternView{picture->file.string(), calibration->camera->parameters(), calibration->camera_certificate.value,
+                      calibration->camera_off, height, *burnt, reach()},
+      picture->file, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
   if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), {picture->sha256}, outcome);
@@ -343,7 +343,7 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
-  const auto burnt = burnt_area(*calibration);
+  const auto burnt = burnt_pattern(*calibration);
   if (!burnt) return burnt.error();
   const auto scanned = scan("scanning the burnt board", progress, stop);
   if (!scanned) return scanned.error();

@@ -83,12 +83,12 @@ class CalibrationService {
   Result<LaserJob> pattern_for(Box<MachineFrame> travel, const PatternBoard& board) const;
 
  private:
-  Box<MachineFrame> area() const;
   void note_grid_scans();  // on the scanner's worker
   void note_grid_views();  // on the camera's
   // Of the pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when
   // none.
-  Result<Box<MachineFrame>> burnt_area(const Calibration& calibration) const;
+  Result<PatternLayout> burnt_pattern(const Calibration& calibration) const;
+  Box<MachineFrame> reach() const;
   // Has `request` done, on a picture where it wants one.
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
@@ -118,9 +118,10 @@ class CalibrationService {
   std::vector<std::string> grid_pictures_;       // their content
   mutable std::mutex collected_mutex_;
   Collected collected_;  // guarded by collected_mutex_
-  // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
-  mutable std::mutex area_mutex_;
-  Box<MachineFrame> area_;  // guarded by area_mutex_
+  // The pattern that was burnt last; written by the reactor before the burn, read by the workers after it.
+  mutable std::mutex burnt_mutex_;
+  std::optional<PatternLayout> burnt_;  // guarded by burnt_mutex_
+  Box<MachineFrame> reach_;             // guarded by burnt_mutex_; of the laser that burnt it
 };
 
 }  // namespace veneer::daemon

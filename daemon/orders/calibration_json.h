@@ -4,6 +4,12 @@
 #include "daemon/orders/calibration_work.h"
 #include "daemon/orders/shapes_json.h"
 
+namespace veneer {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PatternLayout, area, spacing)
+
+}  // namespace veneer
+
 namespace veneer::calib {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridView, height, tags)
@@ -18,7 +24,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitScanner, scans)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridView, file, height)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridViewRead, view, width_px, height_px)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitCamera, views, width_px, height_px)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, camera_off, height, area)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternScan, file, nominal, scanner, scan_size, area)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, camera_off, height, pattern,
+                                   reach)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternScan, file, nominal, scanner, scan_size, pattern)
 
 }  // namespace veneer::daemon

@@ -10,15 +10,6 @@
 #include "planner/pictures/pictures.h"
 
 namespace veneer::daemon {
-namespace {
-
-Result<CalibrationPattern> pattern_in(const Box<MachineFrame>& area) {
-  planner::PatternOptions options;
-  options.area = area;
-  return planner::make_pattern(options);
-}
-
-}  // namespace
 
 Result<calib::GridScan> read_grid_scan(const ReadGridScan& order, const std::filesystem::path& /*folder*/,
                                        const TaskProgress& progress) {
@@ -67,14 +58,14 @@ Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesyste
   if (!picture) return picture.error();
   const calib::CameraModel camera(order.camera);
   if (const Status same = require_picture_size(camera, picture->cols, picture->rows); !same) return same.error();
-  const auto burnt = pattern_in(order.area);
+  const auto burnt = planner::make_pattern(order.pattern);
   if (!burnt) return burnt.error();
   progress(0.8, "finding the burnt rings");
   const auto found = calib::find_burnt_pattern(*picture, camera, order.height, burnt->rings);
   if (!found) return found.error();
   const auto fit = calib::fit_machine_axes(*found, camera, order.height, order.camera_off);
   if (!fit) return fit.error();
-  return Fit{to_payload(*fit, CertificateId{order.camera_certificate}, order.area), fit->rms};
+  return Fit{to_payload(*fit, CertificateId{order.camera_certificate}, order.pattern, order.reach), fit->rms};
 }
 
 Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& /*folder*/,
@@ -85,7 +76,7 @@ Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesyste
   calibration.scan_size = order.scan_size;
   if (const Status same = require_scan_size(calibration, picture->pixels.cols, picture->pixels.rows); !same)
     return same.error();
-  const auto burnt = pattern_in(order.area);
+  const auto burnt = planner::make_pattern(order.pattern);
   if (!burnt) return burnt.error();
   progress(0.7, "measuring the kerf");
   // The true resolution: how many pixels the scanner really has for a millimetre in the middle of the glass.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/calibration_pattern.h"
 #include "base/frames.h"
 #include "base/geometry.h"
 #include "base/result.h"
@@ -65,7 +66,8 @@ struct ReadPatternView {
   std::int64_t camera_certificate = 0;
   Millimetres camera_off{0};  // as the camera's certificate says
   Millimetres height{0};
-  Box<MachineFrame> area;  // of the pattern
+  PatternLayout pattern;
+  Box<MachineFrame> reach;  // of the beam; empty where it is not known
 };
 Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesystem::path& folder,
                               const TaskProgress& progress);
@@ -77,7 +79,7 @@ struct ReadPatternScan {
   ScanResolution nominal;
   calib::ScannerModelData scanner;
   std::optional<std::array<int, 2>> scan_size;  // of the scanner's certificate
-  Box<MachineFrame> area;
+  PatternLayout pattern;
 };
 Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& folder,
                               const TaskProgress& progress);

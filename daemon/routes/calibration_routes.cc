@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "base/clock.h"
 #include "daemon/api/page.h"
@@ -139,10 +140,51 @@ Result<json> certificates_json(Repositories& r, const Page& page) {
   return out;
 }
 
+// A place that was asked about.
+struct Place {
+  double x = 0, y = 0;
+};
+
+Result<json> certificate_json(Repositories& r, CertificateId id, const std::optional<Place>& place) {
+  auto found = judged_certificates(r, utc_timestamp(), {id.value + 1}, 1, utc_timestamp(kSoon));
+  if (!found) return found.error();
+  if (found->empty() || found->front().record.id != id)
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("there is no certificate {}: veneerctl certificates lists them", id.value)};
+  json out = {{"certificate", to_json(found->front())}};
+  if (!place) return out;
+  const auto error = error_at(found->front().record, place->x, place->y);
+  if (!error) return error.error();
+  json& at = out["at"] = {{"x_mm", place->x}, {"y_mm", place->y}};
+  at["frame"] = error->frame.empty() ? json() : json(error->frame);
+  at["predicted_error_mm"] = error->predicted ? json(error->predicted->sigma.count()) : json();
+  at["to_measured_mm"] = error->predicted ? json(error->predicted->to_measured.count()) : json();
+  if (!error->predicted) at["not_predicted"] = error->not_predicted;
+  return out;
+}
+
+void reply_certificate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto query = RequestReader::query_of(request);
+  const auto x = query.number("x", ranges::kPlace), y = query.number("y", ranges::kPlace);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  if (x.has_value() != y.has_value())
+    return reply(ApiReply::error(
+        {ErrorCode::kInvalidArgument, "a place on the glass or the bed has two numbers: give x and y, both in mm"}));
+  std::optional<Place> place;
+  if (x) place = Place{*x, *y};
+  reply_from_query(
+      s.queries, request, [id = CertificateId{*id}, place](Repositories& r) { return certificate_json(r, id, place); },
+      reply);
+}
+
 }  // namespace
 
 void bind_calibration_routes(Router& router, const CalibrationServices& s) {
   router.bind("calibrate", [s](const ApiRequest& request, const Reply& reply) { calibrate(s, request, reply); });
+  router.bind("getCertificate",
+              [s](const ApiRequest& request, const Reply& reply) { reply_certificate(s, request, reply); });
   router.bind("listCertificates", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);

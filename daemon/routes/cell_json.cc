@@ -198,8 +198,9 @@ json to_json(const JudgedCertificate& certificate) {
               {"issued", c.issued_at},
               {"expires", c.expires_at},
               {"rms_mm", c.rms.count()}};
-  for (const char* key : {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans",
-                          "other_scan_rms_mm", "covered_fraction", "bow_x_mm", "bow_y_mm", "bow_sigma_mm"})
+  for (const char* key :
+       {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans", "other_scan_rms_mm",
+        "covered_fraction", "measured_fraction", "worst_predicted_mm", "bow_x_mm", "bow_y_mm", "bow_sigma_mm"})
     if (payload.contains(key)) out[key] = payload[key];
   if (!certificate.doubts.empty()) out["doubts"] = certificate.doubts;
   return out;
@@ -385,7 +386,8 @@ json to_json(const JobOutcome& o) {
 }
 
 json to_json(const CalibrationOutcome& o) {
-  const json figures = json::parse(o.payload, nullptr, false);
+  json figures = json::parse(o.payload, nullptr, false);
+  if (figures.is_object()) figures.erase("predicted");  // hundreds of places; GET /certificates/N tells each
   json out = {{"device", o.device},
               {"views", o.views},
               {"certificate", o.certificate.value},

@@ -67,6 +67,9 @@ Affine2<MachineFrame, BedFrame> affine_from_json(const json& j) {
   return {linear, Eigen::Vector2d(m[0][2], m[1][2])};
 }
 
+// How the rings of a burnt pattern are spaced, as an axes certificate says it.
+constexpr const char *kEven = "even", *kUneven = "uneven";
+
 constexpr std::array kKinds = {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                                db::CertificateKind::kKerf};
 
@@ -74,6 +77,67 @@ std::string made_on(const json& payload) {
   if (!payload.is_object()) return "";
   const auto device = payload.find("device");
   return device != payload.end() && device->is_string() ? device->get<std::string>() : "";
+}
+
+// Errors to a tenth of a micrometre, distances to a tenth of a millimetre: some hundred places are kept.
+json rounded(const std::vector<double>& values, double per_mm) {
+  json out = json::array();
+  for (const double value : values) out.push_back(std::round(value * per_mm) / per_mm);
+  return out;
+}
+
+void add_prediction(json& payload, const calib::ErrorLattice& lattice, const char* frame) {
+  payload["predicted"] = {{"frame", frame},
+                          {"from_mm", {lattice.from_x_mm, lattice.from_y_mm}},
+                          {"step_mm", {lattice.step_x_mm, lattice.step_y_mm}},
+                          {"columns", lattice.columns},
+                          {"rows", lattice.rows},
+                          {"near_mm", lattice.near_mm},
+                          {"sigma_mm", rounded(lattice.sigma_mm, 1e4)},
+                          {"measured_mm", rounded(lattice.measured_mm, 10)}};
+  const calib::ErrorOutlook outlook = calib::outlook_of(lattice);
+  payload["measured_fraction"] = outlook.measured_share;
+  payload["worst_predicted_mm"] = outlook.worst.count();
+}
+
+calib::ErrorLattice lattice_from_json(const json& j) {
+  calib::ErrorLattice out;
+  const auto from = j.at("from_mm").get<std::array<double, 2>>(), step = j.at("step_mm").get<std::array<double, 2>>();
+  out.from_x_mm = from[0], out.from_y_mm = from[1], out.step_x_mm = step[0], out.step_y_mm = step[1];
+  j.at("columns").get_to(out.columns);
+  j.at("rows").get_to(out.rows);
+  j.at("near_mm").get_to(out.near_mm);
+  j.at("sigma_mm").get_to(out.sigma_mm);
+  j.at("measured_mm").get_to(out.measured_mm);
+  const auto places =
+      static_cast<std::size_t>(std::max(0, out.columns)) * static_cast<std::size_t>(std::max(0, out.rows));
+  if (out.columns < 2 || out.rows < 2 || out.sigma_mm.size() != places || out.measured_mm.size() != places)
+    throw json::out_of_range::create(401, "not as many places as columns and rows", &j);
+  return out;
+}
+
+std::string why_not_predicted(const db::CertificateRecord& certificate, const json& payload) {
+  const auto number = certificate.id.value;
+  switch (certificate.kind) {
+    case db::CertificateKind::kKerf:
+      return fmt::format("certificate {} is of the kerf, which has no places: ask that of the scanner or the axes",
+                         number);
+    case db::CertificateKind::kCamera:
+      return fmt::format(
+          "certificate {} is of the camera, whose error is not predicted place by place: ask that of the axes, which "
+          "counts the camera's in",
+          number);
+    case db::CertificateKind::kScanner:
+      if (payload.value("scans", 0) == 1)
+        return fmt::format(
+            "certificate {} was made of one scan, so its error at the next one is not predicted: calibrate with two "
+            "more, the sheet at other places (--more)",
+            number);
+      break;
+    case db::CertificateKind::kAxes:
+      break;
+  }
+  return fmt::format("certificate {} was made before errors were predicted: calibrate again", number);
 }
 
 // The certificate of a kind that was issued last.
@@ -215,9 +279,11 @@ static Result<Calibration> load(Repositories& r, const std::string& now, std::sp
     if (const Last& axes = found->at(db::CertificateKind::kAxes); axes.on_its_device)
       if (const auto area = axes.payload.find("pattern_area_mm"); area != axes.payload.end()) {
         const auto corners = area->get<std::array<double, 4>>();
-        out.pattern_area.emplace();
-        out.pattern_area->add(point<MachineFrame>(corners[0], corners[1]));
-        out.pattern_area->add(point<MachineFrame>(corners[2], corners[3]));
+        // Before spacings were told, all were even.
+        out.pattern = PatternLayout{
+            {}, axes.payload.value("pattern_spacing", kEven) == kEven ? RingSpacing::kEven : RingSpacing::kUneven};
+        out.pattern->area.add(point<MachineFrame>(corners[0], corners[1]));
+        out.pattern->area.add(point<MachineFrame>(corners[2], corners[3]));
       }
     if (const json* kerf = in_force(db::CertificateKind::kKerf))
       out.kerf = Millimetres(kerf->at("kerf_mm").get<double>());
@@ -285,6 +351,24 @@ std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json&
                     "panels there, or calibrate with the sheet moved to the other end as well",
                     covered * 100));
   return out;
+}
+
+Result<ErrorAt> error_at(const db::CertificateRecord& certificate, double x_mm, double y_mm) {
+  try {
+    const json payload = json::parse(certificate.payload);
+    const auto kept = payload.find("predicted");
+    if (kept == payload.end()) return ErrorAt{"", std::nullopt, why_not_predicted(certificate, payload)};
+    const calib::ErrorLattice lattice = lattice_from_json(*kept);
+    ErrorAt out{kept->at("frame").get<std::string>(), calib::predicted_error(lattice, x_mm, y_mm), ""};
+    if (out.predicted) return out;
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("certificate {} tells nothing of the place {:g}, {:g}: name one from {:.0f}, {:.0f} to "
+                             "{:.0f}, {:.0f} mm of the {}",
+                             certificate.id.value, x_mm, y_mm, lattice.from_x_mm, lattice.from_y_mm, lattice.to_x_mm(),
+                             lattice.to_y_mm(), out.frame)};
+  } catch (const json::exception& e) {
+    return unreadable(e);
+  }
 }
 
 Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, const std::string& now,
@@ -379,6 +463,7 @@ json to_payload(const calib::ScannerCertificateData& s) {
                   {"covered_fraction", s.covered_fraction}};
   if (s.other_scan_rms) payload["other_scan_rms_mm"] = s.other_scan_rms->count();
   if (s.other_scan_max) payload["other_scan_max_mm"] = s.other_scan_max->count();
+  if (s.predicted) add_prediction(payload, *s.predicted, "scan");
   return payload;
 }
 
@@ -393,25 +478,30 @@ json to_payload(const calib::CameraFit& fit) {
   return payload;
 }
 
-json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area) {
+json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern,
+                const Box<MachineFrame>& reach) {
   const auto& m = axes.machine_from_bed;
-  return {{"camera_certificate", camera.value},
-          {"camera", camera_json(axes.model.parameters())},
-          {"machine_from_bed",
-           {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
-          {"pattern_area_mm",
-           {pattern_area.min.x.count(), pattern_area.min.y.count(), pattern_area.max.x.count(),
-            pattern_area.max.y.count()}},
-          {"scale_x", axes.scale_x},
-          {"scale_y", axes.scale_y},
-          {"skew_deg", to_degrees(axes.skew)},
-          {"rms_mm", axes.rms.count()},
-          {"max_mm", axes.max.count()},
-          {"left_out_rms_mm", axes.leave_out_rms.count()},
-          {"bow_x_mm", axes.bow_x.count()},
-          {"bow_y_mm", axes.bow_y.count()},
-          {"bow_sigma_mm", axes.bow_sigma.count()},
-          {"rings", axes.rings}};
+  const auto& area = pattern.area;
+  json payload = {
+      {"camera_certificate", camera.value},
+      {"camera", camera_json(axes.model.parameters())},
+      {"machine_from_bed",
+       {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
+      {"pattern_area_mm", {area.min.x.count(), area.min.y.count(), area.max.x.count(), area.max.y.count()}},
+      {"pattern_spacing", pattern.spacing == RingSpacing::kEven ? kEven : kUneven},
+      {"scale_x", axes.scale_x},
+      {"scale_y", axes.scale_y},
+      {"skew_deg", to_degrees(axes.skew)},
+      {"rms_mm", axes.rms.count()},
+      {"max_mm", axes.max.count()},
+      {"left_out_rms_mm", axes.leave_out_rms.count()},
+      {"bow_x_mm", axes.bow_x.count()},
+      {"bow_y_mm", axes.bow_y.count()},
+      {"bow_sigma_mm", axes.bow_sigma.count()},
+      {"rings", axes.rings}};
+  if (const auto predicted = calib::predict_axes_error(axes, reach.empty() ? area : reach))
+    add_prediction(payload, *predicted, "bed");
+  return payload;
 }
 
 json to_payload(const calib::KerfMeasurement& kerf) {

@@ -12,10 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "base/calibration_pattern.h"
 #include "base/frames.h"
 #include "base/result.h"
 #include "calib/camera_fit.h"
 #include "calib/camera_model.h"
+#include "calib/error_lattice.h"
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"
 #include "calib/scanner_model.h"
@@ -57,7 +59,7 @@ struct Calibration {
   Millimetres camera_off{0};  // rms, of points its fit had not seen; 0 where its certificate does not say
   std::optional<BedCalibration> bed;
   std::optional<Millimetres> kerf;
-  std::optional<Box<MachineFrame>> pattern_area;                // of the pattern the axes were measured with
+  std::optional<PatternLayout> pattern;                         // that the axes were measured with
   std::map<db::CertificateKind, CertificateStanding> standing;  // of every kind
 };
 
@@ -72,6 +74,16 @@ struct JudgedCertificate {
 
 // How well a certificate will serve where nothing was measured, by how it was made: each as a sentence; mostly empty.
 std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const nlohmann::json& payload);
+
+// What a certificate predicts of its error at a place (calib/error_lattice.h).
+struct ErrorAt {
+  std::string frame;  // whose mm the place was told in: "scan", "bed"; "" where nothing is predicted
+  std::optional<calib::PredictedError> predicted;
+  std::string not_predicted;  // else why not, as a sentence
+};
+// x and y are mm: of a scanner's certificate to the right and down from the upper left corner of a scan, of the axes'
+// in BedFrame. kInvalidArgument beyond the places that it tells of, kStorage when it cannot be read.
+Result<ErrorAt> error_at(const db::CertificateRecord& certificate, double x_mm, double y_mm);
 
 // The devices that a certificate of this kind is bound to, as one name; "" when one of them has none.
 std::string device_name(db::CertificateKind kind, const CellDevices& devices);
@@ -100,7 +112,9 @@ Status require_scan_size(const Calibration& calibration, int columns, int rows);
 
 nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
 nlohmann::json to_payload(const calib::CameraFit& camera);
-nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area);
+// `reach`: of the beam, over which the error is predicted; empty: the pattern's area.
+nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern,
+                          const Box<MachineFrame>& reach = {});
 nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
 
 }  // namespace veneer::daemon

@@ -10,8 +10,7 @@
 namespace veneer::sim {
 namespace {
 
-constexpr double kBeltWave = 40;  // mm: the way of one turn of a 20-tooth pulley on a 2 mm belt
-constexpr double kBeltBit = 2;    // mm; the belt's wave is followed in bits this long
+constexpr double kBeltBit = 2;  // mm; the belt's wave is followed in bits this long
 constexpr double kLeastBit = 1e-4;
 
 // How much of a motion by `way` is over when the carriage, `lag` behind, begins to follow; 0 when it follows at once.
@@ -38,7 +37,7 @@ void Carriage::homed(int number) {
 Vec2 Carriage::place(const MachineAxes& axes, Vec2 commanded) const {
   const Vec2 bed = axes.bed_from_commanded(commanded);
   const auto wave = [&](double at, double phase) {
-    return roughness_.belt_wave_mm * std::sin(2 * kPi * at / kBeltWave + phase);
+    return roughness_.belt_wave_mm * std::sin(2 * kPi * at / roughness_.belt_period_mm + phase);
   };
   return bed + scatter_ + Vec2{wave(commanded.x, belt_phase_.x), wave(commanded.y, belt_phase_.y)};
 }

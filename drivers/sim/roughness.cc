@@ -11,6 +11,7 @@ constexpr std::array kKnobs = {
     RoughnessKnob{"homing_scatter_mm", &Roughness::homing_scatter_mm, 1},
     RoughnessKnob{"backlash_mm", &Roughness::backlash_mm, 1},
     RoughnessKnob{"belt_wave_mm", &Roughness::belt_wave_mm, 1},
+    RoughnessKnob{"belt_period_mm", &Roughness::belt_period_mm, 200, 10},
     RoughnessKnob{"spot_oval_mm", &Roughness::spot_oval_mm, 0.2},
     RoughnessKnob{"kerf_by_power", &Roughness::kerf_by_power, 1},
     RoughnessKnob{"kerf_by_focus", &Roughness::kerf_by_focus, 0.2},
@@ -68,14 +69,15 @@ std::optional<Roughness> roughness_preset(std::string_view name) {
 
 nlohmann::json to_json(const Roughness& roughness) {
   nlohmann::json out = nlohmann::json::object();
+  constexpr Roughness kBench;
   for (const RoughnessKnob& knob : kKnobs)
-    if (roughness.*knob.value != 0) out[std::string(knob.name)] = roughness.*knob.value;
+    if (roughness.*knob.value != kBench.*knob.value) out[std::string(knob.name)] = roughness.*knob.value;
   return out;
 }
 
 Roughness roughness_from(const nlohmann::json& value) {
   Roughness out;
-  for (const RoughnessKnob& knob : kKnobs) out.*knob.value = value.value(std::string(knob.name), 0.0);
+  for (const RoughnessKnob& knob : kKnobs) out.*knob.value = value.value(std::string(knob.name), out.*knob.value);
   return out;
 }
 

@@ -1,7 +1,8 @@
-// How unkind the simulated workshop is, beyond what each device's own settings say. Everything here is an amplitude:
-// what is really there is drawn from the twin's seed. Nothing in it knows what the cell's eyes can bear.
+// How unkind the simulated workshop is, beyond what each device's own settings say. Everything here but the
+// belt's period is an amplitude: what is really there is drawn from the twin's seed. Nothing in it knows what the
+// cell's eyes can bear.
 //
-// All zero is the bench. Values, thread-safe.
+// As they begin they are the bench. Values, thread-safe.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,8 +14,9 @@ namespace veneer::sim {
 
 struct Roughness {
   // The machine. After each homing all lies elsewhere by up to homing_scatter_mm an axis; the carriage lags behind its
-  // motor by backlash_mm whenever an axis turns round; its belt is off along its length by a wave of this amplitude.
-  double homing_scatter_mm = 0, backlash_mm = 0, belt_wave_mm = 0;
+  // motor by backlash_mm whenever an axis turns round; its belt is off along its length by a wave of this amplitude,
+  // which comes again with each turn of its pulley: after 40 mm with 20 teeth on a belt of 2 mm.
+  double homing_scatter_mm = 0, backlash_mm = 0, belt_wave_mm = 0, belt_period_mm = 40;
   // The cut. The spot is oval: cuts along y are wider by up to this than cuts along x. Width goes with the energy per
   // mm to this power, and grows by this much for each mm that the wood lies out of focus. A cut is narrower by
   // kerf_taper_mm where it leaves the wood than where the beam enters. Soot lies this far beside it.
@@ -40,7 +42,7 @@ struct Roughness {
 struct RoughnessKnob {
   std::string_view name;
   double Roughness::*value;
-  double most;  // that the configuration takes
+  double most, least = 0;  // that the configuration takes
 };
 std::span<const RoughnessKnob> roughness_knobs();
 
@@ -49,7 +51,7 @@ inline constexpr std::string_view kPresetNames[] = {"bench", "workshop", "rough"
 std::optional<Roughness> roughness_preset(std::string_view name);
 
 nlohmann::json to_json(const Roughness& roughness);
-// What is not named there is zero, as in the truth of a twin that was begun before there was such a knob.
+// What is not named there is as on the bench, as in the truth of a twin that was begun before there was such a knob.
 Roughness roughness_from(const nlohmann::json& value);
 
 }  // namespace veneer::sim

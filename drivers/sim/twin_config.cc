@@ -131,7 +131,7 @@ void read_roughness(Table& twin, Roughness& rough, std::string preset) {
   if (preset.empty()) preset = written;
   rough = roughness_preset(preset).value_or(Roughness{});
   Table knobs = twin.table("rough");
-  for (const RoughnessKnob& knob : roughness_knobs()) knobs.number(knob.name, rough.*knob.value, 0, knob.most);
+  for (const RoughnessKnob& knob : roughness_knobs()) knobs.number(knob.name, rough.*knob.value, knob.least, knob.most);
   knobs.refuse_unread();
 }
 

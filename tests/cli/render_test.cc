@@ -119,12 +119,12 @@ TEST(Render, NothingOfAnotherTypeThrows) {
        {json(nullptr), json(3), json::array({1}), json{{"panels", 7}, {"jobs", "x"}, {"tasks", {1, "a"}}},
         json{{"laser", 3}, {"job", {{"pieces", "many"}}}, {"load", "x"}, {"state", 1}}}) {
     for (const auto render :
-         {render_status,       render_panels,    render_panel,    render_registration, render_scan_result,
-          render_certificates, render_proposals, render_proposal, render_refused,      render_edits,
-          render_edited,       render_merged,    render_jobs,     render_job,          render_new_job,
-          render_plans,        render_plan,      render_new_plan, render_tasks,        render_task,
-          render_next,         render_state,     render_twin,     render_plain,        render_pieces,
-          render_passport}) {
+         {render_status,       render_panels,     render_panel,    render_registration, render_scan_result,
+          render_certificates, render_proposals,  render_proposal, render_refused,      render_edits,
+          render_edited,       render_merged,     render_jobs,     render_job,          render_new_job,
+          render_plans,        render_plan,       render_new_plan, render_tasks,        render_task,
+          render_next,         render_state,      render_twin,     render_plain,        render_pieces,
+          render_passport,     render_certificate}) {
       render(odd);
     }
   }

@@ -299,6 +299,8 @@ TEST_F(TwinConfigFile, BeginsWithAPresetAndLetsKeysChangeIt) {
   Roughness expected = *roughness_preset("workshop");
   expected.bow_mm = 3;
   EXPECT_EQ(config->settings.rough, expected);
+  EXPECT_THAT(load("[twin.rough]\nbelt_period_mm = 1\n").error().message, HasSubstr("a number from 10 to 200"));
+  ASSERT_TRUE(load("[twin]\npreset = \"workshop\"\n[twin.rough]\nbow_mm = 3\n").ok());
   // The command line's takes the place of the file's.
   const auto rough = load_twin_config(dir_.path() / "twin.toml", "rough");
   ASSERT_TRUE(rough.ok()) << rough.error().message;

@@ -92,6 +92,13 @@ TEST(Carriage, LiesElsewhereAfterEachHomingAndFollowsItsBelt) {
   for (const auto& place : carriage.follow({}, {0, 100}, {100, 100}))
     worst = std::max(worst, std::abs(place.bed.x - 100 * place.share));
   EXPECT_NEAR(worst, 0.03, 0.001);
+  // With 16 teeth the same error comes again after 32 mm.
+  const auto off = [&](double period, double x) {
+    wavy.belt_period_mm = period;
+    return Carriage(wavy, 7).follow({}, {x, 0}, {x, 0}).back().bed.x - x;
+  };
+  EXPECT_NEAR(off(32, 5), off(32, 37), 1e-9);
+  EXPECT_GT(std::abs(off(40, 5) - off(40, 37)), 0.01);
 }
 
 // Of a cut 10 mm long, how many mm are open on average across its middle.

@@ -1,5 +1,6 @@
 #include "tests/support/played_sight.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -105,8 +106,28 @@ Vec2 burnt_ring(sim::Carriage& carriage, const sim::MachineAxes& axes, Vec2& hea
   return sum * (1.0 / kSides);
 }
 
-Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraFit& camera, const PlayedHands& hands,
-                                     SightFigures& figures) {
+struct KnownCamera {
+  calib::CameraModel model;
+  Millimetres off{0};  // as its certificate says
+};
+
+// The twin's camera as it truly is, in calib's words.
+KnownCamera exact_camera(const sim::CameraTruth& truth) {
+  calib::CameraParameters p;
+  p.width_px = truth.width_px, p.height_px = truth.height_px;
+  p.fx = truth.fx, p.fy = truth.fy, p.cx = truth.cx, p.cy = truth.cy;
+  p.k1 = truth.k1, p.k2 = truth.k2, p.p1 = truth.p1, p.p2 = truth.p2;
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(truth.rotation.data());
+  const Eigen::AngleAxisd turn(rotation);
+  const Eigen::Vector3d w = turn.axis() * turn.angle();
+  const Eigen::Vector3d t = -(rotation * Eigen::Vector3d(truth.position[0], truth.position[1], truth.position[2]));
+  p.camera_from_bed_rotation = {w.x(), w.y(), w.z()}, p.camera_from_bed_translation = {t.x(), t.y(), t.z()};
+  return {calib::CameraModel(p)};
+}
+
+Result<calib::MachineAxes> play_axes(Played& cell, const KnownCamera& camera, const PlayedHands& hands,
+                                     RingSpacing spacing, SightFigures& figures) {
   const calib::CameraModel& provisional = camera.model;
   const auto& bed = cell.truth.settings.bed;
   sim::Sheet board = sheet_of(kBoardWidth, kBoardHeight);
@@ -117,12 +138,12 @@ Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraFit& camer
   const auto pose = sim::lay_on_bed(board, sim::SheetFace::kShow, bed, hand);
   if (!pose) return pose.error();
 
-  planner::PatternOptions options;
+  PatternLayout layout{{}, spacing};
   const double half_w = kBoardWidth / 2 - 25 - kBoardHeight * 0.035,
                half_h = kBoardHeight / 2 - 25 - kBoardWidth * 0.035;
-  options.area.add(point<MachineFrame>(bed.width_mm / 2 - half_w, bed.height_mm / 2 - half_h));
-  options.area.add(point<MachineFrame>(bed.width_mm / 2 + half_w, bed.height_mm / 2 + half_h));
-  const auto pattern = planner::make_pattern(options);
+  layout.area.add(point<MachineFrame>(bed.width_mm / 2 - half_w, bed.height_mm / 2 - half_h));
+  layout.area.add(point<MachineFrame>(bed.width_mm / 2 + half_w, bed.height_mm / 2 + half_h));
+  const auto pattern = planner::make_pattern(layout);
   if (!pattern) return pattern.error();
 
   sim::Carriage carriage(cell.truth.settings.rough, cell.seed());
@@ -136,7 +157,7 @@ Result<calib::MachineAxes> play_axes(Played& cell, const calib::CameraFit& camer
     const auto px = cell.seen(at, height_at(board, pose->back_to_sheet(at), sim::SheetFace::kShow), kRingNoisePx);
     rings.push_back({i, ring.centre, provisional.bed_from_camera(px, Millimetres(told)), ring.diameter, {}});
   }
-  return calib::fit_machine_axes(rings, provisional, Millimetres(told), camera.leave_out_rms);
+  return calib::fit_machine_axes(rings, provisional, Millimetres(told), camera.off);
 }
 
 // A panel as its scans say it is: true but for the sheet they were measured by.
@@ -238,7 +259,7 @@ Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough,
   SightFigures figures;
   const auto camera = play_camera(cell);
   if (!camera) return camera.error();
-  const auto axes = play_axes(cell, *camera, hands, figures);
+  const auto axes = play_axes(cell, {camera->model, camera->leave_out_rms}, hands, RingSpacing::kUneven, figures);
   if (!axes) return axes.error();
   figures.axes_rms_mm = axes->rms.count();
   Rms frame;
@@ -249,6 +270,40 @@ Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough,
   }
   figures.frame_rms_mm = frame.value();
   return figures;
+}
+
+double PredictedFigures::true_mm() const { return std::sqrt(squares_sum / places); }
+
+Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughness& rough, RingSpacing spacing) {
+  Played cell(seed, rough);
+  SightFigures ignored;
+  const auto axes = play_axes(cell, exact_camera(cell.truth.camera), {}, spacing, ignored);
+  if (!axes) return axes.error();
+  AxesFigures out;
+  out.said_mm = axes->leave_out_rms.count();
+  sim::Carriage carriage(rough, seed);
+  carriage.homed(1);
+  const auto bed_from_machine = axes->machine_from_bed.inverse();
+  const auto& bed = cell.truth.settings.bed;
+  const Box<MachineFrame> reach{{}, point<MachineFrame>(bed.width_mm, bed.height_mm)};
+  const auto predicted = calib::predict_axes_error(*axes, reach);
+  if (!predicted) return Error{ErrorCode::kInternal, "nothing is predicted"};
+  Rms off;
+  for (double y = 0; y <= bed.height_mm; y += 7)
+    for (double x = 0; x <= bed.width_mm; x += 7) {
+      const Vec2 goes = carriage.follow(cell.truth.axes, {x, y}, {x, y}).back().bed;
+      const Vec2 px = cell.truth.camera.pixel(goes, kUsualThickness);
+      const auto seen = axes->model.bed_from_camera(point<CameraFrame>(px.x, px.y), Millimetres(kUsualThickness));
+      const double d = distance(seen, bed_from_machine * point<MachineFrame>(x, y)).count();
+      off.add(d);
+      ++out.places, out.within_two_sigma += d <= 2 * out.said_mm ? 1 : 0;
+      const auto there = calib::predicted_error(*predicted, seen.x.count(), seen.y.count());
+      if (!there) continue;
+      (there->to_measured.count() <= predicted->near_mm ? out.measured : out.beyond)
+          .add(d, there->sigma.count(), axes->rms.count());
+    }
+  out.true_mm = off.value();
+  return out;
 }
 
 }  // namespace veneer::tests

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/calibration_pattern.h"
 #include "base/result.h"
 #include "drivers/sim/roughness.h"
 
@@ -27,5 +28,30 @@ struct SightFigures {
 
 // kRefused and so on as the cell would say.
 Result<SightFigures> play_sight(std::uint64_t seed, const sim::Roughness& rough, const PlayedHands& hands);
+
+// Places that an error was predicted for, against what it truly is.
+struct PredictedFigures {
+  int places = 0, within = 0, by_residual = 0;  // within twice the prediction; within twice the fit's own residual
+  double predicted_sum = 0, squares_sum = 0;
+
+  void add(double miss_mm, double predicted_mm, double residual_mm) {
+    ++places, within += miss_mm <= 2 * predicted_mm ? 1 : 0, by_residual += miss_mm <= 2 * residual_mm ? 1 : 0;
+    predicted_sum += predicted_mm, squares_sum += miss_mm * miss_mm;
+  }
+  double share() const { return static_cast<double>(within) / places; }
+  double share_by_residual() const { return static_cast<double>(by_residual) / places; }
+  double predicted_mm() const { return predicted_sum / places; }  // mean
+  double true_mm() const;                                         // rms
+};
+
+// What an axes certificate says of itself, against where the laser truly burns, over all places that it reaches. Its
+// camera sees as exactly as it is known, so that nothing but the pattern counts.
+struct AxesFigures {
+  double said_mm = 0;  // the certificate's left_out_rms_mm
+  double true_mm = 0;  // rms
+  int places = 0, within_two_sigma = 0;
+  PredictedFigures measured, beyond;  // by what it predicts place by place: near rings, and farther off
+};
+Result<AxesFigures> play_axes_certificate(std::uint64_t seed, const sim::Roughness& rough, RingSpacing spacing);
 
 }  // namespace veneer::tests

@@ -58,7 +58,10 @@ class Fitter final : public WorkRunner {
       if (!picture_fits) seen.why_none = "another size", seen.why_code = static_cast<int>(ErrorCode::kRefused);
       return nlohmann::json(seen);
     }
-    if (kerf && order.kind == ReadPatternScan::kKind) return nlohmann::json(Fit{{{"kerf_mm", 0.15}}, Millimetres(0)});
+    if (kerf && order.kind == ReadPatternScan::kKind) {
+      read = order.request.get<ReadPatternScan>().pattern;
+      return nlohmann::json(Fit{{{"kerf_mm", 0.15}}, Millimetres(0)});
+    }
     if (order.kind != FitScanner::kKind) return Error{ErrorCode::kNotFound, "no such kind of work"};
     fitted.push_back(order.request.get<FitScanner>().scans.size());
     if (fails_with) return Error{*fails_with, "no fit"};
@@ -72,6 +75,7 @@ class Fitter final : public WorkRunner {
   bool lens_covered = false, picture_fits = true;
   bool views = false;  // can it read them
   bool kerf = false;   // and a burnt board
+  PatternLayout read;  // of the board that was read last
 };
 
 class CollectedViews : public ::testing::Test {
@@ -96,13 +100,14 @@ class CollectedViews : public ::testing::Test {
   Status ready(const PatternBoard& board = kLaid) {
     return service_->ready_for_pattern(kTravel, board, [](double, const std::string&) {}, {});
   }
-  void certify_camera() {
-    db::CertificateRecord camera;
-    camera.kind = db::CertificateKind::kCamera;
-    camera.issued_at = "2026-01-01T00:00:00.000Z", camera.expires_at = "2999-01-01T00:00:00.000Z";
-    camera.payload = to_payload(calib::CameraFit{}).dump();
-    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
+  void certify(db::CertificateKind kind, const nlohmann::json& payload) {
+    db::CertificateRecord made;
+    made.kind = kind;
+    made.issued_at = "2026-01-01T00:00:00.000Z", made.expires_at = "2999-01-01T00:00:00.000Z";
+    made.payload = payload.dump();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(made); }).ok());
   }
+  void certify_camera() { certify(db::CertificateKind::kCamera, to_payload(calib::CameraFit{})); }
 
   static inline const Box<MachineFrame> kTravel{{Millimetres(0), Millimetres(0)}, {Millimetres(520), Millimetres(380)}};
   veneer::testing::TempDirectory folder_;
@@ -297,11 +302,7 @@ TEST_F(CollectedViews, OfThePatternShowTheBedAtAll) {
 
 // Last month's board tells last month's kerf.
 TEST_F(CollectedViews, OfTheBurntBoardAreNotThoseOfAnotherCertificate) {
-  db::CertificateRecord scanner;
-  scanner.kind = db::CertificateKind::kScanner;
-  scanner.issued_at = "2026-01-01T00:00:00.000Z", scanner.expires_at = "2999-01-01T00:00:00.000Z";
-  scanner.payload = to_payload(calib::ScannerCertificateData{}).dump();
-  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(scanner); }).ok());
+  certify(db::CertificateKind::kScanner, to_payload(calib::ScannerCertificateData{}));
   ASSERT_TRUE(service_->pattern_job(kTravel, kLaid).ok());
   workers_.kerf = true;
   devices_.scanned = folder_ / "board.ppm";
@@ -314,6 +315,26 @@ TEST_F(CollectedViews, OfTheBurntBoardAreNotThoseOfAnotherCertificate) {
   EXPECT_THAT(stale.error().message, ::testing::HasSubstr("is one that certificate 2 of 20"));
   std::ofstream(devices_.scanned) << "two";
   EXPECT_TRUE(kerf().ok());
+}
+
+// The board of an axes certificate from before, whose rings were evenly spaced, until another one is burnt.
+TEST_F(CollectedViews, OfTheBurntBoardAreReadByThePatternThatWasBurnt) {
+  certify(db::CertificateKind::kScanner, to_payload(calib::ScannerCertificateData{}));
+  nlohmann::json axes = to_payload(calib::MachineAxes{}, CertificateId{0}, {kTravel});
+  axes.erase("pattern_spacing");
+  certify_camera();
+  certify(db::CertificateKind::kAxes, axes);
+  workers_.kerf = true;
+  devices_.scanned = folder_ / "board.ppm";
+  std::ofstream(devices_.scanned) << "one";
+  const auto kerf = [&] { return service_->kerf([](double, const std::string&) {}, {}); };
+  ASSERT_TRUE(kerf().ok());
+  EXPECT_EQ(workers_.read.spacing, RingSpacing::kEven);
+  EXPECT_EQ(workers_.read.area.max, kTravel.max);
+  ASSERT_TRUE(service_->pattern_job(kTravel, kLaid).ok());
+  std::ofstream(devices_.scanned) << "two";
+  ASSERT_TRUE(kerf().ok());
+  EXPECT_EQ(workers_.read.spacing, RingSpacing::kUneven);
 }
 
 TEST_F(CollectedViews, AreTakenAnewWhenTheyAreNoGood) {

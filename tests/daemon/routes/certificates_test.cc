@@ -1,4 +1,7 @@
 // What the API and veneerctl tell of certificates, after a device was changed.
+#include <fmt/format.h>
+
+#include "calib/error_lattice.h"
 #include "cli/render.h"
 #include "tests/support/routed_cell.h"
 
@@ -17,6 +20,14 @@ class CertificateRoutes : public testing::RoutedCell {
     certificate.payload = json{{"kerf_mm", 0.2}, {"device", device}}.dump();
     EXPECT_TRUE(cell->database->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
     cell->refresh_counts();
+  }
+  void issue(db::CertificateKind kind, json payload) {
+    db::CertificateRecord certificate;
+    certificate.kind = kind;
+    certificate.issued_at = "2026-01-01T00:00:00.000Z", certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    payload["device"] = cell->database->call([&](Repositories& r) { return device_name(kind, r.devices); });
+    certificate.payload = payload.dump();
+    EXPECT_TRUE(cell->database->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   json status() {
     until_counted();
@@ -46,6 +57,65 @@ TEST_F(CertificateRoutes, ListAndStatusSayTheSame) {
   EXPECT_NE(table.find("twin at 300 dpi, twin"), std::string::npos) << table;
   EXPECT_NE(cli::render_status(status()).find("scanner MISSING, camera MISSING, axes MISSING, kerf OTHER DEVICE"),
             std::string::npos);
+}
+
+// 320 x 300 mm of glass; its upper left corner was measured, its lower right one lies 200 mm away.
+calib::ScannerCertificateData measured_above() {
+  calib::ScannerCertificateData scanner;
+  scanner.scans = 2;
+  scanner.predicted = calib::lattice_over(0, 0, 320, 300, 160);
+  scanner.predicted->near_mm = 15;
+  calib::for_each_place(*scanner.predicted, [&](std::size_t index, double x, double y) {
+    scanner.predicted->sigma_mm[index] = 0.01 + (x + y) / 10'000;
+    scanner.predicted->measured_mm[index] = x + y;
+  });
+  return scanner;
+}
+
+TEST_F(CertificateRoutes, TellHowFarOffTheyWillBeAtAPlace) {
+  issue(db::CertificateKind::kScanner, to_payload(measured_above()));
+  const json one = body_of(ask("GET", "/api/v1/certificates/1?x=40&y=60"));
+  EXPECT_EQ(one["certificate"]["state"], "valid");
+  EXPECT_EQ(one["at"]["frame"], "scan");
+  EXPECT_NEAR(one["at"]["predicted_error_mm"].get<double>(), 0.02, 1e-9);
+  EXPECT_NEAR(one["at"]["to_measured_mm"].get<double>(), 100, 1e-9);
+  const std::string told = cli::render_certificate(one);
+  EXPECT_NE(told.find("40, 60 mm right and down from the upper left corner of a scan"), std::string::npos) << told;
+  EXPECT_NE(told.find("0.020 mm, one sigma"), std::string::npos) << told;
+  EXPECT_NE(told.find("100 mm from there"), std::string::npos) << told;
+
+  // The list tells of all the glass.
+  const json listed_one = listed()["certificates"][0];
+  EXPECT_NEAR(listed_one["worst_predicted_mm"].get<double>(), 0.072, 1e-9);
+  EXPECT_GT(listed_one["measured_fraction"].get<double>(), 0);
+  EXPECT_LT(listed_one["measured_fraction"].get<double>(), 0.01);
+  const std::string table = cli::render_certificates(listed());
+  EXPECT_NE(table.find("PREDICTED"), std::string::npos) << table;
+  EXPECT_NE(table.find("0.072"), std::string::npos) << table;
+
+  EXPECT_FALSE(body_of(ask("GET", "/api/v1/certificates/1")).contains("at"));
+  const auto beyond = ask("GET", "/api/v1/certificates/1?x=321&y=60");
+  EXPECT_EQ(beyond.status, 400);
+  EXPECT_NE(beyond.body.find("name one from 0, 0 to 320, 300 mm of the scan"), std::string::npos) << beyond.body;
+  EXPECT_EQ(ask("GET", "/api/v1/certificates/1?x=40").status, 400);
+  EXPECT_EQ(ask("GET", "/api/v1/certificates/2?x=40&y=60").status, 404);
+}
+
+TEST_F(CertificateRoutes, SayInWordsWhereNothingIsPredicted) {
+  const auto told = [&](db::CertificateKind kind, const json& payload, int number) {
+    issue(kind, payload);
+    const json one = body_of(ask("GET", fmt::format("/api/v1/certificates/{}?x=4&y=6", number)));
+    EXPECT_TRUE(one["at"]["predicted_error_mm"].is_null()) << one;
+    return cli::render_certificate(one);
+  };
+  json old = to_payload(measured_above());
+  for (const char* key : {"predicted", "measured_fraction", "worst_predicted_mm"}) old.erase(key);
+  EXPECT_NE(told(db::CertificateKind::kScanner, old, 1).find("made before errors were predicted"), std::string::npos);
+  old["scans"] = 1;
+  EXPECT_NE(told(db::CertificateKind::kScanner, old, 2).find("was made of one scan"), std::string::npos);
+  EXPECT_NE(told(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}), 3).find("ask that of the axes"),
+            std::string::npos);
+  EXPECT_NE(told(db::CertificateKind::kKerf, {{"kerf_mm", 0.2}}, 4).find("has no places"), std::string::npos);
 }
 
 }  // namespace

@@ -206,6 +206,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getPanelDifferences", "/panels/P-0003/differences"},
                                                         {"listRecipes", "/recipes"},
                                                         {"listCertificates", "/certificates"},
+                                                        {"getCertificate", "/certificates/2?x=100&y=200"},
                                                         {"listPlans", "/plans?limit=1"},
                                                         {"getPlan", "/plans/1"},
                                                         {"getPlanPieces", "/plans/2/pieces"},

@@ -3,14 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <tuple>
 #include <utility>
 
 namespace veneer::planner {
 namespace {
 
-PatternOptions over(double width, double height) {
-  PatternOptions options;
+PatternLayout over(double width, double height, RingSpacing spacing = RingSpacing::kUneven) {
+  PatternLayout options;
+  options.spacing = spacing;
   options.area.add(point<MachineFrame>(30, 20));
   options.area.add(point<MachineFrame>(30 + width, 20 + height));
   return options;
@@ -27,7 +29,38 @@ TEST(Pattern, SpreadsItsRingsOverTheWholeArea) {
   for (const auto& ring : pattern->rings) centres.add(ring.centre);
   EXPECT_NEAR(centres.width().count(), 428, 1e-9);
   EXPECT_NEAR(centres.height().count(), 308, 1e-9);
-  EXPECT_NEAR(centres.width().count() / (pattern->columns - 1), 40, 5);
+  EXPECT_NEAR(centres.width().count() / (pattern->columns - 1), 24, 3);
+}
+
+// No turn of a pulley (30 to 52 mm) leaves its rings at one phase: an error that comes again with it is seen.
+TEST(Pattern, MeetsWhateverComesAgainAtManyPhases) {
+  const auto pattern = make_pattern(over(420, 206));
+  ASSERT_TRUE(pattern.ok());
+  for (double turn = 30; turn <= 52; turn += 0.5) {
+    for (const bool along_x : {true, false}) {
+      double cosines = 0, sines = 0;
+      for (const auto& ring : pattern->rings) {
+        const double phase = 2 * kPi * (along_x ? ring.centre.x : ring.centre.y).count() / turn;
+        cosines += std::cos(phase), sines += std::sin(phase);
+      }
+      EXPECT_LT(std::hypot(cosines, sines) / static_cast<double>(pattern->rings.size()), 0.4)
+          << turn << " mm, " << along_x;
+    }
+  }
+}
+
+// A board that was burnt before is read by the pattern that was burnt into it.
+TEST(Pattern, OfEvenSpacingIsAsItWasBurntBefore) {
+  const auto pattern = make_pattern(over(440, 320, RingSpacing::kEven));
+  ASSERT_TRUE(pattern.ok());
+  ASSERT_EQ(pattern->columns, 12);
+  ASSERT_EQ(pattern->rows, 9);
+  for (std::size_t i = 0; i < pattern->rings.size(); ++i) {
+    EXPECT_NEAR(pattern->rings[i].centre.x.count(), 36 + static_cast<double>(i % 12) * 428 / 11, 1e-9);
+    EXPECT_NEAR(pattern->rings[i].centre.y.count(), 26 + static_cast<double>(i / 12) * 308 / 8, 1e-9);
+  }
+  EXPECT_NEAR(pattern->kerf_lines[0].from.x.count(), 36 + 5.5 * 428 / 11 - 10, 1e-9);
+  EXPECT_NEAR(pattern->kerf_lines[0].from.y.count(), 26 + 308.0 / 16 - 10.5, 1e-9);
 }
 
 TEST(Pattern, HasKeyRingsThatNoTurnOrMirroringMapsOntoThemselves) {
@@ -53,8 +86,14 @@ TEST(Pattern, HasKeyRingsThatNoTurnOrMirroringMapsOntoThemselves) {
 }
 
 TEST(Pattern, KeepsKerfLinesFiveMillimetresClearOfAllElse) {
-  for (const double side : {83.0, 100.0, 155.0, 300.0, 460.0}) {
-    const auto pattern = make_pattern(over(side, side));
+  for (const auto& [side, spacing] : {std::pair{83.0, RingSpacing::kUneven},
+                                      {100, RingSpacing::kUneven},
+                                      {155, RingSpacing::kUneven},
+                                      {300, RingSpacing::kUneven},
+                                      {460, RingSpacing::kUneven},
+                                      {83, RingSpacing::kEven},
+                                      {300, RingSpacing::kEven}}) {
+    const auto pattern = make_pattern(over(side, side, spacing));
     ASSERT_TRUE(pattern.ok()) << side;
     ASSERT_EQ(pattern->kerf_lines.size(), 8U);
     for (const auto& line : pattern->kerf_lines) {
@@ -92,7 +131,7 @@ TEST(Pattern, StaysInsideItsAreaAndBurnsRingsBeforeLines) {
 
 TEST(Pattern, RefusesAnAreaTooSmallForIt) {
   EXPECT_FALSE(make_pattern(over(80, 200)).ok());
-  EXPECT_FALSE(make_pattern(PatternOptions{}).ok());
+  EXPECT_FALSE(make_pattern(PatternLayout{}).ok());
 }
 
 }  // namespace
