@@ -54,8 +54,9 @@ void add_map_command(CLI::App& app) {
       "map", "Draw the map by which a planned picture is put together: every piece with its mark, and lists");
   map->add_option("PLAN", arguments->plan, "plan.json, as `plan` wrote it")->required();
   add_map_arguments(*map, arguments->map);
-  map->add_option("--artwork", arguments->artwork,
-                  "Of several pictures, the one of this letter, or with a piece of this mark [the first]");
+  map->add_option(
+      "--artwork", arguments->artwork,
+      "Of several pictures, the one of this letter, with a piece of this mark, or of this file [the first]");
   map->add_option("--picture", arguments->picture,
                   "The finished picture, to be shown small [preview.png beside the plan, if it is there]");
   map->callback([arguments] { run_map(*arguments); });

@@ -54,8 +54,9 @@ void add_mount_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "mount", "Draw what a planned picture is kept in when it is finished: back plate, tray and frame, to be cut");
   command->add_option("PLAN", arguments->plan, "plan.json, as `plan` wrote it")->required();
-  command->add_option("--artwork", arguments->artwork,
-                      "Of several pictures, the one of this letter, or with a piece of this mark [the first]");
+  command->add_option(
+      "--artwork", arguments->artwork,
+      "Of several pictures, the one of this letter, with a piece of this mark, or of this file [the first]");
   for (const planner::MountSize& size : planner::kMountSizes) {
     std::string flag = "--" + std::string(size.name);
     std::replace(flag.begin(), flag.end(), '_', '-');

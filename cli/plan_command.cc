@@ -284,8 +284,6 @@ void run_plan(const PlanCommandArguments& arguments) {
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-sizes and --flow-lines out");
   if (!arguments.edits.keep.empty() && (options.cell_aspect != 1 || options.flow_lines_only))
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --cell-aspect and --flow-lines-only out");
-  if (!arguments.edits.keep.empty() && options.marks != planner::MarkKind::kPlace)
-    end(kUnusableArguments, "a plan that is kept keeps its marks: leave --marks out");
   if (!arguments.edits.keep.empty() && !arguments.plan.files.segmentation.empty())
     end(kUnusableArguments, "a plan that is kept keeps its borders: leave --segmentation out");
   if (arguments.tiles && (options.layout != planner::LayoutKind::kMosaic || !arguments.edits.keep.empty()))
@@ -398,7 +396,11 @@ void add_plan_command(CLI::App& app) {
       "Plan nothing, but say at which crop, size, patches and layout the picture is recognisable in this wood: a "
       "contact sheet of small plans, with the command for each");
   plan->callback([arguments, plan] {
-    if (!arguments->suggest) return run_plan(*arguments);
+    if (!arguments->suggest) {
+      if (!arguments->edits.keep.empty() && plan->get_option("--marks")->count() > 0)
+        end(kUnusableArguments, "a plan that is kept keeps its marks, short or not: leave --marks out");
+      return run_plan(*arguments);
+    }
     // What else is drawn of a plan goes well with any that is suggested.
     if (arguments->tiles)
       end(kUnusableArguments,

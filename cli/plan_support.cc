@@ -11,7 +11,6 @@
 #include "cli/command_context.h"
 #include "cli/progress.h"
 #include "planner/files/plan_files.h"
-#include "planner/layout/piece_marks.h"
 #include "planner/pictures/png_codec.h"
 
 namespace veneer::cli {
@@ -59,32 +58,30 @@ planner::Plan plan_of_file(const std::string& file) {
 
 std::size_t artwork_of(const planner::Plan& plan, const std::string& named) {
   if (named.empty()) return 0;
-  const auto of = [](const planner::Plan& all, auto fits) {
-    std::set<std::size_t> out;
-    for (const planner::Piece& piece : all.pieces)
-      if (fits(piece.mark)) out.insert(piece.artwork);
-    return out;
-  };
-  // What lies on the bench decides first: marks.
-  const auto is_place = [](const planner::Piece& piece) { return planner::tells_place(piece.mark); };
-  const auto begins = [&](const std::string& mark) { return planner::letter_of_place(mark) == named; };
-  const bool by_places = std::ranges::all_of(plan.pieces, is_place);
-  std::set<std::size_t> meant = of(plan, [&](const std::string& mark) { return mark == named; });
-  if (by_places) meant.merge(of(plan, begins));
+  std::set<std::size_t> meant;
+  for (const planner::Piece& piece : plan.pieces)
+    if (piece.mark == named) meant.insert(piece.artwork);
   std::string there;
   for (std::size_t a = 0; a < plan.artworks.size(); ++a) {
-    if (plan.artworks[a].letter == named || plan.artworks[a].name == named) meant.insert(a);
-    there += fmt::format("{}{} ({})", a == 0 ? "" : ", ", plan.artworks[a].letter, plan.artworks[a].name);
+    const planner::PlanArtwork& artwork = plan.artworks[a];
+    if (artwork.letter == named) meant.insert(a);
+    there += fmt::format("{}{} ({})", a == 0 ? "" : ", ", artwork.letter, artwork.name);
   }
+  const bool is_on_the_bench = !meant.empty();  // before files, whatever these are called
+  for (std::size_t a = 0; a < plan.artworks.size() && !is_on_the_bench; ++a)
+    if (plan.artworks[a].name == named) meant.insert(a);
   if (meant.size() == 1) return *meant.begin();
   if (meant.empty())
     end(kUnusableArguments,
         fmt::format("no picture of the plan is called {}, nor has such marks: there are {}", named, there));
+  if (!is_on_the_bench)
+    end(kUnusableArguments,
+        fmt::format("{} is the file of {} pictures of the plan: name the one that is meant by its letter, of {}", named,
+                    meant.size(), there));
   end(kUnusableArguments,
-      fmt::format(
-          "{} may mean {} pictures of the plan, by their marks, letters and names: write a whole mark of one of "
-          "its pieces that is nothing else",
-          named, meant.size()));
+      fmt::format("{} is the letter of one picture of the plan and a mark of another: name another piece of the one "
+                  "that is meant",
+                  named));
 }
 
 void with_progress(const std::function<void(const planner::Progress&, std::stop_token)>& work) {

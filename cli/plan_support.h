@@ -33,8 +33,8 @@ Status write_picture(const cv::Mat& picture, const std::filesystem::path& path);
 
 // A plan's file, which has a picture; ends the command otherwise.
 planner::Plan plan_of_file(const std::string& file);
-// The artwork that `named` means: a mark of one of its pieces, what its marks begin with where they tell places, its
-// letter or its target; the first without a name. Ends the command when it means none, or one here and another there.
+// The artwork that `named` means: by a mark of one of its pieces or its letter, or else by its target; the first
+// without a name. Ends the command when it means none, or several.
 std::size_t artwork_of(const planner::Plan& plan, const std::string& named);
 
 // Runs `work` with its progress on stderr (progress.h); the first Ctrl-C requests its stop.

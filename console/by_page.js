@@ -4,10 +4,10 @@
 import {t} from "./words.js";
 import {fieldAt, kNextName} from "./field_names.js";
 
-// A1-2; without rows A312; short ones 7K.
-const kOneMark = "(?:[A-Z]+\\d+(?:-\\d+)?|(?!JOB)[1-9A-Z]{1,4})(?![\\w-])";
+// A1-2; without rows A312; short ones 7K, but none of signs alone that are the same in a mirror.
+const kOneMark = "(?:[A-Z]+\\d+(?:-\\d+)?|(?![8AHMUVWXY]+(?![\\w-]))[1-8ACDEFHKLMNPRUVWXY]{1,4})(?![\\w-])";
 const kPanel = "(P-\\d+)", kJob = "(\\d+)", kMark = `(${kOneMark})`, kMarks = `${kOneMark}(?: ${kOneMark})*`, kText = "[^\\s`,;:()]+";
-const kEnd = `(?! -| \\d| PIECE| JOB| [A-Z]+\\d)`;  // nothing more that belongs to the command
+const kEnd = `(?! -| PIECE| JOB| \\d| ${kOneMark})`;  // nothing more that belongs to the command
 const about = (...words) => words.filter(Boolean);
 
 // Of each: the words of the command; then from what they name, the screen it is done on, and what stands there:

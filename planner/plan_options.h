@@ -88,7 +88,7 @@ inline constexpr std::array kNamedOptions = {
                 "How many other places to list for each piece in the plan, at most"},
     NamedOption{"marks", OptionKind::kWord,
                 "What pieces are marked with: place (row and column, or the number in reading order) or short (one to "
-                "three signs in reading order, which find room on smaller pieces)"},
+                "four signs in reading order, larger or on smaller pieces)"},
     NamedOption{"exact", OptionKind::kSwitch, "Prove that each place is the cheapest; about ten times slower"},
     NamedOption{"seed", OptionKind::kWhole, "Seed of the random choices: equal inputs and seed give equal plans"},
 };

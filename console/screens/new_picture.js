@@ -417,6 +417,8 @@ function asked() {
   return query;
 }
 
+const marksInto = (query) => { if (wanted.marks !== "place") query.set("marks", wanted.marks); };
+
 // As a sketch wants it: what it does not look at would only ask for the same one again.
 function sketchQuery() {
   const query = asked();
@@ -442,6 +444,7 @@ function gridQuery() {
 function cellsQuery() {
   if (wanted.layout !== "mosaic" || !areUsable()) return null;
   const query = new URLSearchParams({layout: "mosaic", ...usable});
+  marksInto(query);  // which cells have no room for theirs, and are merged
   if (wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
   if (brush) brush.paintInto(query, "mosaic");
   return query;
@@ -463,7 +466,7 @@ async function plan(event) {
   if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
   if (wanted.refine) query.set("refine", "dp");
   if (wanted.refine && numberOf(wanted.rematch) > 0) query.set("rematch", asNumber("rematch"));
-  if (wanted.marks !== "place") query.set("marks", wanted.marks);
+  marksInto(query);
   if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
   if (wanted.elsewhere) query.set("alternatives", String(kPlaces));
   const drawing = wanted.layout === "segmentation" && wanted.drawing;
@@ -480,6 +483,7 @@ async function plan(event) {
 async function advise() {
   takeWhole();
   const query = asked();
+  marksInto(query);
   if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), null);
   if (brush) brush.paintInto(query, "");  // of all of the picture: which part is what is asked
   const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});

@@ -1,5 +1,7 @@
 #include "planner/layout/piece_marks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace veneer::planner {
@@ -11,7 +13,14 @@ std::size_t power(std::size_t base, std::size_t exponent) {
   return out;
 }
 
-bool reads_in_a_mirror(std::string_view mark) { return mark.find_first_not_of(kMirrorSigns) == std::string_view::npos; }
+// From here on, marks that are the same backwards are looked at for near ones.
+constexpr std::size_t kLeastNearMirror = 3;
+
+bool reads_in_a_mirror(std::string_view mark) {
+  if (mark.find_first_not_of(kMirrorSigns) == std::string_view::npos) return true;
+  return mark.size() >= kLeastNearMirror && mark.find_first_not_of(kNearMirrorSigns) == std::string_view::npos &&
+         std::equal(mark.begin(), mark.end(), mark.rbegin());
+}
 
 // Cells of the finest grid; 0 rows: the patches count themselves.
 struct Extent {
@@ -35,7 +44,9 @@ Extent extent_of(const std::vector<Patch>& patches) {
 }  // namespace
 
 std::size_t short_mark_count(std::size_t signs) {
-  return power(kShortSigns.size(), signs) - power(kMirrorSigns.size(), signs);
+  const std::size_t half = (signs + 1) / 2;  // which tells what is the same backwards
+  const std::size_t near = power(kNearMirrorSigns.size(), half) - power(kMirrorSigns.size(), half);
+  return power(kShortSigns.size(), signs) - power(kMirrorSigns.size(), signs) - (signs >= kLeastNearMirror ? near : 0);
 }
 
 std::vector<std::string> short_marks(std::size_t count) {
@@ -52,16 +63,23 @@ std::vector<std::string> short_marks(std::size_t count) {
   return out;
 }
 
-PieceMarks::PieceMarks(MarkKind kind, std::span<const Artwork> artworks, std::span<const WorkingArtwork> cut) {
-  for (const Artwork& artwork : artworks) letters_.push_back(artwork.letter);
-  if (kind == MarkKind::kPlace) return;
+Result<PieceMarks> PieceMarks::make(MarkKind kind, std::span<const Artwork> artworks,
+                                    std::span<const WorkingArtwork> cut) {
+  PieceMarks out;
+  for (const Artwork& artwork : artworks) out.letters_.push_back(artwork.letter);
+  if (kind == MarkKind::kPlace) return out;
   std::size_t count = 0;
   for (const WorkingArtwork& artwork : cut) {
     const Extent extent = extent_of(artwork.patches);
-    artworks_.push_back({count, extent.columns});
+    out.artworks_.push_back({count, extent.columns});
     count += extent.count();
   }
-  counted_ = short_marks(count);
+  if (const std::size_t most = short_mark_count(kMostShortSigns); count > most)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("there are {} patches, and short marks name {}: choose larger patches, or --marks place",
+                             count, most)};
+  out.counted_ = short_marks(count);
+  return out;
 }
 
 std::string PieceMarks::of(std::size_t artwork, const Patch& patch) const {
@@ -72,16 +90,16 @@ std::string PieceMarks::of(std::size_t artwork, const Patch& patch) const {
   return counted_[counted.first + (in_grid ? row * counted.columns + column : static_cast<std::size_t>(patch.number))];
 }
 
-std::string_view letter_of_place(std::string_view mark) {
+bool tells_place(std::string_view mark) {
   constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ", kDigits = "0123456789";
   const std::size_t letters = mark.find_first_not_of(kLetters);
-  if (letters == 0 || letters == std::string_view::npos) return {};
+  if (letters == 0 || letters == std::string_view::npos) return false;
   const std::string_view place = mark.substr(letters), row = place.substr(0, place.find('-'));
   const std::string_view column = row.size() < place.size() ? place.substr(row.size() + 1) : row;
   const auto counts = [&](std::string_view text) {
     return !text.empty() && text.find_first_not_of(kDigits) == std::string_view::npos;
   };
-  return counts(row) && counts(column) ? mark.substr(0, letters) : std::string_view();
+  return counts(row) && counts(column);
 }
 
 std::vector<std::string> place_marks(const Plan& plan) {

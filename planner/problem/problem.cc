@@ -418,7 +418,9 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
     else
       problem.squares.push_back(std::move(squares[i]));
   }
-  problem.marks = PieceMarks(options.marks, artworks, problem.artworks);
+  auto marks = PieceMarks::make(options.marks, artworks, problem.artworks);
+  if (!marks.ok()) return marks.error();
+  problem.marks = std::move(*marks);
   problem.limits = MaterialLimits(artworks, stock, options.material_limits);
   problem.entries_per_unit = (kernels::kLargestEntry - 1) / largest_response(options);
   return problem;

@@ -414,6 +414,14 @@ TEST_F(PlanCommand, DrawsTheMapOfThePictureThatIsMeant) {
   for (const char* named : {"B", "B2-1"})
     EXPECT_THAT(words_of_map(named), AllOf(Contains("B1-1"), Not(Contains("A1-1"))));
 
+  // A file that is called as the other picture's letter: the letter counts.
+  std::string renamed = text("out/plan.json");
+  renamed.replace(renamed.find(path("target.png")), path("target.png").size(), "B");
+  std::ofstream(path("out/plan.json")) << renamed;
+  EXPECT_EQ(json("out/plan.json")["artworks"][0]["target"], "B");
+  for (const char* named : {"B", "B2-1"})
+    EXPECT_THAT(words_of_map(named), AllOf(Contains("B1-1"), Not(Contains("A1-1"))));
+
   ASSERT_EQ(plan(usual() + " --repeat 2 --marks short").status, 0);
   const auto pieces = json("out/plan.json")["pieces"];
   ASSERT_EQ(pieces.size(), 30U);
@@ -428,7 +436,8 @@ TEST_F(PlanCommand, DrawsTheMapOfThePictureThatIsMeant) {
   // D is the letter of the fourth picture, and a piece of the third: nobody can know which is meant.
   ASSERT_EQ(plan(replaced("--size-mm 21", "--size-mm 11") + " --repeat 4 --marks short").status, 0);
   EXPECT_EQ(json("out/plan.json")["pieces"][8]["id"], "D");
-  EXPECT_THAT(refusal("D"), HasSubstr("D may mean 2 pictures of the plan"));
+  EXPECT_THAT(refusal("D"), HasSubstr("D is the letter of one picture of the plan and a mark of another: name"));
+  EXPECT_THAT(refusal(path("target.png")), HasSubstr("target.png is the file of 4 pictures of the plan: name the one"));
   EXPECT_THAT(words_of_map("B"), AllOf(Contains("C"), Not(Contains("K"))));
   EXPECT_THAT(words_of_map("K"), AllOf(Contains("K"), Not(Contains("C"))));
 }
@@ -450,6 +459,7 @@ TEST_F(PlanCommand, KeepsShortMarksAndRefusesOtherOnes) {
   EXPECT_EQ(ids(), before);
   expect_unusable(again + " --pin A1-1", "no piece A1-1");
   expect_unusable(again + " --marks short", "leave --marks out");
+  expect_unusable(again + " --marks place", "leave --marks out");
   expect_unusable(usual() + " --marks long", "marks must be place or short, not \"long\"");
 }
 

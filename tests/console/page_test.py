@@ -235,6 +235,11 @@ class Remedies(Page):
              "look at each, then say “Run: Suspect pieces: A1-1, A2-1” (or “Run: Never touched”, when none is burnt)", "#run", "#run"),
             ("say it with veneerctl job settle 3 A312 cut", "say it with “Run: A312: Good”", "#run"),
             ("say it with veneerctl job settle 3 7K cut", "say it with “Run: 7K: Good”", "#run"),
+            ("say it with veneerctl job settle 3 12 cut", "say it with “Run: 12: Good”", "#run"),
+            ("say it with veneerctl job settle 3 AC cut", "say it with “Run: AC: Good”", "#run"),
+            ("have it made with veneerctl job redo 3 AC", "have it made with “Run: AC: Find other wood”", "#run"),
+            ("have it made with veneerctl job redo 3: A piece is missing", "have it made with “Run: Find other wood”: A piece is missing", "#run"),
+            ("veneerctl job redo 3 A piece of wood", "“Run: Find other wood” A piece of wood", "#run"),
             ("lay each on the scanner (veneerctl panel scan)", "lay each on the scanner (“Scan: Scan”)", "#scan"),
             ("the last one by veneerctl panel scan --again 3", "the last one by “Scan: Scan tile 3 again”", "#scan"),
             ("begin the series anew with veneerctl panel scan --anew", "begin the series anew with “Scan: Scan and begin a new series”", "#scan"),
@@ -300,6 +305,7 @@ class Remedies(Page):
 
     def test_what_the_page_has_no_button_for_stays(self):
         for sentence in ("name it as `veneerctl panel merge` does", "try `veneerctl job redo 3 --never-heard-of`",
+                         "find wood with `veneerctl job redo 3 AC DE`", "veneerctl job redo 3 AC DE", "veneerctl job redo 3 12 7K", "veneerctl job redo 3 AC 7K",
                          "run veneerctl frobnicate --list 3", "veneerctl job redo 3 --never-heard-of", "an ordinary sentence -- with dashes, and --x-mm", "a `quoted` word", "an odd ` mark", "", "veneerctl", "say --confirm \"half a name", "veneerctl by --confirm \"half"):
             self.check(sentence, sentence)
 
@@ -1039,6 +1045,18 @@ class Mosaic(Page):
             type('#picture-layout', 'morph');
             return [usual, long, (await planned()).cell_aspect || null]""")
         self.assertEqual(seen, [[None, True], ["2.5", "2.5", None], None])
+
+    def test_marks_of_which_cells_need_room_go_with_all_that_asks_for_cells(self):
+        seen = self.at("""
+            window.answers['/plans/advice'] = {task: 6};
+            const advised = async () => { const before = window.asked.length; press('#do-advise'); await until(() => window.asked.slice(before).some(({path}) => path.includes('/plans/advice'))); return told('/plans/advice').marks || null; };
+            const all = async () => { await fine(); return [told('/plans/mosaic').marks || null, await advised(), (await planned()).marks || null, told('/plans/sketch').marks || null]; };
+            const usual = await all();
+            type('#picture-marks', 'short');
+            const short = await all();
+            type('#picture-marks', 'place');
+            return [usual, short, await all()]""")
+        self.assertEqual(seen, [[None] * 4, ["short", "short", "short", None], [None] * 4])
 
     def test_a_wood_takes_no_more_than_its_share(self):
         seen = self.at("""

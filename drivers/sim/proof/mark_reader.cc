@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <map>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
@@ -19,12 +18,15 @@ constexpr double kBarThickness = 0.5;  // mm
 constexpr double kSpeck = 0.02;        // mm2, smaller ink is dirt
 constexpr double kSure = 80;
 constexpr double kClearly = 20;
-constexpr double kShortSure = 40;  // of two readings that agree; in a mirror kSure
+constexpr double kShortSure = 40;  // of the surest of two readings that agree; in a mirror kSure
 constexpr std::size_t kMostShortSigns = 4;
 // Of short marks: all signs, and those that are the same in a mirror. They are looked for among all capitals and
 // digits: told of a few only, Tesseract finds these in anything, and in a mirror image too.
 constexpr const char* kShortSigns = "12345678ACDEFHKLMNPRUVWXY";
 constexpr const char* kSameInAMirror = "8AHMUVWXY";
+// And those that are read as themselves in a mirror between two of these: a mark of three or more that is the same
+// backwards is not believed with them.
+constexpr const char* kNearlySameInAMirror = "48AHMNUVWXY";
 
 // Heights of a capital in pixels, and how wide its strokes are made, as a part of that height: tesseract is trained on
 // print, whose strokes are heavier than a laser's line in a large mark. Those of a small mark are heavy enough.
@@ -49,6 +51,12 @@ double stroke_width_px(const cv::Mat& line) {
   const auto half = middle.begin() + static_cast<std::ptrdiff_t>(middle.size() / 2);
   std::nth_element(middle.begin(), half, middle.end());
   return 2.0 * *half;
+}
+
+bool may_be_the_same_in_a_mirror(const std::string& mark) {
+  if (mark.find_first_not_of(kSameInAMirror) == std::string::npos) return true;
+  return mark.size() > 2 && mark.find_first_not_of(kNearlySameInAMirror) == std::string::npos &&
+         std::equal(mark.begin(), mark.end(), mark.rbegin());
 }
 
 struct Character {
@@ -221,16 +229,16 @@ cv::Mat as_one_line(const cv::Mat& text) {
 
 }  // namespace
 
+std::optional<Reading> most_often(std::span<const Reading> readings) {
+  const auto most = std::ranges::max_element(readings, {}, &Reading::times);
+  if (most == readings.end() || std::ranges::count(readings, most->times, &Reading::times) > 1) return std::nullopt;
+  return *most;
+}
+
 struct MarkReader::Engine {
   tesseract::TessBaseAPI letters;
   tesseract::TessBaseAPI digits;
   tesseract::TessBaseAPI short_signs;
-};
-
-struct MarkReader::Text {
-  std::string text;
-  double confidence = 0;
-  int times = 0;  // that it was read
 };
 
 MarkReader::MarkReader() : engine_(std::make_unique<Engine>()) {}
@@ -252,8 +260,8 @@ Result<std::unique_ptr<MarkReader>> MarkReader::create() {
   return reader;
 }
 
-MarkReader::Text MarkReader::read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm,
-                                       std::size_t length) {
+Reading MarkReader::read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm,
+                              std::size_t length) {
   tesseract::TessBaseAPI& api = signs == Signs::kLetters  ? engine_->letters
                                 : signs == Signs::kDigits ? engine_->digits
                                                           : engine_->short_signs;
@@ -262,8 +270,8 @@ MarkReader::Text MarkReader::read_part(Signs signs, const cv::Mat& line, const c
   line(part).copyTo(cut(cv::Rect(pad, pad, part.width, part.height)));
   const double drawn = stroke_width_px(line);
   const bool is_short = signs == Signs::kShort || signs == Signs::kShortInAMirror;
-  std::map<std::string, Text> readings;
-  Text best;
+  std::vector<Reading> readings;
+  Reading best;
   for (const Rendering& rendering : kRenderings) {
     const int radius = std::max(0, static_cast<int>(std::lround((rendering.weight * line.rows - drawn) / 2)));
     cv::Mat heavy;
@@ -283,15 +291,15 @@ MarkReader::Text MarkReader::read_part(Signs signs, const cv::Mat& line, const c
       std::ranges::replace(text, 'T', '7');
     }
     if (text.size() != length) continue;
-    Text& reading = readings[text];
     const double confidence = api.MeanTextConf();
-    reading = {text, std::max(reading.confidence, confidence), reading.times + 1};
+    auto known = std::ranges::find(readings, text, &Reading::text);
+    if (known == readings.end()) known = readings.insert(known, {text, 0, 0});
+    Reading& reading = *known;
+    reading.confidence = std::max(reading.confidence, confidence), ++reading.times;
     if (reading.times > 1 && (!is_short || reading.confidence >= kSure)) return reading;
     if (confidence / 2 > best.confidence || best.text.empty()) best = {text, confidence / 2, 1};
   }
-  for (const auto& [text, reading] : readings)
-    if (reading.times > best.times) best = reading;
-  return best;
+  return is_short ? most_often(readings).value_or(Reading{}) : best;
 }
 
 std::optional<ReadMark> MarkReader::read_place(const cv::Mat& line, double px_per_mm, bool mirrored) {
@@ -306,9 +314,9 @@ std::optional<ReadMark> MarkReader::read_place(const cv::Mat& line, double px_pe
   if (hyphen < 2 || hyphen + 1 == characters.size()) return std::nullopt;
   std::optional<ReadMark> best;
   for (std::size_t letters = 1; letters <= std::min<std::size_t>(2, hyphen - 1); ++letters) {
-    const Text letter = read_part(Signs::kLetters, line, join(characters, 0, letters), px_per_mm, letters);
-    const Text number = read_part(Signs::kDigits, line, join(characters, letters, characters.size()), px_per_mm,
-                                  characters.size() - letters);
+    const Reading letter = read_part(Signs::kLetters, line, join(characters, 0, letters), px_per_mm, letters);
+    const Reading number = read_part(Signs::kDigits, line, join(characters, letters, characters.size()), px_per_mm,
+                                     characters.size() - letters);
     if (letter.text.empty() || number.text.empty() || (parted && number.text[hyphen - letters] != '-')) continue;
     if (std::count(number.text.begin(), number.text.end(), '-') != (parted ? 1 : 0)) continue;
     if (number.text[0] == '0' && hyphen - letters > 1) continue;  // an O, not a leading zero
@@ -326,11 +334,11 @@ std::optional<ReadMark> MarkReader::read_short(const cv::Mat& line, double px_pe
   if (characters.empty() || characters.size() > kMostShortSigns) return std::nullopt;
   if (std::any_of(characters.begin(), characters.end(), [](const Character& c) { return c.hyphen; }))
     return std::nullopt;
-  const Text text = read_part(mirrored ? Signs::kShortInAMirror : Signs::kShort, line,
-                              join(characters, 0, characters.size()), px_per_mm, characters.size());
+  const Reading text = read_part(mirrored ? Signs::kShortInAMirror : Signs::kShort, line,
+                                 join(characters, 0, characters.size()), px_per_mm, characters.size());
   if (text.times < 2 || text.confidence < (mirrored ? kSure : kShortSure)) return std::nullopt;
   if (text.text.find_first_not_of(kShortSigns) != std::string::npos) return std::nullopt;
-  if (text.text.find_first_not_of(kSameInAMirror) == std::string::npos) return std::nullopt;
+  if (may_be_the_same_in_a_mirror(text.text)) return std::nullopt;
   return ReadMark{text.text, mirrored, {}, text.confidence};
 }
 

@@ -5,8 +5,9 @@
 //
 // The bar is the longest straight stroke; the side the ink is on is the text's up. What reads well only in a mirror is
 // reported as mirrored. Each character is set apart first; the letters are read among letters, the numbers among
-// digits, at several sizes and stroke weights until two readings agree. Of a short mark two that are sure must agree,
-// or the most; it is not read where none do.
+// digits, at several sizes and stroke weights until two readings agree. Of a short mark two must agree of which one is
+// sure (80 of 100), or else the text that is read most often counts, if at least twice and once with 40: where two
+// texts are read as often as each other, none is.
 //
 // Threading: one reader per thread. Not re-entrant.
 #pragma once
@@ -14,6 +15,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "base/result.h"
@@ -30,6 +32,15 @@ struct ReadMark {
   double confidence = 0;  // 0 to 100
 };
 
+// A text, as often as it was read at several sizes and weights.
+struct Reading {
+  std::string text;
+  double confidence = 0;  // 0 to 100, of the surest of them
+  int times = 0;
+};
+// The one with the most times; nothing where two draw, since nothing tells which is right.
+std::optional<Reading> most_often(std::span<const Reading> readings);
+
 class MarkReader {
  public:
   // kUnavailable when tesseract or its English data is not installed.
@@ -44,12 +55,11 @@ class MarkReader {
 
  private:
   struct Engine;
-  struct Text;
   MarkReader();
   enum class Signs { kLetters, kDigits, kShort, kShortInAMirror };
   std::optional<ReadMark> read_place(const cv::Mat& line, double px_per_mm, bool mirrored);
   std::optional<ReadMark> read_short(const cv::Mat& line, double px_per_mm, bool mirrored);
-  Text read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm, std::size_t length);
+  Reading read_part(Signs signs, const cv::Mat& line, const cv::Rect& part, double px_per_mm, std::size_t length);
   std::unique_ptr<Engine> engine_;
 };
 

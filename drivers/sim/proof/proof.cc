@@ -45,7 +45,7 @@ std::optional<std::size_t> piece_with_mark(const ClaimedJob& job, const std::str
   return std::nullopt;
 }
 
-// Letters, a number, and maybe a hyphen and a number.
+// Letters, a number, and maybe a hyphen and a number. The planner has a way of its own: the proof shares none with it.
 bool tells_a_place(std::string_view mark) {
   const auto take = [&](auto wanted) {
     const auto end = std::ranges::find_if_not(mark, wanted);
