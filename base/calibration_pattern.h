@@ -26,8 +26,11 @@ struct KerfLine {
 // always at the same phase where they are one turn apart, and nothing then tells of it.
 enum class RingSpacing {
   kEven,    // some 40 mm, one turn of a pulley with 20 teeth on a belt of 2 mm; as patterns were burnt before
-  kUneven,  // 14 mm and more; no turn of a pulley fits all of them
+  kUneven,  // 14 mm and more; no turn of a pulley of 30 to 52 mm fits all of them
 };
+
+// The axes follow from rings that span more than this along x and along y.
+constexpr Millimetres kLeastRingSpan{80};
 
 // What a pattern is made of, and made of again to read what was burnt.
 struct PatternLayout {

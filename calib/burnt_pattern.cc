@@ -20,6 +20,11 @@ constexpr double kRivalShare = 0.9;
 // A ring's kind is its diameter in tenths of a millimetre.
 int kind_of(Millimetres diameter) { return static_cast<int>(std::lround(diameter.count() * 10)); }
 
+struct Kind {
+  Millimetres diameter{0};
+  std::size_t rings = 0;  // of the pattern
+};
+
 // The part of the bed the picture shows.
 Box<BedFrame> shown_area(const CameraModel& model, Millimetres height, const BurntPatternOptions& options) {
   const auto& camera = model.parameters();
@@ -49,10 +54,11 @@ struct Seen {
 };
 
 Seen see_rings(const cv::Mat& grey, const CameraModel& model, Millimetres height, const Box<BedFrame>& area,
-               const std::vector<Millimetres>& diameters) {
+               const std::vector<Kind>& kinds) {
   Seen seen;
-  for (const Millimetres diameter : diameters) {
-    for (const auto& place : propose_circles(grey, model, height, area, diameter)) {
+  for (const Kind& kind : kinds) {
+    const Millimetres diameter = kind.diameter;
+    for (const auto& place : propose_circles(grey, model, height, area, diameter, kind.rings)) {
       const Circle circle = refine_circle(grey, model, height, place, diameter);
       if (!is_ring(circle, diameter)) continue;
       const bool known = std::any_of(seen.points.begin(), seen.points.end(), [&](const auto& ring) {
@@ -66,11 +72,15 @@ Seen see_rings(const cv::Mat& grey, const CameraModel& model, Millimetres height
   return seen;
 }
 
-std::vector<Millimetres> diameters_of(std::span<const PatternRing> pattern) {
-  std::vector<Millimetres> out;
+std::vector<Kind> kinds_of(std::span<const PatternRing> pattern) {
+  std::vector<Kind> out;
   for (const auto& ring : pattern) {
-    if (std::none_of(out.begin(), out.end(), [&](Millimetres d) { return kind_of(d) == kind_of(ring.diameter); })) {
-      out.push_back(ring.diameter);
+    const auto known =
+        std::ranges::find(out, kind_of(ring.diameter), [](const Kind& k) { return kind_of(k.diameter); });
+    if (known == out.end()) {
+      out.push_back({ring.diameter, 1});
+    } else {
+      ++known->rings;
     }
   }
   return out;
@@ -107,14 +117,14 @@ Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const 
         "the picture of the burnt pattern is not of the size the camera was calibrated at: calibrate the camera "
         "again"};
   }
-  const auto diameters = diameters_of(pattern);
-  if (diameters.size() < 2) {
+  const auto kinds = kinds_of(pattern);
+  if (kinds.size() < 2) {
     return Error{ErrorCode::kInvalidArgument, "a calibration pattern needs key rings of a second diameter"};
   }
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
 
-  const Seen seen = see_rings(grey, model, height, shown_area(model, height, options), diameters);
+  const Seen seen = see_rings(grey, model, height, shown_area(model, height, options), kinds);
   std::vector<ConstellationPoint<MachineFrame>> known;
   known.reserve(pattern.size());
   for (const auto& ring : pattern) known.push_back({ring.centre, kind_of(ring.diameter)});

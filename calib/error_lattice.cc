@@ -32,6 +32,11 @@ ErrorLattice lattice_over(double from_x_mm, double from_y_mm, double to_x_mm, do
   return out;
 }
 
+bool is_finite(const ErrorLattice& lattice) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  return std::ranges::all_of(lattice.sigma_mm, finite) && std::ranges::all_of(lattice.measured_mm, finite);
+}
+
 std::optional<PredictedError> predicted_error(const ErrorLattice& lattice, double x_mm, double y_mm) {
   constexpr double kRounding = 1e-6;
   if (lattice.columns < 2 || lattice.rows < 2) return std::nullopt;

@@ -1,10 +1,10 @@
 // How far off a calibration is expected to be, place by place, as its certificate carries it.
 //
 // An error is the distance between where a thing is and where the calibration puts it. What is predicted is one sigma
-// of it: the root of the mean square of that distance, over what may be there. Twice as much is met by some places in a
-// hundred. It is worked out when the certificate is made, from what the fit was tried on and had not seen, and it grows
-// with the distance from what was measured. What is the same at every place measured and in every view (a sheet printed
-// too large, a board whose thickness was told wrong) no certificate can know.
+// of it: the root of the mean square of that distance, over what may be there. Twice as much is exceeded at two
+// to five places in a hundred. It is worked out when the certificate is made, from what the fit was tried on and had
+// not seen, and it grows with the distance from what was measured. What is the same at every place measured and in
+// every view (a sheet printed too large, a board whose thickness was told wrong) no certificate can know.
 //
 // Places are mm of the certificate's own frame, which whoever keeps it names. Values; functions are pure.
 #pragma once
@@ -30,6 +30,10 @@ struct ErrorLattice {
 
 // An empty lattice over a rectangle, its places at most `step` apart. Both sides are longer than 0.
 ErrorLattice lattice_over(double from_x_mm, double from_y_mm, double to_x_mm, double to_y_mm, double step_mm);
+// Not below 0 by rounding; what is not a number stays none, where std::max would make 0 of it: known perfectly.
+inline double at_least_0(double square) { return square < 0 ? 0 : square; }
+// Whether every figure is a number. A lattice with one that is none predicts nothing.
+bool is_finite(const ErrorLattice& lattice);
 // Visits the lattice's places in order: visit(index, x_mm, y_mm).
 template <class Visit>
 void for_each_place(const ErrorLattice& lattice, Visit visit) {
@@ -43,7 +47,8 @@ struct PredictedError {
   Millimetres sigma{0};        // one sigma
   Millimetres to_measured{0};  // to the nearest place that was measured
 };
-// Between the lattice's places; nothing outside of them.
+// Between the lattice's places, straight from one to the next: close to a measured place, `to_measured` may be up to a
+// step too long. Nothing outside of them.
 std::optional<PredictedError> predicted_error(const ErrorLattice& lattice, double x_mm, double y_mm);
 
 // Of the whole lattice: how much of it counts as measured, and the largest error predicted.

@@ -122,7 +122,7 @@ AxesError error_of_axes(const Rings& rings, const BedFromMachine& map) {
 // True when the rings span an area in which an affine map is well determined.
 bool well_spread(const Rings& rings) {
   const auto box = bounds(rings.commanded);
-  return box.width() > Millimetres(80) && box.height() > Millimetres(80);
+  return box.width() > kLeastRingSpan && box.height() > kLeastRingSpan;
 }
 
 }  // namespace
@@ -219,11 +219,12 @@ std::optional<ErrorLattice> predict_axes_error(const MachineAxes& axes, const Bo
     const auto at = axes.machine_from_bed * point<BedFrame>(x, y);
     const Eigen::Vector3d h(at.x.count(), at.y.count(), 1);
     out.sigma_mm[index] =
-        std::sqrt(std::pow(axes.error.everywhere.count(), 2) + std::max(0.0, h.dot(axes.error.open * h)));
+        std::sqrt(std::pow(axes.error.everywhere.count(), 2) + at_least_0(h.dot(axes.error.open * h)));
     double nearest = std::numeric_limits<double>::max();
     for (const auto& ring : axes.error.measured) nearest = std::min(nearest, distance(ring, at).count());
     out.measured_mm[index] = nearest;
   });
+  if (!is_finite(out)) return std::nullopt;
   return out;
 }
 

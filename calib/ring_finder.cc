@@ -15,8 +15,8 @@ constexpr int kDirections = 72;
 constexpr double kLineReach = 0.9;  // mm to both sides of the line
 constexpr double kStep = 0.05;      // mm along a radius
 constexpr int kSamples = static_cast<int>(2 * kLineReach / kStep) + 1;
-constexpr double kRingPxPerMm = 4;  // enough to see a 0.2 mm line, few enough to be quick
-constexpr std::size_t kMaxProposals = 500;
+constexpr double kRingPxPerMm = 4;                                // enough to see a 0.2 mm line, few enough to be quick
+constexpr std::size_t kProposals = 500, kProposalsPerCircle = 4;  // grain, kerf lines and soot are proposed, too
 
 // Bilinear, pixel centres at +0.5; outside the picture the border repeats.
 double sample(const cv::Mat& grey, const Point<CameraFrame>& p) {
@@ -144,7 +144,7 @@ RimFit fit_rim(const Rim& rim) {
 }  // namespace
 
 std::vector<Point<BedFrame>> propose_circles(const cv::Mat& grey, const CameraModel& model, Millimetres height,
-                                             const Box<BedFrame>& area, Millimetres diameter) {
+                                             const Box<BedFrame>& area, Millimetres diameter, std::size_t expected) {
   const Raster<BedFrame> view{model.rectify(grey, area, {kRingPxPerMm}, height), {kRingPxPerMm}, area.min};
   // Thin dark lines only: what a closing fills up.
   cv::Mat closed, thin, dark, score;
@@ -168,7 +168,8 @@ std::vector<Point<BedFrame>> propose_circles(const cv::Mat& grey, const CameraMo
     }
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (found.size() > kMaxProposals) found.resize(kMaxProposals);
+  const std::size_t most = std::max(kProposals, kProposalsPerCircle * expected);
+  if (found.size() > most) found.resize(most);
   std::vector<Point<BedFrame>> places;
   places.reserve(found.size());
   for (const auto& [strength, place] : found) places.push_back(place);

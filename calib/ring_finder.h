@@ -15,9 +15,10 @@ struct Circle {
   double seen = 0;         // fraction of the directions in which the line was found
 };
 
-// Places where a circle of this diameter may be, anywhere in `area`; many are false.
+// Places where a circle of this diameter may be, anywhere in `area`, the likeliest first; many are false. No more than
+// four for each of the `expected` circles, or 500 where that is more.
 std::vector<Point<BedFrame>> propose_circles(const cv::Mat& grey, const CameraModel& model, Millimetres height,
-                                             const Box<BedFrame>& area, Millimetres diameter);
+                                             const Box<BedFrame>& area, Millimetres diameter, std::size_t expected);
 
 // Fits the circle near `guess` on the picture itself (no resampling); seen = 0 when there is none.
 Circle refine_circle(const cv::Mat& grey, const CameraModel& model, Millimetres height, Point<BedFrame> guess,

@@ -40,6 +40,7 @@ struct Squares {
 // By how much the posterior variance has to be multiplied, in mm2: near what was measured and beyond.
 struct Roughness {
   Squares near, beyond;
+  bool is_known() const { return near.count + beyond.count > 0; }
   double scale() const { return std::max(near.mean(), beyond.mean()); }
   // A corner that `fit` had not seen missed by so much, where this variance is left open for a variance of 1 in each
   // coordinate of a corner.
@@ -169,11 +170,13 @@ class LaidMap {
 
 }  // namespace
 
-ErrorLattice predict_scanner_error(const std::vector<GridCorner>& corners, const ShiftLattice& lattice,
-                                   const MapFit& fit, std::span<const MapFit> without, double width, double height,
-                                   const std::function<MapFit(const std::vector<GridCorner>&)>& refit) {
+std::optional<ErrorLattice> predict_scanner_error(const std::vector<GridCorner>& corners, const ShiftLattice& lattice,
+                                                  const MapFit& fit, std::span<const MapFit> without, double width,
+                                                  double height,
+                                                  const std::function<MapFit(const std::vector<GridCorner>&)>& refit) {
   Roughness rough;
   hold_out_sides(corners, lattice, refit, rough);
+  if (!rough.is_known()) return std::nullopt;
   const double each_scan = scan_to_scan(corners, without).mean();
   ErrorLattice out = lattice_over(0, 0, width, height, kErrorStep);
   out.near_mm = kNearACorner;
@@ -182,9 +185,10 @@ ErrorLattice predict_scanner_error(const std::vector<GridCorner>& corners, const
   for_each_place(out, [&](std::size_t index, double x, double y) {
     const Eigen::MatrixXd change = laid.at(x, y);
     const double open = (change * solver.solve(change.transpose())).trace();
-    out.sigma_mm[index] = std::sqrt(each_scan + rough.scale() * std::max(0.0, open));
+    out.sigma_mm[index] = std::sqrt(each_scan + rough.scale() * at_least_0(open));
     out.measured_mm[index] = to_nearest(corners, x, y);
   });
+  if (!is_finite(out)) return std::nullopt;
   return out;
 }
 

@@ -274,7 +274,8 @@ std::string render_certificate(const json& reply) {
   return text + line("At", place) +
          line("Predicted error", fmt::format("{:.3f} mm, one sigma; twice as much is seldom exceeded",
                                              number_or(at, "predicted_error_mm", 0))) +
-         line("Measured", fmt::format("{:.0f} mm from there, the nearest place", number_or(at, "to_measured_mm", 0)));
+         line("Measured",
+              fmt::format("about {:.0f} mm from there, the nearest place", number_or(at, "to_measured_mm", 0)));
 }
 
 std::string render_certificates(const json& reply) {
@@ -349,7 +350,8 @@ std::string render_twin(const json& status) {
 
 std::string render_calibration(const json& result) {
   const json& figures = member(result, "figures");
-  std::string text = "Calibrated " + text_or(result, "device", "") + "\n";
+  const std::string device = text_or(result, "device", "");
+  std::string text = "Calibrated " + device + "\n";
   if (whole_or(result, "certificate", 0) == 0) {
     text = fmt::format("Picture {} taken. Go on with the next; leave --more out for the last one.\n",
                        whole_or(result, "views", 0));
@@ -362,6 +364,10 @@ std::string render_calibration(const json& result) {
                           member(figures, "max_mm").is_number() ? "worst " + millimetres(figures, "max_mm", 3) : ""},
                          ", "));
   text += line("Kerf", millimetres(figures, "kerf_mm", 3));
+  if (const std::string share = share_measured(figures); !share.empty())
+    text += line("Measured", share + (device == "scanner" ? " of the glass" : " of the bed that the beam reaches"));
+  if (const std::string worst = millimetres(figures, "worst_predicted_mm", 3); !worst.empty())
+    text += line("Predicted", worst + " at worst, one sigma");
   text += doubt_lines(result, "Beware");
   return text;
 }

@@ -240,8 +240,9 @@ Box<MachineFrame> CalibrationService::reach() const {
 namespace {
 
 // Empty on a board that has no room for it.
-Box<MachineFrame> area_on(const PatternBoard& board, const Box<MachineFrame>& travel) {
+Box<MachineFrame> area_on(const PatternBoard& board, Box<MachineFrame> travel) {
   const Millimetres board_width = *board.width, board_height = *board.height;
+  if (travel.empty()) travel.add({}), travel.add({board_width, board_height});
   constexpr Millimetres kOffCentre = kMostOffCentre + Millimetres(5);  // of wood beyond the outer rings
   constexpr double kAskew = 0.07;                                      // kMostAskewDeg
   const Millimetres half_width = board_width / 2 - kOffCentre - board_height * (kAskew / 2);
@@ -257,29 +258,24 @@ Box<MachineFrame> area_on(const PatternBoard& board, const Box<MachineFrame>& tr
 
 }  // namespace
 
-Result<LaserJob> CalibrationService::pattern_for(Box<MachineFrame> travel, const PatternBoard& board) const {
+Result<LaserJob> CalibrationService::pattern_for(const Box<MachineFrame>& travel, const PatternBoard& board) const {
   if (const Status told = require_size(board); !told) return told.error();
-  const Millimetres board_width = *board.width, board_height = *board.height;
-  if (travel.empty()) travel.add({}), travel.add({board_width, board_height});
   auto made = planner::make_pattern({area_on(board, travel)});
   if (!made)
     return Error{
         ErrorCode::kInvalidArgument,
         fmt::format("a board of {:.0f} x {:.0f} mm is too small for the pattern: take one of 250 x 250 mm or more",
-                    board_width.count(), board_height.count())};
+                    board.width->count(), board.height->count())};
   planner::Recipe recipe;
   recipe.cut_speed = config_.recipe.cut_speed, recipe.cut_power = config_.recipe.cut_power;
   recipe.engrave_speed = config_.recipe.engrave_speed, recipe.engrave_power = config_.recipe.engrave_power;
   return LaserJob{planner::pattern_strokes(*made, recipe)};
 }
 
-Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board) {
-  auto job = pattern_for(travel, board);
-  if (!job) return job;
+void CalibrationService::note_burnt(const Box<MachineFrame>& travel, const PatternBoard& board) {
   const std::lock_guard lock(burnt_mutex_);
   burnt_ = PatternLayout{area_on(board, travel)};
   reach_ = travel;
-  return job;
 }
 
 Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board,

@@ -2,8 +2,8 @@
 // issues a certificate, or says in one sentence why not. Looking and fitting are done by worker processes
 // (daemon/orders/calibration_work.h).
 //
-// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
-// and pattern_for() on the reactor.
+// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_for()
+// and note_burnt() on the reactor.
 #pragma once
 
 #include <chrono>
@@ -76,11 +76,11 @@ class CalibrationService {
   Collected collected() const;
 
   // What the laser burns for axes() and kerf() into a board that lies in the middle of the bed, within 20 mm and 4
-  // degrees. It is what they measure from then on: to be called for what is burnt at once.
-  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, const PatternBoard& board);
-  // The same strokes of a burn to come, if it comes to that. A travel that is not known yet is empty: they are the
-  // board's then, and lie anywhere.
-  Result<LaserJob> pattern_for(Box<MachineFrame> travel, const PatternBoard& board) const;
+  // degrees. A travel that is not known yet is empty: the strokes are the board's then, and lie anywhere.
+  Result<LaserJob> pattern_for(const Box<MachineFrame>& travel, const PatternBoard& board) const;
+  // That these strokes are burnt, the last one too: they are what axes() and kerf() measure from now on. Until then it
+  // is the pattern that was burnt before. The board's size was told, as for pattern_for().
+  void note_burnt(const Box<MachineFrame>& travel, const PatternBoard& board);
 
  private:
   void note_grid_scans();  // on the scanner's worker

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "base/clock.h"
@@ -26,12 +27,14 @@ void finish_calibration(const CalibrationServices& s, const TaskReporter& task,
 // Burns on the reactor, then photographs and fits on the camera's worker.
 void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, const PatternBoard& board,
                       const std::string& who, std::vector<std::string> confirmed) {
-  auto strokes = s.calibrations.pattern_job(s.unit.limits().travel, board);
+  const Box<MachineFrame> travel = s.unit.limits().travel;
+  auto strokes = s.calibrations.pattern_for(travel, board);
   if (!strokes) return task.fail(strokes.error());
   task.progress(0.05, "burning the pattern");
-  const auto photograph = [s, task, thickness = board.thickness](const Status& burnt) {
+  const auto photograph = [s, task, travel, board](const Status& burnt) {
     if (!burnt) return task.fail(burnt.error());
-    post_task(s.camera, task, [s, task, thickness] {
+    s.calibrations.note_burnt(travel, board);
+    post_task(s.camera, task, [s, task, thickness = board.thickness] {
       finish_calibration(
           s, task,
           s.calibrations.axes(
@@ -146,11 +149,12 @@ struct Place {
 };
 
 Result<json> certificate_json(Repositories& r, CertificateId id, const std::optional<Place>& place) {
+  const Error none{ErrorCode::kNotFound,
+                   fmt::format("there is no certificate {}: veneerctl certificates lists them", id.value)};
+  if (id.value == std::numeric_limits<decltype(id.value)>::max()) return none;  // the list counts from the next one
   auto found = judged_certificates(r, utc_timestamp(), {id.value + 1}, 1, utc_timestamp(kSoon));
   if (!found) return found.error();
-  if (found->empty() || found->front().record.id != id)
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("there is no certificate {}: veneerctl certificates lists them", id.value)};
+  if (found->empty() || found->front().record.id != id) return none;
   json out = {{"certificate", to_json(found->front())}};
   if (!place) return out;
   const auto error = error_at(found->front().record, place->x, place->y);

@@ -70,6 +70,13 @@ Affine2<MachineFrame, BedFrame> affine_from_json(const json& j) {
 // How the rings of a burnt pattern are spaced, as an axes certificate says it.
 constexpr const char *kEven = "even", *kUneven = "uneven";
 
+RingSpacing spacing_from_json(const json& payload) {
+  const std::string word = payload.value("pattern_spacing", kEven);  // before spacings were told, all were even
+  if (word != kEven && word != kUneven)
+    throw json::other_error::create(501, "no such spacing of rings: " + word, &payload);
+  return word == kEven ? RingSpacing::kEven : RingSpacing::kUneven;
+}
+
 constexpr std::array kKinds = {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                                db::CertificateKind::kKerf};
 
@@ -137,7 +144,9 @@ std::string why_not_predicted(const db::CertificateRecord& certificate, const js
     case db::CertificateKind::kAxes:
       break;
   }
-  return fmt::format("certificate {} was made before errors were predicted: calibrate again", number);
+  return fmt::format(
+      "certificate {} was made before errors were predicted, or too little was measured for it: calibrate again",
+      number);
 }
 
 // The certificate of a kind that was issued last.
@@ -279,9 +288,7 @@ static Result<Calibration> load(Repositories& r, const std::string& now, std::sp
     if (const Last& axes = found->at(db::CertificateKind::kAxes); axes.on_its_device)
       if (const auto area = axes.payload.find("pattern_area_mm"); area != axes.payload.end()) {
         const auto corners = area->get<std::array<double, 4>>();
-        // Before spacings were told, all were even.
-        out.pattern = PatternLayout{
-            {}, axes.payload.value("pattern_spacing", kEven) == kEven ? RingSpacing::kEven : RingSpacing::kUneven};
+        out.pattern = PatternLayout{{}, spacing_from_json(axes.payload)};
         out.pattern->area.add(point<MachineFrame>(corners[0], corners[1]));
         out.pattern->area.add(point<MachineFrame>(corners[2], corners[3]));
       }
@@ -361,11 +368,15 @@ Result<ErrorAt> error_at(const db::CertificateRecord& certificate, double x_mm, 
     const calib::ErrorLattice lattice = lattice_from_json(*kept);
     ErrorAt out{kept->at("frame").get<std::string>(), calib::predicted_error(lattice, x_mm, y_mm), ""};
     if (out.predicted) return out;
+    // Whole ones within, so that none that is named is refused; and no -0.
+    constexpr double kRounding = 1e-6;
+    const auto from = [](double mm) { return std::ceil(mm - kRounding) + 0.0; };
+    const auto to = [](double mm) { return std::floor(mm + kRounding) + 0.0; };
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("certificate {} tells nothing of the place {:g}, {:g}: name one from {:.0f}, {:.0f} to "
                              "{:.0f}, {:.0f} mm of the {}",
-                             certificate.id.value, x_mm, y_mm, lattice.from_x_mm, lattice.from_y_mm, lattice.to_x_mm(),
-                             lattice.to_y_mm(), out.frame)};
+                             certificate.id.value, x_mm, y_mm, from(lattice.from_x_mm), from(lattice.from_y_mm),
+                             to(lattice.to_x_mm()), to(lattice.to_y_mm()), out.frame)};
   } catch (const json::exception& e) {
     return unreadable(e);
   }

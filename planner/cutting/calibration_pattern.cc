@@ -1,5 +1,7 @@
 #include "planner/cutting/calibration_pattern.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -68,6 +70,12 @@ Result<CalibrationPattern> make_pattern(const PatternLayout& layout) {
   const double width = layout.area.empty() ? 0 : layout.area.width().count() - 2 * kPatternMargin;
   const double height = layout.area.empty() ? 0 : layout.area.height().count() - 2 * kPatternMargin;
   const bool even = layout.spacing == RingSpacing::kEven;
+  // Even ones are read only, whatever their size: nothing is burnt that would be refused afterwards.
+  if (!even && (width <= kLeastRingSpan.count() || height <= kLeastRingSpan.count()))
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the rings of the calibration pattern must span more than {:.0f} mm both ways, and here "
+                             "they would span {:.0f} x {:.0f} mm: lay a larger board on the bed",
+                             kLeastRingSpan.count(), std::max(0.0, width), std::max(0.0, height))};
   const auto across = even ? even_places(width) : uneven_places(width, [](int cell, int cells) {
     const int lines = first_line_cell(cells + 1);
     return cell == lines || cell == lines + 1;

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "calib/machine_axes.h"
@@ -47,7 +50,7 @@ class BurntBoard {
   std::vector<double> across_, up_;
 };
 
-TEST(BurntPattern, OfUnevenRingsIsFoundWhole) {
+TEST(BurntPattern, OfUnevenRingsIsFoundButForTwoAtMost) {
   PatternLayout layout;
   layout.area.add(point<MachineFrame>(50, 87)), layout.area.add(point<MachineFrame>(470, 293));
   const auto pattern = planner::make_pattern(layout);
@@ -67,6 +70,42 @@ TEST(BurntPattern, OfUnevenRingsIsFoundWhole) {
   EXPECT_LT(axes->rms.count(), 0.03);  // 0.025 on this picture with either spacing
   EXPECT_NEAR(axes->scale_x, 1, 5e-5);
   EXPECT_NEAR(axes->scale_y, 1, 5e-5);
+}
+
+// As many rings as the camera may see, among grain and noise.
+TEST(BurntPattern, OfTheLargestBoardIsFound) {
+  PatternLayout layout;
+  layout.area.add(point<MachineFrame>(-100, -105)), layout.area.add(point<MachineFrame>(620, 475));
+  const auto pattern = planner::make_pattern(layout);
+  ASSERT_TRUE(pattern.ok());
+  ASSERT_GT(pattern->rings.size(), 600U);
+  test::TrueCamera camera;
+  camera.width = 4000, camera.height = 3000, camera.focal = 3100, camera.cx = 2010, camera.cy = 1490;
+  camera.eye_x = 260, camera.eye_y = 185, camera.eye_z = 780, camera.tilt_deg = 2, camera.lean_deg = -1;
+  cv::Mat picture(camera.height, camera.width, CV_8UC1);
+  for (int r = 0; r < picture.rows; ++r)
+    for (int c = 0; c < picture.cols; ++c)
+      picture.at<std::uint8_t>(r, c) = static_cast<std::uint8_t>(190 + 9 * std::sin(r * 0.9 + 3 * std::sin(c * 0.007)));
+  constexpr int kShift = 6, kSides = 72;
+  for (const PatternRing& ring : pattern->rings) {
+    std::vector<cv::Point> rim;
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2 * kPi * i / kSides, radius = ring.diameter.count() / 2;
+      const auto px = camera.pixel_of(ring.centre.x.count() + radius * std::cos(angle),
+                                      ring.centre.y.count() + radius * std::sin(angle), 2.1);
+      rim.emplace_back(static_cast<int>(std::lround((px[0] - 0.5) * (1 << kShift))),
+                       static_cast<int>(std::lround((px[1] - 0.5) * (1 << kShift))));
+    }
+    cv::polylines(picture, rim, true, 70, 1, cv::LINE_AA, kShift);
+  }
+  cv::Mat noise(picture.size(), CV_16SC1);
+  cv::theRNG().state = 21;
+  cv::randn(noise, 0, 3);
+  cv::add(picture, noise, picture, cv::noArray(), CV_8U);
+  const auto rings = find_burnt_pattern(picture, exact_model(camera), 2.1_mm, pattern->rings);
+  ASSERT_TRUE(rings.ok()) << rings.error().message;
+  EXPECT_GE(rings->size(), pattern->rings.size() * 99 / 100);
+  EXPECT_LT(distance(rings->front().centre, point<BedFrame>(-94, -99)).count(), 0.05);
 }
 
 }  // namespace

@@ -4,11 +4,14 @@
 
 #include <cmath>
 #include <iostream>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "calib/error_lattice.h"
+#include "calib/machine_axes.h"
 #include "calib/point_fit.h"
+#include "calib/scanner_error.h"
 #include "calib/scanner_model.h"
 #include "drivers/sim/cell_truth.h"
 #include "drivers/sim/random.h"
@@ -182,6 +185,38 @@ TEST(PredictedError, MoreCornersInTheSameScansDoNotAverageAwayWhatDiffersBetween
   tell("a quarter of the corners", coarsely), tell("all of them", finely);
   EXPECT_GE(finely.share(), 0.9);
   EXPECT_GT(finely.predicted_mm(), 0.6 * coarsely.predicted_mm());
+}
+
+// All corners in one strip: none can be held out, and what lies beside it is not known. It is not known perfectly.
+TEST(PredictedError, IsNoneWhereNothingCouldBeHeldOut) {
+  std::vector<calib::GridCorner> corners;
+  for (std::size_t i = 0; i < 16; ++i) {
+    const double x = 10 + 3 * static_cast<double>(i / 2), y = 20 + static_cast<double>(i % 4);
+    corners.push_back({i % 2, i / 4, x, y, point<SheetFrame>(x, -y)});
+  }
+  PlayedScanner played(1, 0);
+  const auto any = calibrate(played);
+  ASSERT_TRUE(any.ok());
+  const calib::ShiftLattice lattice{13, 10, 20, 20};
+  calib::MapFit fit;
+  fit.poses.resize(2), fit.model = calib::ScannerModel(any->model);
+  fit.normal = Eigen::MatrixXd::Identity(2 * lattice.size() + 6, 2 * lattice.size() + 6);
+  const std::vector<calib::MapFit> without(2, fit);
+  const std::optional<calib::ErrorLattice> predicted =
+      calib::predict_scanner_error(corners, lattice, fit, without, kGlassWidth, kGlassHeight,
+                                   [&](const std::vector<calib::GridCorner>&) { return fit; });
+  EXPECT_FALSE(predicted);
+}
+
+TEST(PredictedError, IsNoneWhereTheFitLeavesNoNumber) {
+  calib::MachineAxes axes;
+  axes.error.everywhere = Millimetres(0.01);
+  axes.error.measured = {point<MachineFrame>(50, 50)};
+  Box<MachineFrame> reach;
+  reach.add({}), reach.add(point<MachineFrame>(100, 100));
+  ASSERT_TRUE(calib::predict_axes_error(axes, reach));
+  axes.error.open(1, 1) = std::nan("");
+  EXPECT_FALSE(calib::predict_axes_error(axes, reach));
 }
 
 TEST(PredictedError, OfTheAxesHoldsBetweenTheRingsAndBesideThem) {

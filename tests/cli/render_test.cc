@@ -49,6 +49,18 @@ TEST(Render, TheStatusReadsLikeASentenceAndAFewFacts) {
       "Calibration  scanner valid, camera valid, axes EXPIRED, kerf MISSING\n");
 }
 
+// One more view costs little as long as the sheet lies there.
+TEST(Render, ACalibrationSaysHowMuchItMeasured) {
+  const json result = {{"device", "scanner"},
+                       {"certificate", 7},
+                       {"views", 2},
+                       {"rms_mm", 0.004},
+                       {"figures", {{"max_mm", 0.013}, {"measured_fraction", 0.634}, {"worst_predicted_mm", 0.1142}}}};
+  const std::string told = render_calibration(result);
+  EXPECT_THAT(told, HasSubstr("Measured     63 % of the glass\n"));
+  EXPECT_THAT(told, HasSubstr("Predicted    0.114 mm at worst, one sigma\n"));
+}
+
 TEST(Render, AnOpenScanSaysHowItGoesOn) {
   json status = {{"state", "Stopped"}, {"open_scan", nullptr}};
   EXPECT_THAT(render_status(status), ::testing::Not(HasSubstr("Scan ")));

@@ -185,7 +185,7 @@ TEST_F(CollectedViews, OfABedAsItWasOnceAreRefused) {
   const auto silent = [](double, const std::string&) {};
   const auto view = [&] { return service_->camera(true, Millimetres(0), silent, {}).error().message; };
   const auto axes = [&] { return service_->axes(Millimetres(2), silent, {}).error().message; };
-  ASSERT_TRUE(service_->pattern_job(kTravel, kLaid).ok());
+  service_->note_burnt(kTravel, kLaid);
   devices_.taken = system_clock::now() - seconds(10);
   EXPECT_TRUE(ready().ok());
   pictures_.hands_were_in();
@@ -279,7 +279,7 @@ TEST_F(CollectedViews, OfThePatternShowTheBoardBeforeItIsBurnt) {
   PatternBoard one_side = kLaid;
   one_side.height.reset();
   EXPECT_EQ(ready(one_side).error().code, ErrorCode::kInvalidArgument);
-  EXPECT_EQ(service_->pattern_job(kTravel, one_side).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(service_->pattern_for(kTravel, one_side).error().code, ErrorCode::kInvalidArgument);
   workers_.boards_on_bed.clear();
   const Status none = ready();
   ASSERT_FALSE(none.ok());
@@ -303,7 +303,7 @@ TEST_F(CollectedViews, OfThePatternShowTheBedAtAll) {
 // Last month's board tells last month's kerf.
 TEST_F(CollectedViews, OfTheBurntBoardAreNotThoseOfAnotherCertificate) {
   certify(db::CertificateKind::kScanner, to_payload(calib::ScannerCertificateData{}));
-  ASSERT_TRUE(service_->pattern_job(kTravel, kLaid).ok());
+  service_->note_burnt(kTravel, kLaid);
   workers_.kerf = true;
   devices_.scanned = folder_ / "board.ppm";
   const auto kerf = [&] { return service_->kerf([](double, const std::string&) {}, {}); };
@@ -331,8 +331,12 @@ TEST_F(CollectedViews, OfTheBurntBoardAreReadByThePatternThatWasBurnt) {
   ASSERT_TRUE(kerf().ok());
   EXPECT_EQ(workers_.read.spacing, RingSpacing::kEven);
   EXPECT_EQ(workers_.read.area.max, kTravel.max);
-  ASSERT_TRUE(service_->pattern_job(kTravel, kLaid).ok());
+  ASSERT_TRUE(service_->pattern_for(kTravel, kLaid).ok());
   std::ofstream(devices_.scanned) << "two";
+  ASSERT_TRUE(kerf().ok());
+  EXPECT_EQ(workers_.read.spacing, RingSpacing::kEven) << "a burn that was refused leaves the board that was burnt";
+  service_->note_burnt(kTravel, kLaid);
+  std::ofstream(devices_.scanned) << "three";
   ASSERT_TRUE(kerf().ok());
   EXPECT_EQ(workers_.read.spacing, RingSpacing::kUneven);
 }

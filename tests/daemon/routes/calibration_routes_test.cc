@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/calibration/calibration_service.h"
@@ -76,9 +77,11 @@ class CalibrateLaserUnhomed : public CalibrationRoutes {
 };
 
 TEST_F(CalibrateLaserUnhomed, RefusesABoardWithoutRoomForThePattern) {
-  const ApiReply refused = calibrate(100, 80);
-  EXPECT_EQ(refused.status, 400) << refused.body;
-  EXPECT_THAT(refused.body, HasSubstr("too small for the pattern"));
+  for (const auto& [width, height] : {std::pair{100, 80}, {300, 150}, {140, 250}}) {
+    const ApiReply refused = calibrate(width, height);
+    EXPECT_EQ(refused.status, 400) << refused.body;
+    EXPECT_THAT(refused.body, HasSubstr("too small for the pattern"));
+  }
   expect_nothing_moved();
 }
 

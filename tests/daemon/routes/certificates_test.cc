@@ -1,6 +1,8 @@
 // What the API and veneerctl tell of certificates, after a device was changed.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "calib/error_lattice.h"
 #include "cli/render.h"
 #include "tests/support/routed_cell.h"
@@ -82,7 +84,7 @@ TEST_F(CertificateRoutes, TellHowFarOffTheyWillBeAtAPlace) {
   const std::string told = cli::render_certificate(one);
   EXPECT_NE(told.find("40, 60 mm right and down from the upper left corner of a scan"), std::string::npos) << told;
   EXPECT_NE(told.find("0.020 mm, one sigma"), std::string::npos) << told;
-  EXPECT_NE(told.find("100 mm from there"), std::string::npos) << told;
+  EXPECT_NE(told.find("about 100 mm from there"), std::string::npos) << told;
 
   // The list tells of all the glass.
   const json listed_one = listed()["certificates"][0];
@@ -99,6 +101,48 @@ TEST_F(CertificateRoutes, TellHowFarOffTheyWillBeAtAPlace) {
   EXPECT_NE(beyond.body.find("name one from 0, 0 to 320, 300 mm of the scan"), std::string::npos) << beyond.body;
   EXPECT_EQ(ask("GET", "/api/v1/certificates/1?x=40").status, 400);
   EXPECT_EQ(ask("GET", "/api/v1/certificates/2?x=40&y=60").status, 404);
+  EXPECT_EQ(ask("GET", "/api/v1/certificates/9223372036854775807?x=40&y=60").status, 404);
+}
+
+// Whoever goes by what is named must not be refused again.
+TEST_F(CertificateRoutes, NamePlacesThatLieWithin) {
+  calib::ScannerCertificateData scanner;
+  scanner.scans = 2;
+  scanner.predicted = calib::lattice_over(0.4, -0.3, 215.9, 296.7, 20);
+  issue(db::CertificateKind::kScanner, to_payload(scanner));
+  const auto beyond = ask("GET", "/api/v1/certificates/1?x=400&y=60");
+  EXPECT_EQ(beyond.status, 400);
+  EXPECT_NE(beyond.body.find("name one from 1, 0 to 215, 296 mm of the scan"), std::string::npos) << beyond.body;
+  for (const char* corner : {"x=1&y=0", "x=215&y=296"})
+    EXPECT_EQ(ask("GET", fmt::format("/api/v1/certificates/1?{}", corner)).status, 200) << corner;
+}
+
+// The axes' places are the bed's, x to the right and y away; what is known of them is known of commanded ones.
+TEST_F(CertificateRoutes, TellOfTheBedAsItIsSeen) {
+  calib::MachineAxes axes;
+  Eigen::Matrix2d sheared;
+  sheared << 1, 0.2, 0, 1;
+  axes.machine_from_bed = {sheared, Eigen::Vector2d::Zero()};
+  axes.error.everywhere = Millimetres(0.01);
+  axes.error.open(1, 1) = 1e-8;  // 0.0001 mm for each mm in y
+  axes.error.measured = {point<MachineFrame>(300, 0)};
+  Box<MachineFrame> reach;
+  reach.add({}), reach.add(point<MachineFrame>(400, 300));
+  PatternLayout pattern;
+  pattern.area.add(point<MachineFrame>(290, 0)), pattern.area.add(point<MachineFrame>(310, 10));
+  issue(db::CertificateKind::kAxes, to_payload(axes, CertificateId{0}, pattern, reach));
+  struct Told {
+    double x, y, error, distance;
+  };
+  for (const Told& told : {Told{50, 200, std::hypot(0.01, 0.02), std::hypot(300 - 90, 200)},
+                           {200, 50, std::hypot(0.01, 0.005), std::hypot(300 - 210, 50)}}) {
+    const json at = body_of(ask("GET", fmt::format("/api/v1/certificates/1?x={}&y={}", told.x, told.y)))["at"];
+    EXPECT_EQ(at["frame"], "bed");
+    EXPECT_NEAR(at["predicted_error_mm"].get<double>(), told.error, 1e-4);
+    EXPECT_NEAR(at["to_measured_mm"].get<double>(), told.distance, 1);
+  }
+  const auto beyond = ask("GET", "/api/v1/certificates/1?x=50&y=-2");
+  EXPECT_NE(beyond.body.find("name one from -60, 0 to 400, 300 mm of the bed"), std::string::npos) << beyond.body;
 }
 
 TEST_F(CertificateRoutes, SayInWordsWhereNothingIsPredicted) {
