@@ -62,6 +62,14 @@ void from_json(const nlohmann::json& j, Quantity<Unit>& q) {
 inline void to_json(nlohmann::json& j, const ScanResolution& r) { j = r.px_per_mm; }
 inline void from_json(const nlohmann::json& j, ScanResolution& r) { r.px_per_mm = j.get<double>(); }
 template <class Tag>
+void to_json(nlohmann::json& j, const NumericId<Tag>& id) {
+  j = id.value;
+}
+template <class Tag>
+void from_json(const nlohmann::json& j, NumericId<Tag>& id) {
+  j.get_to(id.value);
+}
+template <class Tag>
 void to_json(nlohmann::json& j, const NamedId<Tag>& id) {
   j = id.value;
 }

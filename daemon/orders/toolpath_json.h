@@ -21,14 +21,6 @@ namespace veneer {
 NLOHMANN_JSON_SERIALIZE_ENUM(StrokeRole, {{StrokeRole::kCut, "cut"},
                                           {StrokeRole::kEngrave, "engrave"},
                                           {StrokeRole::kPattern, "pattern"}})
-template <class Tag>
-void to_json(nlohmann::json& j, const NumericId<Tag>& id) {
-  j = id.value;
-}
-template <class Tag>
-void from_json(const nlohmann::json& j, NumericId<Tag>& id) {
-  j.get_to(id.value);
-}
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StrokeIn<BedFrame>, piece, role, path, speed, power, passes, air, overscan)
 
 }  // namespace veneer

@@ -97,24 +97,32 @@ TEST(BlockMeans, OfPlainWoodDoNotTakeAnOddShapeForItsMirror) {
       blocks(strong_preview, whole).rather(blocks(strong_preview, whole).mirrored(), blocks(strong_preview, whole)));
 }
 
+// A piece of 6 x 6 mm, whole, of a slight grain, and of noise that runs another way; either of amplitude 1.
+struct SmallPiece {
+  static constexpr double kPxPerMm = 6;
+  static constexpr int kSide = 36;
+  cv::Mat grain = cv::Mat(kSide, kSide, CV_32F), noise = grain.clone();
+  SmallPiece() {
+    for (int r = 0; r < kSide; ++r)
+      for (int c = 0; c < kSide; ++c) {
+        grain.at<float>(r, c) = std::sin(0.2F * static_cast<float>(r) + 0.1F * static_cast<float>(c));
+        noise.at<float>(r, c) = std::sin(0.3F * static_cast<float>(c));
+      }
+  }
+  static BlockMeans blocks(const cv::Mat& picture, const cv::Vec3f& hue = {1, 1, 1}) {
+    const cv::Mat whole(kSide, kSide, CV_32F, cv::Scalar(1));
+    const sim::Vec2 half{kSide / 2.0, kSide / 2.0};
+    return BlockMeans(colour_table_of(picture, hue), table_of(whole), half, half, kPxPerMm);
+  }
+};
+
 // Seen with seed 303 of the demo: a pale piece of seven blocks correlated, by chance, better with a dark red one than
 // with its own preview, in which the scanner's noise lay.
 TEST(BlockMeans, OfAPalePieceAreNotTakenForADarkOne) {
-  constexpr double kPxPerMm = 6;
-  constexpr int kSide = 36;
-  const sim::Vec2 half{kSide / 2.0, kSide / 2.0};
-  cv::Mat grain(kSide, kSide, CV_32F), noise(kSide, kSide, CV_32F);
-  for (int r = 0; r < kSide; ++r)
-    for (int c = 0; c < kSide; ++c) {
-      grain.at<float>(r, c) = 200 + 5 * std::sin(0.2F * static_cast<float>(r) + 0.1F * static_cast<float>(c));
-      noise.at<float>(r, c) = 2 * std::sin(0.3F * static_cast<float>(c));
-    }
-  const cv::Mat whole(kSide, kSide, CV_32F, cv::Scalar(1));
-  const auto blocks = [&](const cv::Mat& picture) {
-    return BlockMeans(colour_table_of(picture), table_of(whole), half, half, kPxPerMm);
-  };
-  const BlockMeans mine = blocks(grain), own = blocks(grain + noise);
-  const BlockMeans dark = blocks(grain - 120), alike = blocks(grain - 8);
+  const SmallPiece piece;
+  const cv::Mat pale = 200 + 5 * piece.grain;
+  const BlockMeans mine = piece.blocks(pale), own = piece.blocks(pale + 2 * piece.noise);
+  const BlockMeans dark = piece.blocks(pale - 120), alike = piece.blocks(pale - 8);
   EXPECT_GT(mine.with(dark).correlation, mine.with(own).correlation);
   EXPECT_LT(mine.with(dark).difference, mine.with(own).difference - 0.5);
   EXPECT_NEAR(mine.with(dark).lightness, 120, 0.01);
@@ -125,29 +133,18 @@ TEST(BlockMeans, OfAPalePieceAreNotTakenForADarkOne) {
 // Seen with seed 1 of the demo: a piece of eight blocks, nearly plain, correlated in grey with three of a dark wood,
 // whose grain ran alike, better than with its own preview.
 TEST(BlockMeans, InColourAreNotThoseOfAnotherWoodWhoseGrainRunsAlike) {
-  constexpr double kPxPerMm = 6;
-  constexpr int kSide = 36;
-  const sim::Vec2 half{kSide / 2.0, kSide / 2.0};
-  cv::Mat grain(kSide, kSide, CV_32F), noise(kSide, kSide, CV_32F);
-  for (int r = 0; r < kSide; ++r)
-    for (int c = 0; c < kSide; ++c) {
-      grain.at<float>(r, c) = 2 * std::sin(0.2F * static_cast<float>(r) + 0.1F * static_cast<float>(c));
-      noise.at<float>(r, c) = std::sin(0.3F * static_cast<float>(c));
-    }
-  const cv::Mat whole(kSide, kSide, CV_32F, cv::Scalar(1));
-  const auto blocks = [&](const cv::Mat& picture, const cv::Vec3f& hue) {
-    return BlockMeans(colour_table_of(picture, hue), table_of(whole), half, half, kPxPerMm);
-  };
+  const SmallPiece piece;
+  const cv::Mat grain = 2 * piece.grain;
   const cv::Vec3f maple(0.8F, 1, 1.1F), walnut(0.6F, 0.95F, 1.3F);
-  const BlockMeans mine = blocks(200 + grain, maple), own = blocks(190 + grain + noise, maple);
-  const BlockMeans dark = blocks(70 + 4 * grain, walnut), same_wood = blocks(205 - grain, maple);
+  const BlockMeans mine = piece.blocks(200 + grain, maple), own = piece.blocks(190 + grain + piece.noise, maple);
+  const BlockMeans dark = piece.blocks(70 + 4 * grain, walnut), same_wood = piece.blocks(205 - grain, maple);
   const auto as_dark = mine.rivals(dark, own, mine), as_same_wood = mine.rivals(same_wood, own, mine);
   ASSERT_TRUE(as_dark && as_same_wood);
   EXPECT_GT(as_dark->other.correlation, as_dark->own.correlation);
   EXPECT_FALSE(as_dark->other_is_nearer());
   EXPECT_FALSE(as_same_wood->other_is_nearer());
   // The piece of those other places, laid here, is told.
-  const auto strange = blocks(72 + 4 * grain, walnut), swapped = blocks(200 - grain, maple);
+  const BlockMeans strange = piece.blocks(72 + 4 * grain, walnut), swapped = piece.blocks(200 - grain, maple);
   EXPECT_TRUE(strange.rivals(dark, own, strange)->other_is_nearer());
   EXPECT_TRUE(swapped.rivals(same_wood, own, swapped)->other_is_nearer()) << "though of one wood";
 }
