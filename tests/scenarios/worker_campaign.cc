@@ -34,6 +34,7 @@ std::vector<Workers::Way> Workers::ways() {
       {"draw_sketch", BegunWhen::kBesideACut, "sketch", &Workers::draw_sketch},
       {"draw_grid", BegunWhen::kBesideACut, "drawing a grid", &Workers::draw_grid},
       {"draw_mosaic", BegunWhen::kBesideACut, "drawing a mosaic", &Workers::draw_mosaic},
+      {"lay_toolpath", BegunWhen::kByTheCut, "finding the beam's way", &Workers::no_order},
       {"read_drawing", BegunWhen::kBesideACut, "reading the drawing", &Workers::read_drawing},
       {"view_scan", BegunWhen::kBesideACut, "looking at the scan", &Workers::scan},
       {"register_scans", BegunWhen::kBesideACut, "registering the scan", &Workers::scan},

@@ -232,6 +232,25 @@ TEST_F(Workers, ALookThatCannotBeHadHoldsTheRun) {
   print(told, fmt::format("{} lost looks at the bed", wanted));
 }
 
+// Before anything burns: the panel waits, and the way is looked for again while it lies there.
+TEST_F(Workers, AWayThatIsNotFoundCostsALook) {
+  auto random = random_of_campaign();
+  const std::string fault = any_fault(random);
+  ASSERT_EQ(post("/commands/reset"), "");
+  ASSERT_EQ(post(fmt::format("/jobs/{}/start", kJob)), "");
+  ask_for(fault, "lay_toolpath");
+  lay();
+  const json lost = wait([](const json& s) {
+    return s["load"].is_object() && s["load"].value("sentence", "").find("finding the beam's way") != std::string::npos;
+  });
+  EXPECT_EQ(lost["state"], "Suspended") << fault;
+  EXPECT_FALSE(lost["load"].value("found", true)) << fault;
+  EXPECT_NE(post("/commands/unsuspend"), "") << fault;
+  EXPECT_EQ(burnt()["through_mm"], 0.0);
+  ask_for_none();
+  wait_found();
+}
+
 // Nothing is cut whose time matters.
 class IdleWorkers : public Workers {
  protected:
