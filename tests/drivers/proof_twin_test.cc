@@ -348,7 +348,7 @@ struct Haired {
 };
 
 // A scan shows a hair where the wood has none, and with it the preview of the piece planned there. Told by what the
-// twin knows to have lain on the glass; without that knowledge the right piece would be taken for another.
+// twin knows to have lain on the glass; without that knowledge right pieces would be taken for others, in grey.
 TEST(ProofOfTheTwin, KnowsTheHairThatAPreviewShows) {
   Haired it("hair");
   for (const ClaimedPiece& piece : it.job().pieces)
@@ -356,8 +356,9 @@ TEST(ProofOfTheTwin, KnowsTheHairThatAPreviewShows) {
   const JobProof proof = it.proven();
   EXPECT_EQ(proof.wrong_pieces, 0U) << ::testing::PrintToString(proof.notes);
   EXPECT_EQ(proof.pieces_under_dust, it.job().pieces.size());
+  EXPECT_EQ(proof.wrong_by_correlation, 0U);
   it.scan->dust.clear();
-  EXPECT_GT(it.proven().wrong_pieces, 0U);
+  EXPECT_GT(it.proven().wrong_by_correlation, 0U);
 }
 
 // What a hair hides of a preview is not looked at in the piece either: plain pieces differ by less than a streak that
