@@ -20,16 +20,21 @@ PatternLayout over(double width, double height, RingSpacing spacing = RingSpacin
 
 bool is_key(const PatternRing& ring) { return ring.diameter.count() > 6; }
 
-TEST(Pattern, SpreadsItsRingsOverTheWholeArea) {
-  const auto options = over(440, 320);
-  const auto pattern = make_pattern(options);
-  ASSERT_TRUE(pattern.ok());
+// The rings of an area of 440 x 320 mm fill it up to its margin; how far apart their columns are in the mean.
+double mean_pitch(RingSpacing spacing) {
+  const auto pattern = make_pattern(over(440, 320, spacing));
+  if (!pattern) return 0;
   EXPECT_EQ(pattern->rings.size(), static_cast<std::size_t>(pattern->columns * pattern->rows));
   Box<MachineFrame> centres;
   for (const auto& ring : pattern->rings) centres.add(ring.centre);
   EXPECT_NEAR(centres.width().count(), 428, 1e-9);
   EXPECT_NEAR(centres.height().count(), 308, 1e-9);
-  EXPECT_NEAR(centres.width().count() / (pattern->columns - 1), 24, 3);
+  return centres.width().count() / (pattern->columns - 1);
+}
+
+TEST(Pattern, SpreadsItsRingsOverTheWholeArea) {
+  EXPECT_NEAR(mean_pitch(RingSpacing::kEven), 40, 5);
+  EXPECT_NEAR(mean_pitch(RingSpacing::kUneven), 24, 3);
 }
 
 // Holds the rings of an area against what comes again with a turn of a pulley, 30 to 52 mm.
