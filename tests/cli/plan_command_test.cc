@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "tests/cli/plan_run.h"
+#include "tests/support/program_start.h"
 
 namespace veneer::planner {
 namespace {
@@ -40,12 +41,7 @@ class ReadAlong {
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no socket");
     const int least = 1;
     setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &least, sizeof least);
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(ends[1], STDERR_FILENO);
-      execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
-      _exit(127);
-    }
+    pid_ = tests::ProgramStart({"/bin/sh", "-c", "exec " + command}).run(STDOUT_FILENO, ends[1]);
     close(ends[1]);
     end_ = ends[0];
   }

@@ -105,6 +105,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^pugixml", "^(planner/drawings/svg_drawing\\.cc|planner/cutting/|tests/)")
       door("^prometheus/", "^daemon/news/metrics\\.cc$")
       door("^qrencode\\.h$", "^daemon/stock/panel_label\\.cc$")
+      door("^sanitizer/", "^tests/support/")
       door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
       door("^sodium", "^daemon/api/passwords\\.cc$")

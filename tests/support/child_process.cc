@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,27 +10,10 @@
 #include <array>
 #include <utility>
 
+#include "tests/support/program_start.h"
+
 namespace veneer::tests {
 namespace {
-
-[[noreturn]] void become(const std::vector<std::string>& command, const std::map<std::string, std::string>& environment,
-                         int output) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  dup2(output, STDOUT_FILENO);
-  dup2(output, STDERR_FILENO);
-  const int nothing = open("/dev/null", O_RDONLY);
-  dup2(nothing, STDIN_FILENO);
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): a child that was forked has one thread
-  unsetenv("NOTIFY_SOCKET");  // of whoever runs the tests
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): the same
-  for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
-  std::vector<char*> arguments;
-  for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  execv(arguments[0], arguments.data());
-  dprintf(STDERR_FILENO, "cannot start %s\n", arguments[0]);
-  _exit(127);
-}
 
 int status_of(int raw) { return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw); }
 
@@ -41,8 +23,7 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command
                                          const std::map<std::string, std::string>& environment) {
   const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (output < 0) return Error{ErrorCode::kStorage, fmt::format("cannot write {}", log.string())};
-  const pid_t pid = fork();
-  if (pid == 0) become(command, environment, output);
+  const pid_t pid = ProgramStart(command, environment).run(output, output);
   close(output);
   if (pid < 0) return Error{ErrorCode::kInternal, "cannot start another process"};
   return ChildProcess(pid);
@@ -97,8 +78,7 @@ int ChildProcess::kill() {
 Finished run_program(const std::vector<std::string>& command) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) return {-1, "no pipe"};
-  const pid_t pid = fork();
-  if (pid == 0) become(command, {}, ends[1]);
+  const pid_t pid = ProgramStart(command).run(ends[1], ends[1]);
   close(ends[1]);
   Finished out;
   std::array<char, 4096> buffer{};

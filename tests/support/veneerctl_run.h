@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <string>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "tests/support/api_server.h"
+#include "tests/support/program_start.h"
 
 namespace veneer::testing {
 
@@ -23,22 +25,10 @@ struct Outcome {
 class Veneerctl {
  public:
   explicit Veneerctl(std::vector<std::string> arguments) {
-    int out[2];
-    int err[2];
-    if (pipe(out) != 0 || pipe(err) != 0) std::abort();
-    pid_ = fork();
-    if (pid_ == 0) {
-      close(STDIN_FILENO);  // nobody is at a terminal
-      open("/dev/null", O_RDONLY);
-      dup2(out[1], STDOUT_FILENO);
-      dup2(err[1], STDERR_FILENO);
-      for (const int fd : {out[0], out[1], err[0], err[1]}) close(fd);
-      std::vector<char*> argv = {const_cast<char*>("veneerctl")};
-      for (std::string& argument : arguments) argv.push_back(argument.data());
-      argv.push_back(nullptr);
-      execv(VENEERCTL, argv.data());
-      _exit(127);
-    }
+    std::array<int, 2> out{}, err{};
+    if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) std::abort();
+    arguments.insert(arguments.begin(), VENEERCTL);
+    pid_ = tests::ProgramStart(arguments).run(out[1], err[1]);
     close(out[1]);
     close(err[1]);
     out_ = out[0];
