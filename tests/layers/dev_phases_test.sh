@@ -68,6 +68,14 @@ expect '^  tests as shipped$'
 expect '^  tests under sanitizers$'
 expect '^  the demo with seed [0-9]+: '
 
+# Who asks how a command is used has it told, and nothing is built.
+: >"$place/compiling"
+for command in soak bench test; do
+  told=$(PATH="$place/bin:$PATH" "$place/dev" "$command" --help)
+  expect '^usage: '
+done
+[[ ! -s $place/compiling ]] || { echo "--help builds" >&2; exit 1; }
+
 # Unit tests under ThreadSanitizer: a share on each processor that this may use, whichever it is.
 mkdir -p "$place/tests/soak" "$place/build/tsan"
 touch "$place/build/tsan/build.ninja" "$place/compiling"
