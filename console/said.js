@@ -3,14 +3,14 @@ import {sentences} from "./words.js";
 
 const lowered = (text) => text.charAt(0).toLowerCase() + text.slice(1);
 const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-const kPlace = /“?\{(\d+)\}/g;
+const kPlace = /“?\{=?(\d+)\}/g;  // “{1}” and {=1} are names, whatever their words are
 
 const whole = new Map(), patterns = [];
 for (const [english, own] of Object.entries(sentences)) {
-  const quoted = {};  // what stands in quotes is a name, whatever its words are
-  for (const [place, n] of english.matchAll(kPlace)) quoted[n] = place.startsWith("“");
-  if (!Object.keys(quoted).length) whole.set(lowered(english), own);
-  else patterns.push({words: new RegExp(`^${lowered(english).split(/\{\d+\}/).map(escaped).join("(.+?)")}$`), own, quoted});
+  const isName = {};
+  for (const [place, n] of english.matchAll(kPlace)) isName[n] = /[“=]/.test(place);
+  if (!Object.keys(isName).length) whole.set(lowered(english), own);
+  else patterns.push({words: new RegExp(`^${lowered(english).split(/\{=?\d+\}/).map(escaped).join("(.+?)")}$`), own, isName});
 }
 
 // A number as this language writes it; a name; what is said inside of what is said. Nothing for words that nobody has told in it.
@@ -24,11 +24,11 @@ function insertion(value, isName) {
 function find(text) {
   const said = whole.get(lowered(text));
   if (said !== undefined) return said;
-  for (const {words, own, quoted} of patterns) {
+  for (const {words, own, isName} of patterns) {
     const found = lowered(text).match(words);
     if (!found) continue;
     // As it was written: only a sentence's first letter was lowered.
-    const values = found.slice(1).map((value, i) => insertion(i === 0 && found[0].startsWith(value) ? text.slice(0, value.length) : value, quoted[i + 1]));
+    const values = found.slice(1).map((value, i) => insertion(i === 0 && found[0].startsWith(value) ? text.slice(0, value.length) : value, isName[i + 1]));
     if (values.every((value) => value !== null)) return own.replace(/\{(\d+)\}/g, (place, n) => values[n - 1]);
   }
   for (const joint of ["; ", ": "]) {

@@ -13,8 +13,8 @@ const chosen = recall("veneer_language") || navigator.language.slice(0, 2);
 async function firstOf(...asked) {
   for (; ; await pause(kAgainMs)) {
     for (const one of asked) try {
-      const of = async (name) => import(`./words/${name}.js`);
-      return {language: one, words: (await of(one)).words, sentences: one === "en" ? {} : (await of(`said_${one}`)).said};
+      const [{words}, {said}] = await Promise.all([import(`./words/${one}.js`), one === "en" ? {said: {}} : import(`./words/said_${one}.js`)]);
+      return {language: one, words, sentences: said};
     } catch (fault) { continue; }
   }
 }

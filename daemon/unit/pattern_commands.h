@@ -15,7 +15,8 @@
 
 namespace veneer::daemon {
 
-// Strokes, and what they are called in what is said of them: "the drawing is burnt".
+// Strokes, and what they are called in what is said of them, as in "the drawing is burnt" and "while a drawing was
+// burnt".
 struct Pattern {
   Pattern(LaserJob its_strokes, std::string its_name = "pattern")  // NOLINT: strokes are one
       : strokes(std::move(its_strokes)), name(std::move(its_name)) {}

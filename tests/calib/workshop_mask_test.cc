@@ -34,6 +34,8 @@ TEST(WorkshopMask, HoldsOnASampleOfEveryBoard) {
   // What must never be, and still is here and there: the mask must not get worse. docs/CALIBRATION.md tells what is
   // asked, and what the campaign finds on photographed woods. Last: 13 of 150 strips, 13 asked about, 3 false warnings,
   // none of 138 screws and holes, 1 of 43 cracks.
+  // Since strips are asked about in which a band of board is seen, more are asked about (7 before) and fewer missed
+  // (19).
   EXPECT_LE(all.failed, 14);
   EXPECT_LE(all.asked, 14);
   EXPECT_LE(all.false_warnings, 3);

@@ -232,8 +232,9 @@ class Recovery(Day):
             self.until_says("[data-card=load]", f"Panel {panel} is on the bed")
             if done == 0:
                 self.show("second-picture-found")
+            before = self.status()["job"]["cut"]
             self.tick_and_go_on()
-            self.until("its pieces to be cut", lambda: self.status()["state"] in ("Complete", "Suspended") and self.status()["job"]["cut"] > 0)
+            self.until("its pieces to be cut", lambda: self.status()["state"] in ("Complete", "Suspended") and self.status()["job"]["cut"] > before)
             self.hands("lift", "bed")
         self.until_says("#state-word", "Complete")
         self.show("second-picture-cut")
