@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "planner/matching/clones.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -110,6 +112,52 @@ class LineView {
   std::vector<std::size_t> before_, after_;
 };
 
+// A line that leans by kLean quanta in a part of kStride turns by 40 degrees from where the layout has it.
+constexpr int kLean = 5, kStride = 6;
+constexpr std::size_t kLeans = 2 * kLean + 1;
+using LeanCosts = std::array<std::array<double, kLeans>, kLeans>;
+
+// A number for each way that a part may lean and each place where it may end: those of one lean side by side.
+struct StatesOfPart {
+  static constexpr std::size_t kLanes = 8;
+  StatesOfPart(int places, double number)
+      : stride((static_cast<std::size_t>(places) + kLanes - 1) / kLanes * kLanes), numbers(kLeans * stride, number) {}
+  double* of(std::size_t lean) { return numbers.data() + lean * stride; }
+  const double* of(std::size_t lean) const { return numbers.data() + lean * stride; }
+  std::size_t stride;  // a multiple of kLanes
+  std::vector<double> numbers;
+};
+
+// For each lean and place, what a part that leans so from there can follow best: how the part before leans that costs
+// least with the turn, and what that costs.
+VENEER_CLONES void follow(const StatesOfPart& total, const LeanCosts& turns, StatesOfPart& least, StatesOfPart& was) {
+  constexpr std::size_t kLanes = StatesOfPart::kLanes;
+  const std::size_t stride = total.stride;
+  const double* from = total.numbers.data();
+  double *to = least.numbers.data(), *to_was = was.numbers.data();
+  for (std::size_t first = 0; first < stride; first += kLanes)
+    for (std::size_t lean = 0; lean < kLeans; ++lean) {
+      double costs[kLanes], befores[kLanes];
+      for (std::size_t i = 0; i < kLanes; ++i) costs[i] = std::numeric_limits<double>::infinity(), befores[i] = kLean;
+      for (std::size_t before = 0; before < kLeans; ++before) {
+        const double turn = turns[before][lean], number = static_cast<double>(before);
+        const double* totals = from + before * stride + first;
+        for (std::size_t i = 0; i < kLanes; ++i) {
+          const double cost = totals[i] + turn;
+          const bool less = cost < costs[i];
+          costs[i] = less ? cost : costs[i], befores[i] = less ? number : befores[i];
+        }
+      }
+      for (std::size_t i = 0; i < kLanes; ++i)
+        to[lean * stride + first + i] = costs[i], to_was[lean * stride + first + i] = befores[i];
+    }
+}
+
+// Adds, of each of `count` places, what lies by `share` of the way from `low` to `high`.
+VENEER_CLONES void add_between(const double* low, const double* high, double share, std::size_t count, double* sums) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] += low[i] + share * (high[i] - low[i]);
+}
+
 // First pixel whose middle is at or beyond `at`.
 int first_middle_from(double at) { return static_cast<int>(std::ceil(at - 0.5)); }
 
@@ -138,7 +186,8 @@ class Recut {
   }
 
   // The cheapest of all lines with corners every kStride quanta along, where a turn costs its square times `bend`, as a
-  // cubic B-spline with these corners for controls. Dynamic programming over where a part ends and how it leans.
+  // cubic B-spline with these corners for controls. Dynamic programming over where a part ends and how it leans; for
+  // each way to lean, all places at once.
   std::vector<double> smoothest(double stride, double bend) {
     if (high_ <= low_) return line_.at;
     measure();
@@ -148,56 +197,50 @@ class Recut {
     const int places = static_cast<int>(std::floor((high_ - low_) / quantum)) + 1;
     const int parts = std::max(1, static_cast<int>(std::lround(static_cast<double>(count_) / stride)));
     const double length = static_cast<double>(count_) / parts;
-    const std::size_t states = static_cast<std::size_t>(places) * kLeans;
+    resample(quantum, places);
     const std::vector<LeanLimits> limits = lean_limits(parts, length, places, quantum);
-    std::vector<double> total(states, 0), next(states);
-    std::vector<std::int16_t> leans(static_cast<std::size_t>(parts) * states, 0);
-    const std::array<LeanRow, kLeans> turns = costs_of_turns(bend), none = costs_of_turns(0);
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    StatesOfPart total(places, kNever), least(places, kNever), was(places, kLean);
+    for (std::size_t lean = 0; lean < kLeans; ++lean) std::fill_n(total.of(lean), places, 0.0);
+    std::vector<signed char> leans(static_cast<std::size_t>(parts) * static_cast<std::size_t>(places) * kLeans);
+    const LeanCosts turns = costs_of_turns(bend), none = costs_of_turns(0);
     for (int part = 0; part < parts; ++part) {
       const auto from = static_cast<std::size_t>(std::lround(part * length));
       const auto to = static_cast<std::size_t>(std::lround((part + 1) * length));
-      const std::array<LeanRow, kLeans>& turn_costs = part > 0 ? turns : none;
-      std::fill(next.begin(), next.end(), std::numeric_limits<double>::infinity());
-      for (int before = 0; before < places; ++before) {
-        // The best that a part which begins here can follow, by how it leans itself.
-        LeanRow least, was;
-        least.fill(std::numeric_limits<double>::infinity()), was.fill(kLean);
-        const double* totals = total.data() + static_cast<std::size_t>(before) * kLeans;
-        // Whatever it is, it costs no more than after the cheapest.
-        const auto cheapest = static_cast<std::size_t>(std::min_element(totals, totals + kLeans) - totals);
-        const double enough =
-            totals[cheapest] + std::max(turn_costs[cheapest].front(), turn_costs[cheapest][kLeans - 1]);
-        for (std::size_t k = 0; k < kLeans; ++k) {
-          const double so_far = totals[k], number = static_cast<double>(k);
-          if (so_far > enough) continue;
-          for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
-            const double cost = so_far + turn_costs[k][lean];
-            const bool less = cost < least[lean];
-            least[lean] = less ? cost : least[lean], was[lean] = less ? number : was[lean];
-          }
-        }
-        for (int lean = -kLean; lean <= kLean; ++lean) {
+      follow(total, part > 0 ? turns : none, least, was);
+      std::fill(total.numbers.begin(), total.numbers.end(), kNever);
+      for (int lean = -kLean; lean <= kLean; ++lean) {
+        // Places where such a part may begin.
+        const int first = std::max(0, -lean), last = std::min(places, places - lean);
+        if (first >= last) continue;
+        const auto row = static_cast<std::size_t>(lean + kLean);
+        add_cost_of_parts(from, to, lean, first, last);
+        for (int before = first; before < last; ++before) {
           const int place = before + lean;
-          if (place < 0 || place >= places) continue;
-          const auto row = static_cast<std::size_t>(lean + kLean);
-          const std::size_t state = static_cast<std::size_t>(place) * kLeans + row;
-          leans[static_cast<std::size_t>(part) * states + state] = static_cast<std::int16_t>(was[row] - kLean);
-          const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
-          const double beyond = std::max({0, limit.least - lean, lean - limit.most});
-          next[state] = least[row] + cost_of_part(from, to, before * quantum, place * quantum) +
-                        beyond * static_cast<double>(kForbidden);
+          total.of(row)[place] = least.of(row)[before] + part_costs_[static_cast<std::size_t>(before)];
+          leans[state(part, place, places, row)] = static_cast<signed char>(was.of(row)[before] - kLean);
         }
       }
-      std::swap(total, next);
+      for (int place = 0; place < places; ++place) {
+        const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
+        if (limit.least == -kLean && limit.most == kLean) continue;
+        for (int lean = -kLean; lean <= kLean; ++lean)
+          total.of(static_cast<std::size_t>(lean + kLean))[place] +=
+              std::max({0, limit.least - lean, lean - limit.most}) * static_cast<double>(kForbidden);
+      }
     }
-    std::size_t state = static_cast<std::size_t>(std::min_element(total.begin(), total.end()) - total.begin());
+    int place = 0;
+    std::size_t row = 0;
+    for (int other = 0; other < places; ++other)
+      for (std::size_t lean = 0; lean < kLeans; ++lean)
+        if (total.of(lean)[other] < total.of(row)[place]) place = other, row = lean;
     std::vector<double> corners(static_cast<std::size_t>(parts) + 1);
     for (int part = parts; part-- > 0;) {
-      const int place = static_cast<int>(state / kLeans), lean = static_cast<int>(state % kLeans) - kLean;
+      const int lean = static_cast<int>(row) - kLean;
       corners[static_cast<std::size_t>(part) + 1] = low_ + place * quantum;
       corners[static_cast<std::size_t>(part)] = low_ + (place - lean) * quantum;
-      const int was = leans[static_cast<std::size_t>(part) * states + state];
-      state = static_cast<std::size_t>(place - lean) * kLeans + static_cast<std::size_t>(was + kLean);
+      row = static_cast<std::size_t>(leans[state(part, place, places, row)] + kLean);
+      place -= lean;
     }
     return spline(corners, length);
   }
@@ -251,16 +294,16 @@ class Recut {
     return out;
   }
 
-  // A line that leans by kLean quanta in a part of kStride turns by 40 degrees from where the layout has it.
-  static constexpr int kLean = 5, kStride = 6;
-  static constexpr std::size_t kLeans = 2 * kLean + 1, kLeanRow = 12;
-  // A number for each lean, and one more, so that they fill registers.
-  using LeanRow = std::array<double, kLeanRow>;
+  static std::size_t state(int part, int place, int places, std::size_t row) {
+    return (static_cast<std::size_t>(part) * static_cast<std::size_t>(places) + static_cast<std::size_t>(place)) *
+               kLeans +
+           row;
+  }
   // By how the part before leans, then the part itself.
-  static std::array<LeanRow, kLeans> costs_of_turns(double bend) {
-    std::array<LeanRow, kLeans> out{};
+  static LeanCosts costs_of_turns(double bend) {
+    LeanCosts out{};
     for (std::size_t was = 0; was < kLeans; ++was)
-      for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
+      for (std::size_t lean = 0; lean < kLeans; ++lean) {
         const int turn = static_cast<int>(lean) - static_cast<int>(was);
         out[was][lean] = bend * turn * turn;
       }
@@ -295,17 +338,45 @@ class Recut {
     return out;
   }
 
-  // Of a straight part, at places above low_, between pixels `from` and `to` along.
-  double cost_of_part(std::size_t from, std::size_t to, double begin, double end) const {
-    double sum = 0;
-    const double step = (end - begin) / static_cast<double>(to - from);
-    for (std::size_t i = from; i < to; ++i) {
-      const double place = begin + (static_cast<double>(i - from) + 0.5) * step;
-      const auto k = std::min(static_cast<std::size_t>(place), width_ - 2);
+  // fine_: what each row costs at every place, and `phases_` times as densely, so that parts which lean find what they
+  // cost at all places side by side. Where quanta divide a pixel that is as exact as the rows; where not, dense enough
+  // that a corner between two pixels is hardly cut.
+  void resample(double quantum, int places) {
+    phases_ = std::max(1, static_cast<int>(std::ceil(quantum / kFinest - 1e-9)));
+    width_of_phase_ = static_cast<std::size_t>(places);
+    fine_.resize(count_ * static_cast<std::size_t>(phases_) * width_of_phase_);
+    part_costs_.resize(width_of_phase_);
+    double* to = fine_.data();
+    for (std::size_t i = 0; i < count_; ++i) {
       const double* row = totals_.data() + i * width_;
-      sum += row[k] + (place - static_cast<double>(k)) * (row[k + 1] - row[k]);
+      for (int phase = 0; phase < phases_; ++phase)
+        for (int b = 0; b < places; ++b) {
+          const double place = (b + static_cast<double>(phase) / phases_) * quantum;
+          const auto k = std::min(static_cast<std::size_t>(place), width_ - 2);
+          *to++ = row[k] + (place - static_cast<double>(k)) * (row[k + 1] - row[k]);
+        }
     }
-    return sum;
+  }
+
+  // part_costs_: of straight parts that lean alike between pixels `from` and `to` along, which begin at the places from
+  // `first` up to `last`.
+  void add_cost_of_parts(std::size_t from, std::size_t to, int lean, int first, int last) {
+    const auto begin = static_cast<std::size_t>(first), count = static_cast<std::size_t>(last - first);
+    std::fill_n(part_costs_.data() + begin, count, 0.0);
+    for (std::size_t i = from; i < to; ++i) {
+      // Aside from where the part begins, in places of a phase.
+      const double aside = (static_cast<double>(i - from) + 0.5) / static_cast<double>(to - from) * lean * phases_;
+      const int low = static_cast<int>(std::floor(aside));
+      const double share = aside - low;
+      add_between(fine(i, first, low), fine(i, first, share > 0 ? low + 1 : low), share, count,
+                  part_costs_.data() + begin);
+    }
+  }
+  // What row i costs so far aside, in places of a phase, from a place and from those after it.
+  const double* fine(std::size_t i, int place, int aside) const {
+    const int at = place * phases_ + aside, phase = at % phases_;
+    return fine_.data() + (i * static_cast<std::size_t>(phases_) + static_cast<std::size_t>(phase)) * width_of_phase_ +
+           at / phases_;
   }
 
   std::vector<double> spline(const std::vector<double>& corners, double length) const {
@@ -382,6 +453,10 @@ class Recut {
   std::size_t width_ = 0, count_ = 0;
   std::vector<float> before_, after_;
   std::vector<double> totals_;
+  static constexpr double kFinest = 0.5;  // pixels between places of a phase, at most
+  int phases_ = 1;
+  std::size_t width_of_phase_ = 0;
+  std::vector<double> fine_, part_costs_;
 };
 
 }  // namespace
