@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -99,11 +100,19 @@ class LineView {
     constexpr double kStep = 4;
     return {line(across), (line(across + kStep) - line(across - kStep)) / (2 * kStep)};
   }
-  float cost(const FaceCost& face, int along, int across) const {
-    const int row = (line_.upright ? along : across) - face.window.y;
-    const int column = (line_.upright ? across : along) - face.window.x;
-    if (row < 0 || column < 0 || row >= face.window.height || column >= face.window.width) return kForbidden;
-    return face.cost.at<float>(row, column);
+  // What it costs to give a face the pixels at one place across, from `from` to `to` along.
+  template <class Take>
+  void costs(const FaceCost& face, int across, int from, int to, Take take) const {
+    const cv::Rect& window = face.window;
+    const int begin = line_.upright ? window.y : window.x, end = begin + (line_.upright ? window.height : window.width);
+    const int aside = across - (line_.upright ? window.x : window.y);
+    const bool there = aside >= 0 && aside < (line_.upright ? window.width : window.height);
+    const int first = there ? std::clamp(begin, from, to) : to, last = there ? std::clamp(end, first, to) : to;
+    for (int along = from; along < first; ++along) take(along, kForbidden);
+    for (int along = first; along < last; ++along)
+      take(along,
+           line_.upright ? face.cost.ptr<float>(along - begin)[aside] : face.cost.ptr<float>(aside)[along - begin]);
+    for (int along = last; along < to; ++along) take(along, kForbidden);
   }
 
  private:
@@ -153,9 +162,13 @@ VENEER_CLONES void follow(const StatesOfPart& total, const LeanCosts& turns, Sta
     }
 }
 
-// Adds, of each of `count` places, what lies by `share` of the way from `low` to `high`.
-VENEER_CLONES void add_between(const double* low, const double* high, double share, std::size_t count, double* sums) {
-  for (std::size_t i = 0; i < count; ++i) sums[i] += low[i] + share * (high[i] - low[i]);
+// Adds, for each of `count` places, what lies by its share of the way from its pixel of the row to the next one.
+VENEER_CLONES void add_between(const double* row, const std::uint32_t* pixels, const double* shares, std::size_t count,
+                               double* sums) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double here = row[pixels[i]], next = row[pixels[i] + 1];
+    sums[i] += here + shares[i] * (next - here);
+  }
 }
 
 // First pixel whose middle is at or beyond `at`.
@@ -197,7 +210,8 @@ class Recut {
     const int places = static_cast<int>(std::floor((high_ - low_) / quantum)) + 1;
     const int parts = std::max(1, static_cast<int>(std::lround(static_cast<double>(count_) / stride)));
     const double length = static_cast<double>(count_) / parts;
-    resample(quantum, places);
+    part_costs_.resize(static_cast<std::size_t>(places));
+    std::map<std::size_t, Way> ways;  // by pixels along: parts have one or two lengths
     const std::vector<LeanLimits> limits = lean_limits(parts, length, places, quantum);
     constexpr double kNever = std::numeric_limits<double>::infinity();
     StatesOfPart total(places, kNever), least(places, kNever), was(places, kLean);
@@ -207,6 +221,8 @@ class Recut {
     for (int part = 0; part < parts; ++part) {
       const auto from = static_cast<std::size_t>(std::lround(part * length));
       const auto to = static_cast<std::size_t>(std::lround((part + 1) * length));
+      const auto [way, fresh] = ways.try_emplace(to - from);
+      if (fresh) way->second = way_of(to - from, places, quantum);
       follow(total, part > 0 ? turns : none, least, was);
       std::fill(total.numbers.begin(), total.numbers.end(), kNever);
       for (int lean = -kLean; lean <= kLean; ++lean) {
@@ -214,7 +230,7 @@ class Recut {
         const int first = std::max(0, -lean), last = std::min(places, places - lean);
         if (first >= last) continue;
         const auto row = static_cast<std::size_t>(lean + kLean);
-        add_cost_of_parts(from, to, lean, first, last);
+        add_cost_of_parts(way->second, from, to, lean, first, last, places);
         for (int before = first; before < last; ++before) {
           const int place = before + lean;
           total.of(row)[place] = least.of(row)[before] + part_costs_[static_cast<std::size_t>(before)];
@@ -262,8 +278,9 @@ class Recut {
           const int from = std::max(line_.first, first_middle_from(view_.begin(f, across + 0.5)));
           const int to =
               std::min(line_.first + static_cast<int>(count_), first_middle_from(view_.end(f, across + 0.5)));
-          for (int along = from; along < to; ++along)
-            into[static_cast<std::size_t>(along - line_.first) * width_ + k] = view_.cost(costs_[f], along, across);
+          view_.costs(costs_[f], across, from, to, [&](int along, float cost) {
+            into[static_cast<std::size_t>(along - line_.first) * width_ + k] = cost;
+          });
         }
     };
     fill(view_.before(), before_), fill(view_.after(), after_);
@@ -283,14 +300,26 @@ class Recut {
     }
   }
 
-  // Where the gap to the lines on the far sides is kept.
-  Corridor between_far_sides(std::size_t i) const {
-    const double along = line_.first + static_cast<int>(i) + 0.5;
-    Corridor out{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (const std::size_t f : view_.before())
-      if (covers(f, i)) out.low = std::max(out.low, view_.far_before(f, along) + options_.gap);
-    for (const std::size_t f : view_.after())
-      if (covers(f, i)) out.high = std::min(out.high, view_.far_after(f, along) - options_.gap);
+  // Where the gap to the lines on the far sides is kept, for each pixel along.
+  std::vector<Corridor> between_far_sides() const {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    std::vector<Corridor> out(count_, {-kFar, kFar});
+    const auto narrow = [&](const std::vector<std::size_t>& faces, const auto& narrowed) {
+      for (const std::size_t f : faces) {
+        double begin = view_.begin(f, line_.straight), end = view_.end(f, line_.straight);
+        for (std::size_t i = 0; i < count_; ++i) {
+          const double along = line_.first + static_cast<int>(i) + 0.5;
+          if (!line_.curved.empty()) begin = view_.begin(f, line_.home(i)), end = view_.end(f, line_.home(i));
+          if (along >= begin - options_.reach / 2 && along <= end + options_.reach / 2) narrowed(out[i], f, along);
+        }
+      }
+    };
+    narrow(view_.before(), [&](Corridor& it, std::size_t f, double along) {
+      it.low = std::max(it.low, view_.far_before(f, along) + options_.gap);
+    });
+    narrow(view_.after(), [&](Corridor& it, std::size_t f, double along) {
+      it.high = std::min(it.high, view_.far_after(f, along) - options_.gap);
+    });
     return out;
   }
 
@@ -338,45 +367,39 @@ class Recut {
     return out;
   }
 
-  // fine_: what each row costs at every place, and `phases_` times as densely, so that parts which lean find what they
-  // cost at all places side by side. Where quanta divide a pixel that is as exact as the rows; where not, dense enough
-  // that a corner between two pixels is hardly cut.
-  void resample(double quantum, int places) {
-    phases_ = std::max(1, static_cast<int>(std::ceil(quantum / kFinest - 1e-9)));
-    width_of_phase_ = static_cast<std::size_t>(places);
-    fine_.resize(count_ * static_cast<std::size_t>(phases_) * width_of_phase_);
-    part_costs_.resize(width_of_phase_);
-    double* to = fine_.data();
-    for (std::size_t i = 0; i < count_; ++i) {
-      const double* row = totals_.data() + i * width_;
-      for (int phase = 0; phase < phases_; ++phase)
-        for (int b = 0; b < places; ++b) {
-          const double place = (b + static_cast<double>(phase) / phases_) * quantum;
-          const auto k = std::min(static_cast<std::size_t>(place), width_ - 2);
-          *to++ = row[k] + (place - static_cast<double>(k)) * (row[k + 1] - row[k]);
+  // Where straight parts of so many pixels along pass each of them: between which pixels of its row, for each lean and
+  // each place where the part begins.
+  struct Way {
+    std::vector<std::uint32_t> pixel;
+    std::vector<double> share;  // of the way to the next one
+  };
+  Way way_of(std::size_t length, int places, double quantum) const {
+    Way out;
+    out.pixel.resize(length * kLeans * static_cast<std::size_t>(places)), out.share.resize(out.pixel.size());
+    std::size_t to = 0;
+    for (std::size_t i = 0; i < length; ++i)
+      for (int lean = -kLean; lean <= kLean; ++lean)
+        for (int place = 0; place < places; ++place, ++to) {
+          if (place + lean < 0 || place + lean >= places) continue;
+          const double begin = place * quantum, end = (place + lean) * quantum;
+          const double at = begin + (static_cast<double>(i) + 0.5) * ((end - begin) / static_cast<double>(length));
+          out.pixel[to] = static_cast<std::uint32_t>(std::min(static_cast<std::size_t>(at), width_ - 2));
+          out.share[to] = at - out.pixel[to];
         }
-    }
+    return out;
   }
 
   // part_costs_: of straight parts that lean alike between pixels `from` and `to` along, which begin at the places from
   // `first` up to `last`.
-  void add_cost_of_parts(std::size_t from, std::size_t to, int lean, int first, int last) {
+  void add_cost_of_parts(const Way& way, std::size_t from, std::size_t to, int lean, int first, int last, int places) {
     const auto begin = static_cast<std::size_t>(first), count = static_cast<std::size_t>(last - first);
     std::fill_n(part_costs_.data() + begin, count, 0.0);
     for (std::size_t i = from; i < to; ++i) {
-      // Aside from where the part begins, in places of a phase.
-      const double aside = (static_cast<double>(i - from) + 0.5) / static_cast<double>(to - from) * lean * phases_;
-      const int low = static_cast<int>(std::floor(aside));
-      const double share = aside - low;
-      add_between(fine(i, first, low), fine(i, first, share > 0 ? low + 1 : low), share, count,
+      const std::size_t at =
+          ((i - from) * kLeans + static_cast<std::size_t>(lean + kLean)) * static_cast<std::size_t>(places) + begin;
+      add_between(totals_.data() + i * width_, way.pixel.data() + at, way.share.data() + at, count,
                   part_costs_.data() + begin);
     }
-  }
-  // What row i costs so far aside, in places of a phase, from a place and from those after it.
-  const double* fine(std::size_t i, int place, int aside) const {
-    const int at = place * phases_ + aside, phase = at % phases_;
-    return fine_.data() + (i * static_cast<std::size_t>(phases_) + static_cast<std::size_t>(phase)) * width_of_phase_ +
-           at / phases_;
   }
 
   std::vector<double> spline(const std::vector<double>& corners, double length) const {
@@ -399,8 +422,9 @@ class Recut {
   }
 
   void bound() {
+    const std::vector<Corridor> corridors = between_far_sides();
     for (std::size_t i = 0; i < count_; ++i) {
-      auto [least, most] = between_far_sides(i);
+      auto [least, most] = corridors[i];
       if (!line_.curved.empty()) {
         least = std::max(least, line_.home(i) - options_.reach);
         most = std::min(most, line_.home(i) + options_.reach);
@@ -408,18 +432,13 @@ class Recut {
       for (const auto& [along, across] : line_.through)
         if (std::abs(line_.first + static_cast<double>(i) + 0.5 - along) <= 1)
           least = std::max(least, across - 1), most = std::min(most, across + 1);
+      if (low_ >= least && high_ <= most) continue;
       for (std::size_t k = 0; k < width_; ++k) {
         const double at = low_ + static_cast<int>(k);
         const double beyond = std::max({0.0, least - at, at - most});
         if (beyond > 0) total(i, k) += static_cast<double>(kForbidden) * beyond;
       }
     }
-  }
-
-  bool covers(std::size_t face, std::size_t i) const {
-    const double along = line_.first + static_cast<int>(i) + 0.5, across = line_.home(i);
-    return along >= view_.begin(face, across) - options_.reach / 2 &&
-           along <= view_.end(face, across) + options_.reach / 2;
   }
 
   std::vector<double> cheapest() {
@@ -453,10 +472,7 @@ class Recut {
   std::size_t width_ = 0, count_ = 0;
   std::vector<float> before_, after_;
   std::vector<double> totals_;
-  static constexpr double kFinest = 0.5;  // pixels between places of a phase, at most
-  int phases_ = 1;
-  std::size_t width_of_phase_ = 0;
-  std::vector<double> fine_, part_costs_;
+  std::vector<double> part_costs_;
 };
 
 }  // namespace
