@@ -103,6 +103,7 @@ class LineView {
   // What it costs to give a face the pixels at one place across, from `from` to `to` along.
   template <class Take>
   void costs(const FaceCost& face, int across, int from, int to, Take take) const {
+    if (from >= to) return;
     const cv::Rect& window = face.window;
     const int begin = line_.upright ? window.y : window.x, end = begin + (line_.upright ? window.height : window.width);
     const int aside = across - (line_.upright ? window.x : window.y);

@@ -318,8 +318,8 @@ class ClassSurvey {
     return static_cast<std::uint32_t>(columns);
   }
 
-  // Whether a patch of the class may lie there. Of patches that are alike, whether all may; of others, and of those that
-  // take long to ask, whether it is worth asking each.
+  // Whether a patch of the class may lie there. Of patches that are alike, whether all may; of others, and of those
+  // that take long to ask, whether it is worth asking each.
   bool fits(const Spot& spot) const {
     const RoomMap::Room room = map_of(spot).at(middle_of(spot));
     if (room.most < least_inner_) return false;
