@@ -5,8 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <tuple>
 #include <utility>
+
+#include "planner/matching/clones.h"
 
 namespace veneer::planner {
 namespace {
@@ -97,11 +100,20 @@ class LineView {
     constexpr double kStep = 4;
     return {line(across), (line(across + kStep) - line(across - kStep)) / (2 * kStep)};
   }
-  float cost(const FaceCost& face, int along, int across) const {
-    const int row = (line_.upright ? along : across) - face.window.y;
-    const int column = (line_.upright ? across : along) - face.window.x;
-    if (row < 0 || column < 0 || row >= face.window.height || column >= face.window.width) return kForbidden;
-    return face.cost.at<float>(row, column);
+  // What it costs to give a face the pixels at one place across, from `from` to `to` along.
+  template <class Take>
+  void costs(const FaceCost& face, int across, int from, int to, Take take) const {
+    if (from >= to) return;
+    const cv::Rect& window = face.window;
+    const int begin = line_.upright ? window.y : window.x, end = begin + (line_.upright ? window.height : window.width);
+    const int aside = across - (line_.upright ? window.x : window.y);
+    const bool there = aside >= 0 && aside < (line_.upright ? window.width : window.height);
+    const int first = there ? std::clamp(begin, from, to) : to, last = there ? std::clamp(end, first, to) : to;
+    for (int along = from; along < first; ++along) take(along, kForbidden);
+    for (int along = first; along < last; ++along)
+      take(along,
+           line_.upright ? face.cost.ptr<float>(along - begin)[aside] : face.cost.ptr<float>(aside)[along - begin]);
+    for (int along = last; along < to; ++along) take(along, kForbidden);
   }
 
  private:
@@ -109,6 +121,56 @@ class LineView {
   const CutLine& line_;
   std::vector<std::size_t> before_, after_;
 };
+
+// A line that leans by kLean quanta in a part of kStride turns by 40 degrees from where the layout has it.
+constexpr int kLean = 5, kStride = 6;
+constexpr std::size_t kLeans = 2 * kLean + 1;
+using LeanCosts = std::array<std::array<double, kLeans>, kLeans>;
+
+// A number for each way that a part may lean and each place where it may end: those of one lean side by side.
+struct StatesOfPart {
+  static constexpr std::size_t kLanes = 8;
+  StatesOfPart(int places, double number)
+      : stride((static_cast<std::size_t>(places) + kLanes - 1) / kLanes * kLanes), numbers(kLeans * stride, number) {}
+  double* of(std::size_t lean) { return numbers.data() + lean * stride; }
+  const double* of(std::size_t lean) const { return numbers.data() + lean * stride; }
+  std::size_t stride;  // a multiple of kLanes
+  std::vector<double> numbers;
+};
+
+// For each lean and place, what a part that leans so from there can follow best: how the part before leans that costs
+// least with the turn, and what that costs.
+VENEER_CLONES void follow(const StatesOfPart& total, const LeanCosts& turns, StatesOfPart& least, StatesOfPart& was) {
+  constexpr std::size_t kLanes = StatesOfPart::kLanes;
+  const std::size_t stride = total.stride;
+  const double* from = total.numbers.data();
+  double *to = least.numbers.data(), *to_was = was.numbers.data();
+  for (std::size_t first = 0; first < stride; first += kLanes)
+    for (std::size_t lean = 0; lean < kLeans; ++lean) {
+      double costs[kLanes], befores[kLanes];
+      for (std::size_t i = 0; i < kLanes; ++i) costs[i] = std::numeric_limits<double>::infinity(), befores[i] = kLean;
+      for (std::size_t before = 0; before < kLeans; ++before) {
+        const double turn = turns[before][lean], number = static_cast<double>(before);
+        const double* totals = from + before * stride + first;
+        for (std::size_t i = 0; i < kLanes; ++i) {
+          const double cost = totals[i] + turn;
+          const bool less = cost < costs[i];
+          costs[i] = less ? cost : costs[i], befores[i] = less ? number : befores[i];
+        }
+      }
+      for (std::size_t i = 0; i < kLanes; ++i)
+        to[lean * stride + first + i] = costs[i], to_was[lean * stride + first + i] = befores[i];
+    }
+}
+
+// Adds, for each of `count` places, what lies by its share of the way from its pixel of the row to the next one.
+VENEER_CLONES void add_between(const double* row, const std::uint32_t* pixels, const double* shares, std::size_t count,
+                               double* sums) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double here = row[pixels[i]], next = row[pixels[i] + 1];
+    sums[i] += here + shares[i] * (next - here);
+  }
+}
 
 // First pixel whose middle is at or beyond `at`.
 int first_middle_from(double at) { return static_cast<int>(std::ceil(at - 0.5)); }
@@ -138,7 +200,8 @@ class Recut {
   }
 
   // The cheapest of all lines with corners every kStride quanta along, where a turn costs its square times `bend`, as a
-  // cubic B-spline with these corners for controls. Dynamic programming over where a part ends and how it leans.
+  // cubic B-spline with these corners for controls. Dynamic programming over where a part ends and how it leans; for
+  // each way to lean, all places at once.
   std::vector<double> smoothest(double stride, double bend) {
     if (high_ <= low_) return line_.at;
     measure();
@@ -148,56 +211,53 @@ class Recut {
     const int places = static_cast<int>(std::floor((high_ - low_) / quantum)) + 1;
     const int parts = std::max(1, static_cast<int>(std::lround(static_cast<double>(count_) / stride)));
     const double length = static_cast<double>(count_) / parts;
-    const std::size_t states = static_cast<std::size_t>(places) * kLeans;
+    part_costs_.resize(static_cast<std::size_t>(places));
+    std::map<std::size_t, Way> ways;  // by pixels along: parts have one or two lengths
     const std::vector<LeanLimits> limits = lean_limits(parts, length, places, quantum);
-    std::vector<double> total(states, 0), next(states);
-    std::vector<std::int16_t> leans(static_cast<std::size_t>(parts) * states, 0);
-    const std::array<LeanRow, kLeans> turns = costs_of_turns(bend), none = costs_of_turns(0);
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    StatesOfPart total(places, kNever), least(places, kNever), was(places, kLean);
+    for (std::size_t lean = 0; lean < kLeans; ++lean) std::fill_n(total.of(lean), places, 0.0);
+    std::vector<signed char> leans(static_cast<std::size_t>(parts) * static_cast<std::size_t>(places) * kLeans);
+    const LeanCosts turns = costs_of_turns(bend), none = costs_of_turns(0);
     for (int part = 0; part < parts; ++part) {
       const auto from = static_cast<std::size_t>(std::lround(part * length));
       const auto to = static_cast<std::size_t>(std::lround((part + 1) * length));
-      const std::array<LeanRow, kLeans>& turn_costs = part > 0 ? turns : none;
-      std::fill(next.begin(), next.end(), std::numeric_limits<double>::infinity());
-      for (int before = 0; before < places; ++before) {
-        // The best that a part which begins here can follow, by how it leans itself.
-        LeanRow least, was;
-        least.fill(std::numeric_limits<double>::infinity()), was.fill(kLean);
-        const double* totals = total.data() + static_cast<std::size_t>(before) * kLeans;
-        // Whatever it is, it costs no more than after the cheapest.
-        const auto cheapest = static_cast<std::size_t>(std::min_element(totals, totals + kLeans) - totals);
-        const double enough =
-            totals[cheapest] + std::max(turn_costs[cheapest].front(), turn_costs[cheapest][kLeans - 1]);
-        for (std::size_t k = 0; k < kLeans; ++k) {
-          const double so_far = totals[k], number = static_cast<double>(k);
-          if (so_far > enough) continue;
-          for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
-            const double cost = so_far + turn_costs[k][lean];
-            const bool less = cost < least[lean];
-            least[lean] = less ? cost : least[lean], was[lean] = less ? number : was[lean];
-          }
-        }
-        for (int lean = -kLean; lean <= kLean; ++lean) {
+      const auto [way, fresh] = ways.try_emplace(to - from);
+      if (fresh) way->second = way_of(to - from, places, quantum);
+      follow(total, part > 0 ? turns : none, least, was);
+      std::fill(total.numbers.begin(), total.numbers.end(), kNever);
+      for (int lean = -kLean; lean <= kLean; ++lean) {
+        // Places where such a part may begin.
+        const int first = std::max(0, -lean), last = std::min(places, places - lean);
+        if (first >= last) continue;
+        const auto row = static_cast<std::size_t>(lean + kLean);
+        add_cost_of_parts(way->second, from, to, lean, first, last, places);
+        for (int before = first; before < last; ++before) {
           const int place = before + lean;
-          if (place < 0 || place >= places) continue;
-          const auto row = static_cast<std::size_t>(lean + kLean);
-          const std::size_t state = static_cast<std::size_t>(place) * kLeans + row;
-          leans[static_cast<std::size_t>(part) * states + state] = static_cast<std::int16_t>(was[row] - kLean);
-          const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
-          const double beyond = std::max({0, limit.least - lean, lean - limit.most});
-          next[state] = least[row] + cost_of_part(from, to, before * quantum, place * quantum) +
-                        beyond * static_cast<double>(kForbidden);
+          total.of(row)[place] = least.of(row)[before] + part_costs_[static_cast<std::size_t>(before)];
+          leans[state(part, place, places, row)] = static_cast<signed char>(was.of(row)[before] - kLean);
         }
       }
-      std::swap(total, next);
+      for (int place = 0; place < places; ++place) {
+        const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
+        if (limit.least == -kLean && limit.most == kLean) continue;
+        for (int lean = -kLean; lean <= kLean; ++lean)
+          total.of(static_cast<std::size_t>(lean + kLean))[place] +=
+              std::max({0, limit.least - lean, lean - limit.most}) * static_cast<double>(kForbidden);
+      }
     }
-    std::size_t state = static_cast<std::size_t>(std::min_element(total.begin(), total.end()) - total.begin());
+    int place = 0;
+    std::size_t row = 0;
+    for (int other = 0; other < places; ++other)
+      for (std::size_t lean = 0; lean < kLeans; ++lean)
+        if (total.of(lean)[other] < total.of(row)[place]) place = other, row = lean;
     std::vector<double> corners(static_cast<std::size_t>(parts) + 1);
     for (int part = parts; part-- > 0;) {
-      const int place = static_cast<int>(state / kLeans), lean = static_cast<int>(state % kLeans) - kLean;
+      const int lean = static_cast<int>(row) - kLean;
       corners[static_cast<std::size_t>(part) + 1] = low_ + place * quantum;
       corners[static_cast<std::size_t>(part)] = low_ + (place - lean) * quantum;
-      const int was = leans[static_cast<std::size_t>(part) * states + state];
-      state = static_cast<std::size_t>(place - lean) * kLeans + static_cast<std::size_t>(was + kLean);
+      row = static_cast<std::size_t>(leans[state(part, place, places, row)] + kLean);
+      place -= lean;
     }
     return spline(corners, length);
   }
@@ -219,8 +279,9 @@ class Recut {
           const int from = std::max(line_.first, first_middle_from(view_.begin(f, across + 0.5)));
           const int to =
               std::min(line_.first + static_cast<int>(count_), first_middle_from(view_.end(f, across + 0.5)));
-          for (int along = from; along < to; ++along)
-            into[static_cast<std::size_t>(along - line_.first) * width_ + k] = view_.cost(costs_[f], along, across);
+          view_.costs(costs_[f], across, from, to, [&](int along, float cost) {
+            into[static_cast<std::size_t>(along - line_.first) * width_ + k] = cost;
+          });
         }
     };
     fill(view_.before(), before_), fill(view_.after(), after_);
@@ -240,27 +301,39 @@ class Recut {
     }
   }
 
-  // Where the gap to the lines on the far sides is kept.
-  Corridor between_far_sides(std::size_t i) const {
-    const double along = line_.first + static_cast<int>(i) + 0.5;
-    Corridor out{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (const std::size_t f : view_.before())
-      if (covers(f, i)) out.low = std::max(out.low, view_.far_before(f, along) + options_.gap);
-    for (const std::size_t f : view_.after())
-      if (covers(f, i)) out.high = std::min(out.high, view_.far_after(f, along) - options_.gap);
+  // Where the gap to the lines on the far sides is kept, for each pixel along.
+  std::vector<Corridor> between_far_sides() const {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    std::vector<Corridor> out(count_, {-kFar, kFar});
+    const auto narrow = [&](const std::vector<std::size_t>& faces, const auto& narrowed) {
+      for (const std::size_t f : faces) {
+        double begin = view_.begin(f, line_.straight), end = view_.end(f, line_.straight);
+        for (std::size_t i = 0; i < count_; ++i) {
+          const double along = line_.first + static_cast<int>(i) + 0.5;
+          if (!line_.curved.empty()) begin = view_.begin(f, line_.home(i)), end = view_.end(f, line_.home(i));
+          if (along >= begin - options_.reach / 2 && along <= end + options_.reach / 2) narrowed(out[i], f, along);
+        }
+      }
+    };
+    narrow(view_.before(), [&](Corridor& it, std::size_t f, double along) {
+      it.low = std::max(it.low, view_.far_before(f, along) + options_.gap);
+    });
+    narrow(view_.after(), [&](Corridor& it, std::size_t f, double along) {
+      it.high = std::min(it.high, view_.far_after(f, along) - options_.gap);
+    });
     return out;
   }
 
-  // A line that leans by kLean quanta in a part of kStride turns by 40 degrees from where the layout has it.
-  static constexpr int kLean = 5, kStride = 6;
-  static constexpr std::size_t kLeans = 2 * kLean + 1, kLeanRow = 12;
-  // A number for each lean, and one more, so that they fill registers.
-  using LeanRow = std::array<double, kLeanRow>;
+  static std::size_t state(int part, int place, int places, std::size_t row) {
+    return (static_cast<std::size_t>(part) * static_cast<std::size_t>(places) + static_cast<std::size_t>(place)) *
+               kLeans +
+           row;
+  }
   // By how the part before leans, then the part itself.
-  static std::array<LeanRow, kLeans> costs_of_turns(double bend) {
-    std::array<LeanRow, kLeans> out{};
+  static LeanCosts costs_of_turns(double bend) {
+    LeanCosts out{};
     for (std::size_t was = 0; was < kLeans; ++was)
-      for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
+      for (std::size_t lean = 0; lean < kLeans; ++lean) {
         const int turn = static_cast<int>(lean) - static_cast<int>(was);
         out[was][lean] = bend * turn * turn;
       }
@@ -295,17 +368,39 @@ class Recut {
     return out;
   }
 
-  // Of a straight part, at places above low_, between pixels `from` and `to` along.
-  double cost_of_part(std::size_t from, std::size_t to, double begin, double end) const {
-    double sum = 0;
-    const double step = (end - begin) / static_cast<double>(to - from);
+  // Where straight parts of so many pixels along pass each of them: between which pixels of its row, for each lean and
+  // each place where the part begins.
+  struct Way {
+    std::vector<std::uint32_t> pixel;
+    std::vector<double> share;  // of the way to the next one
+  };
+  Way way_of(std::size_t length, int places, double quantum) const {
+    Way out;
+    out.pixel.resize(length * kLeans * static_cast<std::size_t>(places)), out.share.resize(out.pixel.size());
+    std::size_t to = 0;
+    for (std::size_t i = 0; i < length; ++i)
+      for (int lean = -kLean; lean <= kLean; ++lean)
+        for (int place = 0; place < places; ++place, ++to) {
+          if (place + lean < 0 || place + lean >= places) continue;
+          const double begin = place * quantum, end = (place + lean) * quantum;
+          const double at = begin + (static_cast<double>(i) + 0.5) * ((end - begin) / static_cast<double>(length));
+          out.pixel[to] = static_cast<std::uint32_t>(std::min(static_cast<std::size_t>(at), width_ - 2));
+          out.share[to] = at - out.pixel[to];
+        }
+    return out;
+  }
+
+  // part_costs_: of straight parts that lean alike between pixels `from` and `to` along, which begin at the places from
+  // `first` up to `last`.
+  void add_cost_of_parts(const Way& way, std::size_t from, std::size_t to, int lean, int first, int last, int places) {
+    const auto begin = static_cast<std::size_t>(first), count = static_cast<std::size_t>(last - first);
+    std::fill_n(part_costs_.data() + begin, count, 0.0);
     for (std::size_t i = from; i < to; ++i) {
-      const double place = begin + (static_cast<double>(i - from) + 0.5) * step;
-      const auto k = std::min(static_cast<std::size_t>(place), width_ - 2);
-      const double* row = totals_.data() + i * width_;
-      sum += row[k] + (place - static_cast<double>(k)) * (row[k + 1] - row[k]);
+      const std::size_t at =
+          ((i - from) * kLeans + static_cast<std::size_t>(lean + kLean)) * static_cast<std::size_t>(places) + begin;
+      add_between(totals_.data() + i * width_, way.pixel.data() + at, way.share.data() + at, count,
+                  part_costs_.data() + begin);
     }
-    return sum;
   }
 
   std::vector<double> spline(const std::vector<double>& corners, double length) const {
@@ -328,8 +423,9 @@ class Recut {
   }
 
   void bound() {
+    const std::vector<Corridor> corridors = between_far_sides();
     for (std::size_t i = 0; i < count_; ++i) {
-      auto [least, most] = between_far_sides(i);
+      auto [least, most] = corridors[i];
       if (!line_.curved.empty()) {
         least = std::max(least, line_.home(i) - options_.reach);
         most = std::min(most, line_.home(i) + options_.reach);
@@ -337,18 +433,13 @@ class Recut {
       for (const auto& [along, across] : line_.through)
         if (std::abs(line_.first + static_cast<double>(i) + 0.5 - along) <= 1)
           least = std::max(least, across - 1), most = std::min(most, across + 1);
+      if (low_ >= least && high_ <= most) continue;
       for (std::size_t k = 0; k < width_; ++k) {
         const double at = low_ + static_cast<int>(k);
         const double beyond = std::max({0.0, least - at, at - most});
         if (beyond > 0) total(i, k) += static_cast<double>(kForbidden) * beyond;
       }
     }
-  }
-
-  bool covers(std::size_t face, std::size_t i) const {
-    const double along = line_.first + static_cast<int>(i) + 0.5, across = line_.home(i);
-    return along >= view_.begin(face, across) - options_.reach / 2 &&
-           along <= view_.end(face, across) + options_.reach / 2;
   }
 
   std::vector<double> cheapest() {
@@ -382,6 +473,7 @@ class Recut {
   std::size_t width_ = 0, count_ = 0;
   std::vector<float> before_, after_;
   std::vector<double> totals_;
+  std::vector<double> part_costs_;
 };
 
 }  // namespace

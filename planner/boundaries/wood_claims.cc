@@ -31,7 +31,8 @@ class Surroundings {
   cv::Mat cost() const {
     const cv::Rect& window = faces_[self_].window;
     const cv::Rect inner(window.tl() - wide_.tl(), window.size());
-    const cv::Mat to_blocked = distance_from(blocked())(inner);
+    cv::Mat to_blocked(inner.size(), CV_32FC1, cv::Scalar(1e9));  // nearly always there is none near by
+    if (const cv::Mat gone = blocked(); cv::countNonZero(gone) > 0) to_blocked = distance_from(gone)(inner);
     const cv::Mat own = own_pixels();
     const cv::Mat to_own = distance_from(own)(inner);
     cv::Mat to_others(inner.size(), CV_32FC1, cv::Scalar(1e9));

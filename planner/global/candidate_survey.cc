@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -9,7 +10,10 @@
 
 #include "planner/cancelled.h"
 #include "planner/global/sketch.h"
+#include "planner/matching/banded_polygon.h"
+#include "planner/matching/clearance.h"
 #include "planner/parallel.h"
+#include "planner/poses/free_places.h"
 #include "planner/poses/near_search.h"
 
 namespace veneer::planner {
@@ -18,15 +22,15 @@ namespace {
 constexpr int kRegionsASide = 3;    // of a patch
 constexpr int kPositionsASide = 4;  // of a region
 
-// Whether a convex outline can lie somewhere, mostly without asking the polygons.
-class OutlineClearance {
+// How far points of a panel lie from wood that is gone, roughly and fast: what most questions whether an outline can
+// lie somewhere need, without asking the polygons.
+class RoomMap {
  public:
-  // Radii of the outlines: of the largest circle inside, and of the smallest around with all that is kept from it. Not
-  // to be asked once a stop is requested.
-  OutlineClearance(const FreeWood& wood, double inner, double outer, const std::stop_token& stop)
-      : wood_(wood), inner_(inner), outer_(outer) {
+  // With cells of about an eighth of `fine`. Distances up to `reach` are known. Not to be asked once a stop is
+  // requested.
+  RoomMap(const FreeWood& wood, double fine, double reach, const std::stop_token& stop) : wood_(wood), reach_(reach) {
     const Raster<PanelFrame>& free = wood.raster();
-    step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(inner / 8)).count()));
+    step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(fine / 8)).count()));
     cell_ = free.resolution.to_mm(Pixels(step_)).count();
     // What is left over at the right and lower border is narrower than any patch's margin.
     cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
@@ -41,16 +45,18 @@ class OutlineClearance {
     measure(wholly_free, stop);
   }
 
-  // -1: certainly not, 1: certainly, 0: ask the outline.
-  int at(const Point<PanelFrame>& centre) const {
+  // In millimetres, from a point to the nearest wood that is gone: no less than the one, no more than the other.
+  struct Room {
+    double least, most;
+  };
+  Room at(const Point<PanelFrame>& p) const {
     double column = 0, row = 0;
-    wood_.raster().to_pixels(centre, column, row);
+    wood_.raster().to_pixels(p, column, row);
     const int c = static_cast<int>(std::floor(column / step_)) + 1, r = static_cast<int>(std::floor(row / step_)) + 1;
-    if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return -1;
+    if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return {-1, -1};
     // From cell centre to cell centre; either point lies within half a diagonal of its own.
     const double distance = distance_.at<float>(r, c) * cell_, doubt = kDoubt * cell_;
-    if (distance - doubt > outer_) return 1;
-    return distance + doubt < inner_ ? -1 : 0;
+    return {distance - doubt, distance + doubt};
   }
 
  private:
@@ -60,7 +66,7 @@ class OutlineClearance {
   // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
   // beyond its own rows.
   void measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
-    const int reach = static_cast<int>(std::ceil(outer_ / cell_ + kDoubt)) + 1;
+    const int reach = static_cast<int>(std::ceil(reach_ / cell_ + kDoubt)) + 1;
     distance_.create(wholly_free.size(), CV_32FC1);
     for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kBand) {
       const cv::Range band(top, std::min(wholly_free.rows, top + kBand));
@@ -72,9 +78,56 @@ class OutlineClearance {
   }
 
   const FreeWood& wood_;
-  double inner_, outer_, cell_ = 0;
+  double reach_, cell_ = 0;
   int step_ = 1;
   cv::Mat distance_;  // in cells
+};
+
+// A patch's outline against a RoomMap and, where that leaves a doubt, against the wood.
+class OutlineRoom {
+ public:
+  OutlineRoom(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels)
+      : places_(patch.outline, footprint, panels), border_(panels.front().wood.border().count()) {
+    const Ring<PanelFrame> centred = footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) * patch.outline;
+    // Convex outlines have pointed corners once they are grown, others blunt ones from twice the growth on.
+    const bool convex = is_convex(centred);
+    for (const auto& p : convex ? grown(centred, panels.front().wood.border()) : centred)
+      outer_ = std::max(outer_, std::hypot(p.x.count(), p.y.count()));
+    outer_ += (convex ? 0 : 2 * border_) + kRounding;
+    const ScanResolution& resolution = patch.grid.resolution;
+    for (const CoverDisc& disc : cover_of(patch.outline, patch.grid, patch.pixels.left, patch.pixels.top)) {
+      const Point<PanelFrame> at =
+          footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) *
+          Point<ArtworkFrame>{resolution.to_mm(Pixels(patch.pixels.left + disc.x)),
+                              patch.grid.height - resolution.to_mm(Pixels(patch.pixels.top + disc.y))};
+      discs_.push_back(
+          {at.x.count(), at.y.count(), resolution.to_mm(Pixels(disc.radius)).count() + border_ - kRounding});
+    }
+  }
+
+  double outer() const { return outer_; }  // of the outline with all that is kept from it, about its centre
+  // Whether it certainly cannot lie there: wood is gone within one of the discs that it holds.
+  bool rules_out(const Pose& at, const RoomMap& map) const {
+    return std::any_of(discs_.begin(), discs_.end(), [&](const Disc& it) {
+      const Point<PanelFrame> p =
+          point<PanelFrame>(at.x + at.cos * it.x - at.sin * it.y, at.y + at.sin * it.x + at.cos * it.y);
+      return map.at(p).most < it.radius;
+    });
+  }
+  // The same as FreeWood::on_free_wood().
+  bool on_free_wood(const Pose& at, const RoomMap& map) const {
+    if (map.at(point<PanelFrame>(at.x, at.y)).least > outer_) return places_.clear_of_settled(at);
+    return !rules_out(at, map) && places_.on_free_wood(at);
+  }
+
+ private:
+  static constexpr double kRounding = 0.01;  // mm
+  struct Disc {
+    double x, y, radius;  // from the centre; with all that is kept from the outline
+  };
+  FreePlaces places_;
+  double border_, outer_ = 0;
+  std::vector<Disc> discs_;
 };
 
 struct Found {
@@ -126,15 +179,26 @@ class ClassSurvey {
       if (stop.stop_requested()) return;
       sketches_.emplace_back(problem.queue[patch].match, blocks_);
       add_grain(patch, sketches_.back());
+      rooms_.emplace_back(problem.queue[patch].match, footprints_[patch], matcher.panels());
     }
+    double least_outer = footprints_[patches_.front()].outer(), most_outer = least_outer, reach = 0;
+    least_inner_ = footprints_[patches_.front()].inner();
+    double most_inner = least_inner_;
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      const Footprint& it = footprints_[patches_[i]];
+      least_inner_ = std::min(least_inner_, it.inner()), most_inner = std::max(most_inner, it.inner());
+      least_outer = std::min(least_outer, it.outer()), most_outer = std::max(most_outer, it.outer());
+      reach = std::max(reach, rooms_[i].outer());
+    }
+    const FreeWood& any = matcher.panels().front().wood;
+    ample_ = most_outer + (any.border() - any.kerf()).count() * 1.5, reach = std::max(reach, ample_);
+    constexpr double kSame = 1e-6;  // mm
+    alike_ = most_inner - least_inner_ < kSame && most_outer - least_outer < kSame && is_convex(model_.outline);
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
-      const Footprint& footprint = footprints_[patches_.front()];
-      const double margin = (panel.wood.border() - panel.wood.kerf()).count() * 1.5;
       Result<PanelSketch> sketch = PanelSketch::make(panel.features.pixels, blocks_, stop);
       if (!sketch.ok()) return;
-      panels_.push_back({std::move(*sketch),
-                         OutlineClearance(panel.wood, footprint.inner(), footprint.outer() + margin, stop),
+      panels_.push_back({std::move(*sketch), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
@@ -171,7 +235,7 @@ class ClassSurvey {
             const std::vector<Found>& more = best[i * groups() + group].found();
             found.insert(found.end(), more.begin(), more.end());
           }
-          survey.candidates[patches_[i]] = measured(patches_[i], found);
+          survey.candidates[patches_[i]] = measured(patches_[i], rooms_[i], found);
           survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
         },
         [&](std::size_t done) {
@@ -203,7 +267,7 @@ class ClassSurvey {
 
   struct Panel {
     PanelSketch sketch;
-    OutlineClearance clearance;
+    RoomMap room;
     int columns, rows;  // regions
     std::size_t first_row;
   };
@@ -254,17 +318,20 @@ class ClassSurvey {
     return static_cast<std::uint32_t>(columns);
   }
 
+  // Whether a patch of the class may lie there. Of patches that are alike, whether all may; of others, and of those
+  // that take long to ask, whether it is worth asking each.
   bool fits(const Spot& spot) const {
-    const MatchPanel& panel = matcher_.panels()[static_cast<std::size_t>(spot.panel)];
-    const Footprint& footprint = footprints_[patches_.front()];
-    const Point<PanelFrame> centre = panel.features.from_pixels(spot.column, spot.row);
-    const int answer = panels_[static_cast<std::size_t>(spot.panel)].clearance.at(centre);
-    if (answer != 0) return answer > 0;
-    return panel.wood.on_free_wood(footprint.panel_from_artwork(pose_of(spot)) * model_.outline);
+    const RoomMap::Room room = map_of(spot).at(middle_of(spot));
+    if (room.most < least_inner_) return false;
+    if (!alike_) return true;
+    return room.least > ample_ || rooms_.front().on_free_wood(pose_of(spot), map_of(spot));
+  }
+  const RoomMap& map_of(const Spot& spot) const { return panels_[static_cast<std::size_t>(spot.panel)].room; }
+  Point<PanelFrame> middle_of(const Spot& spot) const {
+    return matcher_.panels()[static_cast<std::size_t>(spot.panel)].features.from_pixels(spot.column, spot.row);
   }
   Pose pose_of(const Spot& spot) const {
-    const Point<PanelFrame> centre =
-        matcher_.panels()[static_cast<std::size_t>(spot.panel)].features.from_pixels(spot.column, spot.row);
+    const Point<PanelFrame> centre = middle_of(spot);
     return pose_at(spot.panel, centre.x.count(), centre.y.count(),
                    matcher_.lattice(spot.panel, spot.rotation).turn().count());
   }
@@ -290,10 +357,18 @@ class ClassSurvey {
       const std::uint64_t base = (row * widest() + static_cast<std::uint64_t>(column)) * per_region();
       for (std::size_t i = 0; i < patches_.size(); ++i) {
         score_candidates(sketches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
-        const auto least = static_cast<std::size_t>(
-            std::min_element(scores.begin(), scores.begin() + static_cast<std::ptrdiff_t>(there.size())) -
-            scores.begin());
-        best[i * groups() + group_of(spot(row, column, there[least]))].offer({scores[least], base + there[least]});
+        const auto end = scores.begin() + static_cast<std::ptrdiff_t>(there.size());
+        for (auto least = std::min_element(scores.begin(), end); std::isfinite(*least);
+             least = std::min_element(scores.begin(), end)) {
+          const std::uint32_t within = there[static_cast<std::size_t>(least - scores.begin())];
+          const Spot at = spot(row, column, within);
+          if (!alike_ && rooms_[i].rules_out(pose_of(at), map_of(at))) {
+            *least = std::numeric_limits<float>::infinity();
+            continue;
+          }
+          best[i * groups() + group_of(at)].offer({*least, base + within});
+          break;
+        }
       }
     }
   }
@@ -337,7 +412,7 @@ class ClassSurvey {
   }
 
   // Thinned, laid on the lattice and measured.
-  std::vector<Candidate> measured(std::size_t patch, std::vector<Found>& found) const {
+  std::vector<Candidate> measured(std::size_t patch, const OutlineRoom& room, std::vector<Found>& found) const {
     std::sort(found.begin(), found.end());
     const MatchPatch& match = problem_.queue[patch].match;
     const double apart = std::min(match.pixels.width, match.pixels.height) / 4.0;
@@ -368,10 +443,8 @@ class ClassSurvey {
                                      static_cast<int>(std::lround(y - match.pixels.height / 2.0)),
                                      static_cast<int>(std::lround(x - match.pixels.width / 2.0))};
       const Pose snapped = footprints_[patch].pose_of(at.panel, matcher_.panel_from_artwork(match, nearest));
-      const FreeWood& wood = matcher_.panels()[static_cast<std::size_t>(at.panel)].wood;
-      const auto candidate = near.best(snapped, reach, [&](const Pose& pose) {
-        return wood.on_free_wood(footprints_[patch].panel_from_artwork(pose) * match.outline);
-      });
+      const auto candidate =
+          near.best(snapped, reach, [&](const Pose& pose) { return room.on_free_wood(pose, map_of(at)); });
       if (!candidate) continue;
       kept.push_back(at);
       ++in_group;
@@ -393,6 +466,10 @@ class ClassSurvey {
   const std::stop_token& stop_;
   double region_;  // pixels
   std::vector<PatchSketch> sketches_;
+  std::vector<OutlineRoom> rooms_;  // one a patch
+  double least_inner_ = 0;          // of the class's footprints
+  double ample_ = 0;                // room that is enough for each of them
+  bool alike_ = false;              // all outlines are one convex shape
   std::vector<Panel> panels_;
   std::size_t rows_ = 0;
   std::size_t slot_stride_ = 0;

@@ -8,20 +8,16 @@ namespace {
 
 constexpr double kLevel = 1e-12;  // a side that rises less runs along the band
 
-// What the sides within the band span.
+// What a side spans within the band.
 template <class Take>
-void for_sides(const BandedPolygon::Corners& ring, double top, double bottom, Take take) {
-  const std::vector<double>&x = ring.x, &y = ring.y;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const std::size_t j = (i + 1) % x.size();
-    const double from = std::max(std::min(y[i], y[j]), top), to = std::min(std::max(y[i], y[j]), bottom);
-    if (from > to) continue;
-    const double run = y[j] - y[i];
-    const bool level = std::abs(run) < kLevel;
-    const double a = level ? x[i] : x[i] + (x[j] - x[i]) * ((from - y[i]) / run);
-    const double b = level ? x[j] : x[i] + (x[j] - x[i]) * ((to - y[i]) / run);
-    take(std::min(a, b), std::max(a, b));
-  }
+void take_side(double x0, double y0, double x1, double y1, double top, double bottom, Take take) {
+  const double from = std::max(std::min(y0, y1), top), to = std::min(std::max(y0, y1), bottom);
+  if (from > to) return;
+  const double run = y1 - y0;
+  const bool level = std::abs(run) < kLevel;
+  const double a = level ? x0 : x0 + (x1 - x0) * ((from - y0) / run);
+  const double b = level ? x1 : x0 + (x1 - x0) * ((to - y0) / run);
+  take(std::min(a, b), std::max(a, b));
 }
 
 }  // namespace
@@ -45,27 +41,61 @@ BandedPolygon::BandedPolygon(std::vector<Corners> rings)
     for (const double x : ring.x) left_ = std::min(left_, x), right_ = std::max(right_, x);
     for (const double y : ring.y) top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
   }
+  if (!convex_ && top_ <= bottom_) sort_sides();
+}
+
+void BandedPolygon::sort_sides() {
+  first_row_ = std::floor(top_), rows_ = static_cast<int>(std::floor(bottom_) - first_row_) + 1;
+  begins_.assign(static_cast<std::size_t>(rows_) + 1, 0);
+  const auto for_rows = [&](auto visit) {
+    for (const Corners& ring : rings_)
+      for (std::size_t i = 0; i < ring.x.size(); ++i) {
+        const std::size_t j = (i + 1) % ring.x.size();
+        const int first = row_of(std::min(ring.y[i], ring.y[j])), last = row_of(std::max(ring.y[i], ring.y[j]));
+        for (int r = first; r <= std::min(last, rows_ - 1); ++r)
+          visit(static_cast<std::size_t>(r), Side{ring.x[i], ring.y[i], ring.x[j], ring.y[j], first});
+      }
+  };
+  for_rows([&](std::size_t r, const Side&) { ++begins_[r + 1]; });
+  for (std::size_t r = 1; r < begins_.size(); ++r) begins_[r] += begins_[r - 1];
+  sides_.resize(begins_.back());
+  std::vector<std::size_t> next(begins_.begin(), begins_.end() - 1);
+  for_rows([&](std::size_t r, const Side& side) { sides_[next[r]++] = side; });
 }
 
 const std::vector<BandedPolygon::Interval>& BandedPolygon::within(double top, double bottom) const {
   found_.clear();
   if (convex_) {
     Interval all{1e300, -1e300};
-    for_sides(rings_.front(), top, bottom,
-              [&](double low, double high) { all.low = std::min(all.low, low), all.high = std::max(all.high, high); });
+    const std::vector<double>&x = rings_.front().x, &y = rings_.front().y;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const std::size_t j = (i + 1) % x.size();
+      take_side(x[i], y[i], x[j], y[j], top, bottom, [&](double low, double high) {
+        all.low = std::min(all.low, low), all.high = std::max(all.high, high);
+      });
+    }
     if (all.low <= all.high) found_.push_back(all);
     return found_;
   }
+  const auto for_row = [&](int row, auto visit) {
+    if (row < 0 || row >= rows_) return;
+    const auto r = static_cast<std::size_t>(row);
+    for (std::size_t i = begins_[r]; i < begins_[r + 1]; ++i) visit(sides_[i]);
+  };
+  const int first = std::max(row_of(top), 0), last = std::min(row_of(bottom), rows_ - 1);
+  for (int row = first; row <= last; ++row)
+    for_row(row, [&](const Side& it) {
+      if (row > first && it.first_row < row) return;  // it was there in the row above
+      take_side(it.x0, it.y0, it.x1, it.y1, top, bottom, [&](double low, double high) {
+        found_.push_back({low, high});
+      });
+    });
   crossings_.clear();
   const double middle = (top + bottom) / 2;
-  for (const Corners& ring : rings_) {
-    for_sides(ring, top, bottom, [&](double low, double high) { found_.push_back({low, high}); });
-    for (std::size_t i = 0; i < ring.x.size(); ++i) {
-      const std::size_t j = (i + 1) % ring.x.size();
-      if ((ring.y[i] <= middle) == (ring.y[j] <= middle)) continue;
-      crossings_.push_back(ring.x[i] + (ring.x[j] - ring.x[i]) * ((middle - ring.y[i]) / (ring.y[j] - ring.y[i])));
-    }
-  }
+  for_row(row_of(middle), [&](const Side& it) {
+    if ((it.y0 <= middle) == (it.y1 <= middle)) return;
+    crossings_.push_back(it.x0 + (it.x1 - it.x0) * ((middle - it.y0) / (it.y1 - it.y0)));
+  });
   std::sort(crossings_.begin(), crossings_.end());
   for (std::size_t i = 0; i + 1 < crossings_.size(); i += 2) found_.push_back({crossings_[i], crossings_[i + 1]});
   return found_;

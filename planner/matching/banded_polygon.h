@@ -6,6 +6,7 @@
 // borders, and then the middle. Not thread-safe: within() reuses its answer.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "base/geometry.h"
@@ -32,9 +33,27 @@ class BandedPolygon {
   const std::vector<Interval>& within(double top, double bottom) const;
 
  private:
+  struct Side {
+    double x0, y0, x1, y1;
+    int first_row;  // that it reaches into
+  };
+  void sort_sides();
+  // From -1, above the first, to their number, below the last.
+  int row_of(double y) const {
+    const double row = y - first_row_;
+    if (row < 0) return -1;
+    return row < rows_ ? static_cast<int>(row) : rows_;
+  }
+
   std::vector<Corners> rings_;
   bool convex_;
   double left_ = 1e300, right_ = -1e300, top_ = 1e300, bottom_ = -1e300;
+  // Unless it is convex: the sides that reach into each row, so that a band asks these alone; begins_[r] to
+  // begins_[r + 1] are those of row r, a unit high, below the row of top().
+  double first_row_ = 0;
+  int rows_ = 0;
+  std::vector<Side> sides_;
+  std::vector<std::size_t> begins_;
   mutable std::vector<Interval> found_;
   mutable std::vector<double> crossings_;
 };

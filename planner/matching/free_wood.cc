@@ -136,7 +136,7 @@ bool FreeWood::collides_with(const Ring<PanelFrame>& outline, std::size_t count)
 }
 
 bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const {
-  return on_free_pixels(outline) && !collides_with(outline, settled_);
+  return on_free_pixels(outline) && !collides_with_settled(outline);
 }
 
 bool FreeWood::admits(const Ring<PanelFrame>& outline) const { return on_free_pixels(outline) && !collides(outline); }

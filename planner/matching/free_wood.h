@@ -33,6 +33,10 @@ class FreeWood {
   bool admits_again(const Ring<PanelFrame>& outline) const;
   // Whether it could be cut here from untouched() wood.
   bool on_free_wood(const Ring<PanelFrame>& outline) const;
+  // The two halves of that: of rings (even-odd) that are grown by border() already, and of an outline.
+  bool touches_only_free(const std::vector<Ring<PanelFrame>>& rings) const;
+  bool has_settled() const { return settled_ > 0; }
+  bool collides_with_settled(const Ring<PanelFrame>& outline) const { return collides_with(outline, settled_); }
   // Only the second rule: against what allocate() has taken.
   bool collides(const Ring<PanelFrame>& outline) const;
   // Takes the wood of an admitted outline.
@@ -56,7 +60,6 @@ class FreeWood {
     Region<PanelFrame> region;  // as the ledger will book it
   };
   bool on_free_pixels(const Ring<PanelFrame>& outline) const;
-  bool touches_only_free(const std::vector<Ring<PanelFrame>>& rings) const;
   bool collides_with(const Ring<PanelFrame>& outline, std::size_t count) const;
   bool any_blocked(int row, int first, int last) const;  // columns first to last
 

@@ -156,16 +156,21 @@ Footprint::Footprint(const Ring<ArtworkFrame>& outline, Millimetres growth) {
     for (const CornerNumbers& part : convex_parts(ring)) {
       std::vector<Corner> corners;
       for (const std::size_t i : part) corners.push_back({ring[i].x, ring[i].y});
-      add_part(corners);
+      parts_.push_back(part_of(corners));
     }
     for (const Vertex& v : ring) around.push_back(point<PanelFrame>(v.x, v.y));
+    if (parts_.size() > 1) {
+      std::vector<Corner> corners;
+      for (const auto& p : convex_hull(around)) corners.push_back({p.x.count(), p.y.count()});
+      hull_ = part_of(corners);
+    }
     if (parts_.empty()) laid = convex_hull(laid);  // its notches close, or it has holes
   }
   if (parts_.empty()) {
     around = grown(laid, growth);
     std::vector<Corner> corners;
     for (const auto& p : around) corners.push_back({p.x.count(), p.y.count()});
-    add_part(corners);
+    parts_.push_back(part_of(corners));
     inner_ = std::numeric_limits<double>::infinity();
     for (const Side& side : parts_.front().sides) inner_ = std::min(inner_, side.reach);
   } else if (holds_origin(around)) {
@@ -176,17 +181,26 @@ Footprint::Footprint(const Ring<ArtworkFrame>& outline, Millimetres growth) {
     }
   }
   for (const auto& p : around) outer_ = std::max(outer_, std::hypot(p.x.count(), p.y.count()));
+  if (parts_.size() == 1) hull_ = parts_.front();
 }
 
-void Footprint::add_part(const std::vector<Corner>& corners) {
-  Part& part = parts_.emplace_back();
-  part.corners = corners;
+Footprint::Part Footprint::part_of(const std::vector<Corner>& corners) {
+  Part part{corners, {}, {}, 0};
+  Corner low = corners.front(), high = low;
+  for (const Corner& it : corners) {
+    low = {std::min(low.x, it.x), std::min(low.y, it.y)};
+    high = {std::max(high.x, it.x), std::max(high.y, it.y)};
+  }
+  part.middle = {(low.x + high.x) / 2, (low.y + high.y) / 2};
+  for (const Corner& it : corners)
+    part.radius = std::max(part.radius, std::hypot(it.x - part.middle.x, it.y - part.middle.y));
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Corner &from = corners[i], &to = corners[(i + 1) % corners.size()];
     const double length = std::hypot(to.x - from.x, to.y - from.y);
     const Side side{(to.y - from.y) / length, (from.x - to.x) / length, 0};
     part.sides.push_back({side.x, side.y, side.x * from.x + side.y * from.y});
   }
+  return part;
 }
 
 Isometry2<PanelFrame, ArtworkFrame> Footprint::panel_from_artwork(const Pose& pose) const {
@@ -200,18 +214,18 @@ Pose Footprint::pose_of(int panel, const Isometry2<PanelFrame, ArtworkFrame>& pa
   return pose_at(panel, at.x.count(), at.y.count(), panel_from_artwork.angle().count());
 }
 
-// Whether a side of `a` has all of `b` on its outer side; in the frame of `a`.
-bool Footprint::separated(const Part& a, const Pose& at_a, const Part& b, const Pose& at_b) {
+// In the frame of `a`.
+bool Footprint::separated(const Part& a, const Pose& at_a, const Part& b, const Pose& at_b, double by) {
   const double dx = at_b.x - at_a.x, dy = at_b.y - at_a.y;
   const double shift_x = at_a.cos * dx + at_a.sin * dy, shift_y = at_a.cos * dy - at_a.sin * dx;
   const double cos = at_a.cos * at_b.cos + at_a.sin * at_b.sin, sin = at_a.cos * at_b.sin - at_a.sin * at_b.cos;
   for (const Side& side : a.sides) {
     // The normal as `b` sees it.
     const double nx = side.x * cos + side.y * sin, ny = side.y * cos - side.x * sin;
-    const double reach = side.reach - side.x * shift_x - side.y * shift_y;
-    bool outside = true;
-    for (const Corner& corner : b.corners) outside = outside && nx * corner.x + ny * corner.y >= reach;
-    if (outside) return true;
+    const double reach = side.reach - side.x * shift_x - side.y * shift_y + by;
+    if (std::all_of(b.corners.begin(), b.corners.end(),
+                    [&](const Corner& corner) { return nx * corner.x + ny * corner.y >= reach; }))
+      return true;
   }
   return false;
 }
@@ -222,9 +236,27 @@ bool Footprint::overlap(const Footprint& a, const Pose& at_a, const Footprint& b
   const double far = a.outer_ + b.outer_, near = a.inner_ + b.inner_;
   if (square >= far * far) return false;
   if (square < near * near) return true;
-  for (const Part& part : a.parts_)
-    for (const Part& other : b.parts_)
+  if (a.parts_.size() == 1 && b.parts_.size() == 1)
+    return !separated(a.hull_, at_a, b.hull_, at_b) && !separated(b.hull_, at_b, a.hull_, at_a);
+  // Most that come so near are parted by their hulls, and most parts of others by the circles around them.
+  constexpr double kClearly = 1e-5;  // what rounding cannot make of a touch
+  if (separated(a.hull_, at_a, b.hull_, at_b, kClearly) || separated(b.hull_, at_b, a.hull_, at_a, kClearly))
+    return false;
+  const auto middle = [](const Part& part, const Pose& at) {
+    return Corner{at.x + at.cos * part.middle.x - at.sin * part.middle.y,
+                  at.y + at.sin * part.middle.x + at.cos * part.middle.y};
+  };
+  for (const Part& part : a.parts_) {
+    const Corner here = middle(part, at_a);
+    const double from_x = here.x - at_b.x, from_y = here.y - at_b.y, far_enough = b.outer_ + part.radius + kClearly;
+    if (from_x * from_x + from_y * from_y > far_enough * far_enough) continue;
+    for (const Part& other : b.parts_) {
+      const Corner there = middle(other, at_b);
+      const double x = there.x - here.x, y = there.y - here.y, reach = part.radius + other.radius + kClearly;
+      if (x * x + y * y > reach * reach) continue;
       if (!separated(part, at_a, other, at_b) && !separated(other, at_b, part, at_a)) return true;
+    }
+  }
   return false;
 }
 

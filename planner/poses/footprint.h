@@ -56,12 +56,16 @@ class Footprint {
   struct Part {                   // convex
     std::vector<Corner> corners;  // from the centre
     std::vector<Side> sides;
+    Corner middle;  // of the circle around it
+    double radius;
   };
-  static bool separated(const Part& a, const Pose& at_a, const Part& b, const Pose& at_b);
-  void add_part(const std::vector<Corner>& corners);
+  static Part part_of(const std::vector<Corner>& corners);
+  // Whether a side of `a` has all of `b` on its outer side, by so much at least.
+  static bool separated(const Part& a, const Pose& at_a, const Part& b, const Pose& at_b, double by = 0);
 
   Point<ArtworkFrame> centre_;
   std::vector<Part> parts_;
+  Part hull_;  // of them all
   double inner_ = 0, outer_ = 0;
 };
 

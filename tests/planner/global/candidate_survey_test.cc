@@ -1,11 +1,13 @@
-// How many places the survey keeps for a patch before it thins and measures them.
+// How many places the survey keeps for a patch before it thins and measures them, and that it looks where each fits.
 #include "planner/global/candidate_survey.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <memory>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planner/matching/shortlist_matcher.h"
@@ -49,20 +51,29 @@ class CandidateSurvey : public ::testing::Test {
     return out;
   }
 
-  // How many candidates are found where `candidates` are asked for.
-  std::size_t found(std::size_t candidates) {
-    const auto problem = make_problem({&artwork_, 1}, stock_, options_);
-    EXPECT_TRUE(problem.ok()) << problem.error().message;
-    EXPECT_EQ(problem->queue.size(), 1U);
-    ShortlistMatcher matcher(problem->panels, turns(1), problem->classes, largest_response(options_));
+  Problem problem() {
+    auto made = make_problem({&artwork_, 1}, stock_, options_);
+    if (!made.ok()) throw std::runtime_error(made.error().message);
+    return std::move(*made);
+  }
+  Survey surveyed(const Problem& problem, std::size_t candidates) {
+    ShortlistMatcher matcher(problem.panels, turns(1), problem.classes, largest_response(options_));
     EXPECT_TRUE(matcher.build_index(1, {}).ok());
     std::vector<Footprint> footprints;
-    for (const auto& task : problem->queue)
+    for (const auto& task : problem.queue)
       footprints.emplace_back(task.match.outline, options_.kerf + FreeWood::kSlack);
-    const auto survey = survey_candidates(*problem, matcher, footprints, {}, {candidates, 1}, {});
+    auto survey = survey_candidates(problem, matcher, footprints, {}, {candidates, 1}, {});
     EXPECT_TRUE(survey.ok());
-    EXPECT_LT(survey->candidates[0][0].cost, 0.1) << "the spot itself is among them";
-    return survey->candidates[0].size();
+    return std::move(*survey);
+  }
+
+  // How many candidates are found where `candidates` are asked for.
+  std::size_t found(std::size_t candidates) {
+    const Problem one = problem();
+    EXPECT_EQ(one.queue.size(), 1U);
+    const Survey survey = surveyed(one, candidates);
+    EXPECT_LT(survey.candidates[0][0].cost, 0.1) << "the spot itself is among them";
+    return survey.candidates[0].size();
   }
 
   Artwork artwork_;
@@ -87,6 +98,33 @@ TEST_F(CandidateSurvey, SharesThemAmongTheWoodsThatAreLimited) {
   EXPECT_EQ(found(2), 2U) << "other wood is none, and has no part of them";
   EXPECT_EQ(found(4), 2U) << "four regions of each wood, all of one place";
   EXPECT_EQ(found(5), 4U) << "six regions of each wood, and a place further off, too";
+}
+
+// Two patches of one class, one half as wide as the other, and two pieces of wood, one too small for the larger patch.
+TEST_F(CandidateSurvey, FindsForEachPatchOfAClassTheWoodThatItFitsOn) {
+  artwork_ = test::blob_artwork("A", 2 * kPatch, kPatch, 12_mm, 1);
+  cv::Mat& free = stock_[0].free.pixels;
+  free.setTo(0);
+  free(cv::Rect(10, 50, 20, 20)).setTo(255);  // 10 mm
+  free(cv::Rect(70, 40, 40, 40)).setTo(255);
+  for (const std::size_t small : {1, 0}) {
+    Problem two = problem();
+    ASSERT_EQ(two.queue.size(), 2U);
+    MatchPatch& patch = two.queue[small].match;
+    ASSERT_EQ(patch.window_class, two.queue[1 - small].match.window_class);
+    const Point<ArtworkFrame> corner = bounds(patch.outline).min;
+    patch.outline = {
+        corner, {corner.x + 6_mm, corner.y}, {corner.x + 6_mm, corner.y + 6_mm}, {corner.x, corner.y + 6_mm}};
+    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    const Survey survey = surveyed(two, 40);
+    const auto on_the_small_wood = [&](std::size_t i) {
+      return std::count_if(survey.candidates[i].begin(), survey.candidates[i].end(),
+                           [](const Candidate& it) { return it.pose.x < 20; });
+    };
+    EXPECT_GT(on_the_small_wood(small), 0) << small;
+    EXPECT_EQ(on_the_small_wood(1 - small), 0) << small;
+    EXPECT_FALSE(survey.candidates[1 - small].empty()) << small;
+  }
 }
 
 }  // namespace

@@ -52,6 +52,20 @@ double weighed_cost(const Plan& plan, const Artwork& artwork) {
   return out;
 }
 
+void expect_to_keep_to_the_wood(const Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options) {
+  for (const StockPanel& panel : stock) {
+    FreeWood wood(panel.free, options.kerf, options.position_margin);
+    std::vector<Region<PanelFrame>> allocations;
+    for (const Piece& piece : plan.pieces) {
+      if (!piece.placement || piece.placement->panel != panel.id) continue;
+      EXPECT_TRUE(wood.on_free_wood(piece.panel_outline()));
+      allocations.push_back(offset(Region<PanelFrame>(piece.panel_outline()), options.kerf));
+    }
+    for (std::size_t i = 0; i < allocations.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) EXPECT_TRUE(!overlaps(allocations[i], allocations[j]));
+  }
+}
+
 class GlobalPlanOfSeed : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
@@ -74,20 +88,22 @@ TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
   EXPECT_NEAR(plan.global->cost, cost, 1e-9 * cost);
   EXPECT_TRUE(unfilled(plan) <= unfilled(before));
   EXPECT_TRUE(unfilled(plan) < unfilled(before) || cost <= cost_before * (1 + 1e-12));
-  for (const StockPanel& panel : stock) {
-    FreeWood wood(panel.free, options.kerf, options.position_margin);
-    std::vector<Region<PanelFrame>> allocations;
-    for (const Piece& piece : plan.pieces) {
-      if (!piece.placement || piece.placement->panel != panel.id) continue;
-      EXPECT_TRUE(wood.on_free_wood(piece.panel_outline()));
-      allocations.push_back(offset(Region<PanelFrame>(piece.panel_outline()), options.kerf));
-    }
-    for (std::size_t i = 0; i < allocations.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j) EXPECT_TRUE(!overlaps(allocations[i], allocations[j]));
-  }
+  expect_to_keep_to_the_wood(plan, stock, options);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, GlobalPlanOfSeed, ::testing::Range<std::uint64_t>(1, 13));
+
+// Cells of unlike shapes and sizes, none of which is convex.
+TEST(GlobalPlan, OfFreeCellsIsBetterThanGreedyAndKeepsToTheWood) {
+  const std::vector<StockPanel> stock{wood_panel("P", 150, 110, 50.8, 2)};
+  PlanOptions options = global_options();
+  options.layout = LayoutKind::kMosaic, options.optimize_iterations = 20000;
+  const Plan plan = planned({blob_artwork("A", 50, 50, 42_mm, 1)}, stock, options);
+  ASSERT_TRUE(plan.global.has_value());
+  EXPECT_EQ(unfilled(plan), 0U);
+  EXPECT_LT(plan.global->cost, 0.98 * plan.global->greedy_cost);
+  expect_to_keep_to_the_wood(plan, stock, options);
+}
 
 TEST(GlobalPlan, GainsWhereWoodIsScarce) {
   const std::vector<StockPanel> stock{wood_panel("P", 150, 110, 50.8, 2)};
@@ -412,6 +428,38 @@ RC_GTEST_PROP(Footprint, AgreesWithTheRuleOfFreeWood, ()) {
   const bool collides = wood.collides(shape_b.panel_from_artwork(at_b) * b);
   if (!taken(kerf + FreeWood::kSlack)) RC_ASSERT(!collides);
   if (taken(kerf)) RC_ASSERT(collides);
+}
+
+// The same of stars with notches, whose footprints are several convex parts and reach a little farther than the rule.
+RC_GTEST_PROP(Footprint, OfAStarAgreesWithTheRuleOfFreeWood, ()) {
+  const auto number = [](int low, int high) { return *rc::gen::inRange(low * 1000, high * 1000) / 1000.0; };
+  const auto star = [&] {
+    Ring<ArtworkFrame> out;
+    for (int k = 0; k < 9; ++k) {
+      const double radius = number(2, 6), angle = 2 * CV_PI * k / 9;
+      out.push_back(point<ArtworkFrame>(10 + radius * std::cos(angle), 10 + radius * std::sin(angle)));
+    }
+    return out;
+  };
+  const Ring<ArtworkFrame> a = star(), b = star();
+  const Millimetres kerf(number(0, 1));
+  const Footprint fa(a, kerf + FreeWood::kSlack), fb(b, kerf + FreeWood::kSlack);
+  const Pose at_a = pose_at(0, 50, 50, number(0, 7)), at_b = pose_at(0, number(40, 60), number(40, 60), number(0, 7));
+  Raster<PanelFrame> free;
+  free.pixels = cv::Mat(100, 100, CV_8UC1, cv::Scalar(255));
+  free.resolution = ScanResolution{1};
+  const auto collides = [&](Millimetres growth) {
+    FreeWood wood(free, growth, Millimetres(0));
+    wood.allocate(fa.panel_from_artwork(at_a) * a);
+    return wood.collides(fb.panel_from_artwork(at_b) * b);
+  };
+  const bool overlap = Footprint::overlap(fa, at_a, fb, at_b);
+  RC_ASSERT(overlap == Footprint::overlap(fb, at_b, fa, at_a));
+  // Notches that the kerf closes count as taken, so only what it leaves open has to agree.
+  if (!overlap) RC_ASSERT(!collides(kerf));
+  const bool open = offset(Region<ArtworkFrame>(a), kerf + 2 * Footprint::kConcaveSlack).rings().size() == 1 &&
+                    offset(Region<ArtworkFrame>(b), kerf + 2 * Footprint::kConcaveSlack).rings().size() == 1;
+  if (overlap && open) RC_ASSERT(collides(kerf + 2 * Footprint::kConcaveSlack));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "planner/layout/adaptive_grid.h"
 #include "planner/layout/bezier_fit.h"
 #include "planner/layout/fabrication.h"
+#include "tests/planner/layout/partition_checks.h"
 
 namespace veneer::planner {
 namespace {
@@ -39,6 +40,30 @@ TEST(Partition, OfAGridHasTheGridsOutlines) {
   const GridSize size = grid_size(56.9_mm, 31_mm, 4_mm);
   const auto edges = static_cast<std::size_t>((size.rows + 1) * size.columns + size.rows * (size.columns + 1));
   EXPECT_EQ(partition.edges.size(), edges);
+}
+
+// Three squares in a row, the first border between two of which bends to here.
+Partition three_squares(const Point<ArtworkFrame>& bent) {
+  const Partition plain = partition_of(30_mm, 10_mm, grid_layout(30_mm, 10_mm, 10_mm));
+  Partition out = plain;
+  for (PartitionEdge& edge : out.edges)
+    if (edge.left != PartitionEdge::kOutside && edge.right != PartitionEdge::kOutside && edge.curve.front().x == 10_mm)
+      edge.curve[1] = edge.curve[2] = bent;
+  return out;
+}
+
+TEST(Partition, CoversItsArtworkOnceOrIsFoundOut) {
+  EXPECT_NO_THROW(expect_exact_cover(three_squares(point<ArtworkFrame>(12, 5))));
+  EXPECT_ANY_THROW(expect_exact_cover(three_squares(point<ArtworkFrame>(29, 5))))
+      << "through the second into the third";
+  // What the upper border leaves out, the lower one takes from beyond the artwork.
+  Partition shifted = three_squares(point<ArtworkFrame>(12, 5));
+  for (PartitionEdge& edge : shifted.edges) {
+    if (edge.left != PartitionEdge::kOutside && edge.right != PartitionEdge::kOutside) continue;
+    const auto &a = edge.curve.front(), &b = edge.curve.back();
+    if (a.y == b.y && std::min(a.x, b.x) == 20_mm) edge.curve[1].y -= 1_mm, edge.curve[2].y -= 1_mm;
+  }
+  EXPECT_ANY_THROW(expect_exact_cover(shifted));
 }
 
 // The large squares where `whole` says so, their parts elsewhere.
