@@ -6,6 +6,7 @@
 
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace veneer::bench {
@@ -37,8 +38,8 @@ class Judge final : public benchmark::BenchmarkReporter {
   void ReportRuns(const std::vector<Run>& runs) override;
   void Finalize() override { shown_.Finalize(); }
 
-  // All benchmarks were to run: a goal of which none was measured is missed.
-  void expect_all();
+  // All benchmarks were to run whose name begins so: a goal of theirs that none measured is missed.
+  void expect_all(std::string_view beginning = {});
   // A line for each figure that has a goal; "" where none was measured.
   std::string told() const { return told_; }
   bool any_missed() const { return missed_ > 0; }

@@ -53,5 +53,12 @@ TEST_F(JudgeTest, WhatNoBenchmarkMeasuredIsMissedWhereAllWereToRun) {
   EXPECT_THAT(judge_.told(), HasSubstr("not measured"));
 }
 
+TEST_F(JudgeTest, NorOfThoseThatWereNotToRun) {
+  judge_.expect_all("BM_b");
+  EXPECT_FALSE(judge_.any_missed()) << judge_.told();
+  judge_.expect_all("BM_a");
+  EXPECT_TRUE(judge_.any_missed());
+}
+
 }  // namespace
 }  // namespace veneer::bench
