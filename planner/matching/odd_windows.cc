@@ -7,7 +7,7 @@ namespace veneer::planner {
 namespace {
 
 // Blocks in a window, by area: what most have, and the most for which scores fit 32 bits (largest_score_entry()).
-constexpr double kUsualBlocks = 25, kMostBlocks = 36;
+constexpr double kUsualBlocks = 25, kMostOddBlocks = 36;
 constexpr double kWidestScale = 3;  // the largest window of a scale, by area, against its smallest
 
 }  // namespace
@@ -30,7 +30,7 @@ OddWindows::OddWindows(const std::vector<WindowClass>& classes) {
   step_ = std::pow(times, 1.0 / scales);
   for (int scale = 0; scale < scales; ++scale) {
     const double smallest = least_ * std::pow(step_, scale);
-    const double block = std::max(smallest * std::sqrt(step_) / kUsualBlocks, smallest * step_ / kMostBlocks);
+    const double block = std::max(smallest * std::sqrt(step_) / kUsualBlocks, smallest * step_ / kMostOddBlocks);
     sides_.push_back(std::max(1.0, std::sqrt(block) / 2));
   }
 }
