@@ -172,11 +172,11 @@ Status CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPi
   if (stop.stop_requested()) return cancelled();
   std::fill(places_.begin(), places_.end(), 0U);
   const double grow = picture.resolution.to_px(border).count();
-  const double left = windows_.filled ? windows_.left - grow : windows_.width / 2.0;
+  const double left = windows_.filled ? windows_.left - grow : windows_.middle_x();
   const double right = windows_.filled ? windows_.right + grow : left;
-  const double top = windows_.filled ? windows_.top - grow : windows_.height / 2.0;
+  const double top = windows_.filled ? windows_.top - grow : windows_.middle_y();
   const double bottom = windows_.filled ? windows_.bottom + grow : top;
-  const double beyond = windows_.filled ? 0 : kMiddleDoubt;
+  const double beyond = windows_.filled ? 0 : windows_.middle_doubt();
   const int width = lattice_.width(), height = lattice_.height();
   const auto stride = static_cast<std::size_t>(width) + 1;
   // Corners of the rectangles of places that each blocked pixel forbids; summed up below.

@@ -31,14 +31,16 @@ BlockAxis choose_blocks(int window);
 
 // Slack of tests that may only clear places which the exact rule refuses too, in pixels.
 inline constexpr double kClearSlack = 1e-6;
-// The middle of an outline's bounding box lies in its convex hull, so on the panel; windows of a class differ by so
-// many pixels.
+// The middle of an outline's bounding box lies in its convex hull, so on the panel; the window's is so many pixels off.
 inline constexpr double kMiddleDoubt = 2;
 
 // Windows that share an index: patches of one size.
 struct WindowClass {
   BlockAxis x, y;
-  int width = 0, height = 0;  // pixels that every window of the class has
+  int width = 0, height = 0;    // pixels that every window of the class has
+  int widest = 0, tallest = 0;  // the most that one has
+  // Pixels in the smallest window and in the largest.
+  std::int64_t least = 0, most = 0;
   double block_pixels() const { return static_cast<double>(x.block) * y.block; }
   double rest_pixels() const {
     return static_cast<double>(width) * height - static_cast<double>(x.covered()) * y.covered();
@@ -49,6 +51,10 @@ struct WindowClass {
   // If so: the rectangle, in pixels from the window's corner, that every outline of the class covers. Other shapes may
   // have nothing in common; what they cover is looked at patch by patch (clearance.h).
   double left = 0, top = 0, right = 0, bottom = 0;
+  // If not: what all outlines have on the panel, from their window's corner, to within middle_doubt() pixels.
+  double middle_x() const { return (width + widest) / 4.0; }
+  double middle_y() const { return (height + tallest) / 4.0; }
+  double middle_doubt() const { return kMiddleDoubt + std::hypot(widest - width, tallest - height) / 4; }
   friend bool operator==(const WindowClass&, const WindowClass&) = default;
 };
 

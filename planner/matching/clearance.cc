@@ -118,8 +118,6 @@ Cover::Cover(const std::vector<CoverDisc>& discs, const Lattice& lattice, const 
       discs_(discs),
       scale_(clearance.raster().resolution.px_per_mm / picture.resolution.px_per_mm) {
   const double kerf = clearance.raster().resolution.to_px(clearance.kerf()).count();
-  for (CoverDisc& disc : discs_)
-    disc.radius = std::min(disc.radius * scale_ + kerf - Clearance::kDoubt, Clearance::kFarthest);
   // Lattice pixels to those of the stock raster: a motion and a scale, read off at three points.
   const auto stock = [&](double x, double y, double& column, double& row) {
     double c = 0, r = 0;
@@ -130,6 +128,9 @@ Cover::Cover(const std::vector<CoverDisc>& discs, const Lattice& lattice, const 
   stock(1, 0, column_x_, row_x_);
   stock(0, 1, column_y_, row_y_);
   column_x_ -= column_, column_y_ -= column_, row_x_ -= row_, row_y_ -= row_;
+  for (CoverDisc& disc : discs_)
+    disc = {column_x_ * disc.x + column_y_ * disc.y, row_x_ * disc.x + row_y_ * disc.y,
+            std::min(disc.radius * scale_ + kerf - Clearance::kDoubt, Clearance::kFarthest)};
 }
 
 }  // namespace veneer::planner

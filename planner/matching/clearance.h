@@ -32,15 +32,13 @@ class Clearance {
   static constexpr double kDoubt = 0.75;
   static constexpr double kFarthest = 2000;  // nothing is said to be gone that is farther off
   double at(double column, double row) const {
-    const int c = std::clamp(static_cast<int>(std::floor(column)) + 1, 0, distance_.cols - 1);
-    const int r = std::clamp(static_cast<int>(std::floor(row)) + 1, 0, distance_.rows - 1);
+    const int c = bordered(column, distance_.cols), r = bordered(row, distance_.rows);
     return distance_.ptr<std::uint16_t>(r)[c] * (1.0 / kUnits);
   }
   // At least at() of the same place and of all within a few pixels. Of a map so much smaller that it stays in the
   // processor's cache, where at() waits for memory each time.
   double at_most(double column, double row) const {
-    const int c = std::clamp(static_cast<int>(std::floor(column)) + 1, 0, distance_.cols - 1) / kBlock;
-    const int r = std::clamp(static_cast<int>(std::floor(row)) + 1, 0, distance_.rows - 1) / kBlock;
+    const int c = bordered(column, distance_.cols) / kBlock, r = bordered(row, distance_.rows) / kBlock;
     return farthest_.ptr<std::uint16_t>(r)[c] * (1.0 / kUnits);
   }
   const Raster<PanelFrame>& raster() const { return raster_; }
@@ -50,6 +48,9 @@ class Clearance {
  private:
   static constexpr double kUnits = 32;  // a pixel
   static constexpr int kBlock = 4;      // pixels of a side that at_most() answers for together
+  // The pixel of a point, counted from the border's: what lies before it is the border. Asked so often that a call of
+  // floor() would be most of it.
+  static int bordered(double at, int size) { return std::clamp(static_cast<int>(at + 1), 0, size - 1); }
   // To be called when `part` of the distances has changed.
   void find_farthest(const cv::Rect& part);
   Clearance(const FreeWood& wood, Millimetres reach);
@@ -85,16 +86,14 @@ class Cover {
   // Whether a disc reaches farther than `room` says for its centre.
   template <class Room>
   bool any_disc(double x, double y, double around, const Room& room) const {
-    for (const CoverDisc& disc : discs_) {
-      const double u = x + disc.x, v = y + disc.y;
-      if (room(column_ + column_x_ * u + column_y_ * v, row_ + row_x_ * u + row_y_ * v) + around * scale_ < disc.radius)
-        return true;
-    }
-    return false;
+    const double column = column_ + column_x_ * x + column_y_ * y, row = row_ + row_x_ * x + row_y_ * y;
+    const double less = around * scale_;
+    return std::any_of(discs_.begin(), discs_.end(),
+                       [&](const CoverDisc& disc) { return room(column + disc.x, row + disc.y) + less < disc.radius; });
   }
 
   const Clearance& clearance_;
-  std::vector<CoverDisc> discs_;  // radii in pixels of the stock raster, grown
+  std::vector<CoverDisc> discs_;  // in pixels of the stock raster, turned to it; radii grown
   double scale_;                  // such pixels a working pixel
   double column_, column_x_, column_y_, row_, row_x_, row_y_;
 };

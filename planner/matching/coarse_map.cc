@@ -11,28 +11,30 @@ namespace veneer::planner {
 namespace {
 
 constexpr int kCellsAWindow = 12;
-constexpr int kCellsAnOddWindow = 8;  // where windows are not filled: there are no bounds, so every cell is scored
-constexpr int kMostSamples = 6;       // a cell and axis, unless half its pixels are more
+constexpr int kMostSamples = 6;  // a cell and axis, unless half its pixels are more
 
-int cells_along(int window, bool filled) {
-  return std::min(filled ? kCellsAWindow : kCellsAnOddWindow, std::max(2, window / 2 * 2));
-}
+int cells_along(int window) { return std::min(kCellsAWindow, std::max(2, window / 2 * 2)); }
 
 }  // namespace
 
 int CellGrid::first_place(int k, double size) { return static_cast<int>(std::ceil((k - 0.5) * size - 1e-9)); }
 
 CellGrid cell_grid(const WindowClass& windows) {
+  const int columns = cells_along(windows.width), rows = cells_along(windows.height);
+  CellGrid grid = cells_of(static_cast<double>(windows.width) / columns, static_cast<double>(windows.height) / rows);
+  grid.columns = columns, grid.rows = rows;
+  return grid;
+}
+
+CellGrid cells_of(double width, double height) {
   CellGrid grid;
-  grid.columns = cells_along(windows.width, windows.filled), grid.rows = cells_along(windows.height, windows.filled);
-  grid.width = static_cast<double>(windows.width) / grid.columns;
-  grid.height = static_cast<double>(windows.height) / grid.rows;
+  grid.width = width, grid.height = height;
   // All pixels of small cells; a sample of large ones says as much.
   const auto samples = [](double size) {
     const int pixels = std::max(1, static_cast<int>(std::lround(size)));
     return pixels <= kMostSamples ? pixels : std::max(kMostSamples, pixels / 2);
   };
-  grid.samples_x = samples(grid.width), grid.samples_y = samples(grid.height);
+  grid.samples_x = samples(width), grid.samples_y = samples(height);
   return grid;
 }
 
@@ -72,9 +74,11 @@ std::vector<std::span<std::byte>> CoarseMap::measured() {
 }
 
 void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
-  const int rows = static_cast<int>(lattice.height() / grid_.height) + 1;
+  // Of windows that are not filled the last blocks may reach beyond the lattice.
+  const int beyond = filled_ ? 0 : 2;
+  const int rows = static_cast<int>(lattice.height() / grid_.height) + 1 + beyond;
   std::size_t groups = 0;
-  size_ = kMargin;
+  size_ = margin();
   for (int row = 0; row < rows; ++row) {
     // Where the line through the cells' centres crosses the panel.
     RowStretch on_panel{0, static_cast<double>(lattice.width())};
@@ -85,13 +89,13 @@ void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
     if (!filled_) on_panel = {0, static_cast<double>(lattice.width())};
     const bool any = on_panel.high > on_panel.low;
     begin_.push_back(any ? std::max(0, static_cast<int>(on_panel.low / grid_.width) - 1) : 0);
-    end_.push_back(any ? static_cast<int>(on_panel.high / grid_.width) + 2 : 0);
+    end_.push_back(any ? static_cast<int>(on_panel.high / grid_.width) + 2 + beyond : 0);
     base_.push_back(size_ - begin_.back());
     size_ += end_.back() - begin_.back();
     group_base_.push_back(groups);
     groups += static_cast<std::size_t>(this->groups(row));
   }
-  size_ += kMargin;
+  size_ += margin();
   alive_.assign(groups, 0);
 }
 

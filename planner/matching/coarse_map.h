@@ -1,4 +1,4 @@
-// One lattice of a panel in cells of about a twelfth of a window, an eighth where windows are not filled: what the
+// One lattice of a panel in cells of about a twelfth of a window, a tenth where windows are not filled: what the
 // shortlist scores.
 //
 // A cell stands for the places around its corner. Its window is cut into blocks of 2 x 2 cells. With t and c the
@@ -36,6 +36,8 @@ struct CellGrid {
   static int first_place(int k, double size);
 };
 CellGrid cell_grid(const WindowClass& windows);
+// Cells of this size; columns and rows are as they are by default.
+CellGrid cells_of(double width, double height);
 
 // Largest entry for which scores fit 32 bits.
 int largest_score_entry(int channels);
@@ -93,7 +95,8 @@ class CoarseMap {
   Status average_blocks(const Measured& cells, const std::stop_token& stop);
   Status add_up_energy(const Measured& cells, const std::stop_token& stop);
 
-  static constexpr std::ptrdiff_t kMargin = 64;  // cells that reading beyond a row may touch
+  // Cells that reading beyond a row may touch.
+  std::ptrdiff_t margin() const { return 64 + grid_.columns; }
 
   CellGrid grid_;
   int channels_;

@@ -47,7 +47,7 @@ void Matcher::take(int panel, const Ring<PanelFrame>& outline) {
 Status Matcher::measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop) {
   widest_disc_ = 0;  // no disc in a window is wider than its shorter side
   for (const WindowClass& windows : classes)
-    if (!windows.filled) widest_disc_ = std::max(widest_disc_, std::min(windows.width, windows.height) + 2);
+    if (!windows.filled) widest_disc_ = std::max(widest_disc_, std::min(windows.widest, windows.tallest) + 2);
   return measure_clearance(threads, stop);
 }
 

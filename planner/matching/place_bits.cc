@@ -63,7 +63,7 @@ Result<PlaceBits> PlaceBits::make(const Lattice& lattice, const WindowClass& win
 
 void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
   std::vector<std::pair<int, int>> on_panel;
-  const double beyond = windows_.filled ? 0 : kMiddleDoubt;
+  const double beyond = windows_.filled ? 0 : windows_.middle_doubt();
   base_.push_back(0);
   for (int y = 0; y < height(); ++y) {
     // The window's four corners must lie on the panel: an interval of x.

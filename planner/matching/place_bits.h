@@ -45,8 +45,7 @@ class PlaceBits {
     double left, right, top, bottom;
   };
   Reach reach(double grow) const {
-    if (!windows_.filled)
-      return {windows_.width / 2.0, windows_.width / 2.0, windows_.height / 2.0, windows_.height / 2.0};
+    if (!windows_.filled) return {windows_.middle_x(), windows_.middle_x(), windows_.middle_y(), windows_.middle_y()};
     return {windows_.left - grow, windows_.right + grow, windows_.top - grow, windows_.bottom + grow};
   }
   const std::uint64_t* row(int y) const { return words_.data() + base_[static_cast<std::size_t>(y)]; }

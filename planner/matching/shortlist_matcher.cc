@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <span>
 
 #include "base/hash.h"
@@ -14,9 +15,14 @@ namespace veneer::planner {
 ShortlistMatcher::ShortlistMatcher(std::vector<MatchPanel> all_panels, std::vector<Radians> turns,
                                    const std::vector<WindowClass>& classes, double largest_response,
                                    double thoroughness)
-    : Matcher(std::move(all_panels), std::move(turns)), thoroughness_(thoroughness) {
+    : Matcher(std::move(all_panels), std::move(turns)), thoroughness_(thoroughness), windows_(classes), odd_(classes) {
   entries_per_unit_ = largest_score_entry(panels().front().features.pixels.channels()) / largest_response;
-  for (const WindowClass& windows : classes) classes_.push_back({windows, cell_grid(windows)});
+  for (const WindowClass& windows : classes) {
+    class_numbers_.push_back(windows.filled ? classes_.size() : std::numeric_limits<std::size_t>::max());
+    if (windows.filled) classes_.push_back({windows, cell_grid(windows)});
+  }
+  first_odd_ = classes_.size();
+  for (std::size_t scale = 0; scale < odd_.scales(); ++scale) classes_.push_back({odd_.windows(), odd_.grid(scale)});
 }
 
 void ShortlistMatcher::keep_index(IndexCache cache, std::vector<std::string> names) {
@@ -30,9 +36,7 @@ Status ShortlistMatcher::build_index(int threads, const std::stop_token& stop, c
   indexed_.resize(class_count);
   for (auto& it : indexed_) it.resize(lattices());
 
-  std::vector<WindowClass> windows_of_classes;
-  for (const Class& it : classes_) windows_of_classes.push_back(it.windows);
-  if (Status done = measure_clearance(windows_of_classes, threads, stop); !done.ok()) return done;
+  if (Status done = measure_clearance(windows_, threads, stop); !done.ok()) return done;
   Status done = run_parallel(panel_count * (1 + class_count), threads, stop, [&](std::size_t task) -> Status {
     const std::size_t p = task % panel_count;
     if (task >= panel_count) return find_blocked(p, task / panel_count - 1, stop);
@@ -116,11 +120,12 @@ Status ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t win
   const auto p = static_cast<std::size_t>(panel_of(at));
   const Lattice& lattice = lattice_at(at);
   if (!kept_) return map.measure(entries_[p], lattice, stop);
-  const WindowClass& windows = classes_[window_class].windows;
+  const Class& it = classes_[window_class];
+  const std::string of = it.windows.filled ? fmt::format("windows {}x{} filled", it.windows.width, it.windows.height)
+                                           : fmt::format("cells {}x{} of any window", it.grid.width, it.grid.height);
   const std::string name = IndexCache::entry_name(kept_->names[p], window_class, rotation_of(at));
-  const std::string key =
-      fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
-                  windows.width, windows.height, windows.filled ? "filled" : "in eighths", lattice.turn().count());
+  const std::string key = fmt::format("{} {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows, of,
+                                      lattice.turn().count());
   const Result<bool> loaded = kept_->cache.load(name, key, map.measured(), stop);
   if (!loaded.ok()) return loaded.error();
   if (*loaded) return Ok();

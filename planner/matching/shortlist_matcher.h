@@ -15,6 +15,7 @@
 #include "planner/matching/coarse_map.h"
 #include "planner/matching/index_cache.h"
 #include "planner/matching/matcher.h"
+#include "planner/matching/odd_windows.h"
 #include "planner/matching/window_samples.h"
 
 namespace veneer::planner {
@@ -41,11 +42,12 @@ class ShortlistMatcher final : public Matcher {
  private:
   friend class ShortlistSearch;
 
+  // What is indexed by itself: a class of filled windows, or one scale of the others.
   struct Class {
     WindowClass windows;
     CellGrid grid;
   };
-  // One lattice for one class.
+  // One lattice for one of them.
   struct Indexed {
     PlaceBits places;
     CoarseMap map;
@@ -57,6 +59,11 @@ class ShortlistMatcher final : public Matcher {
   Result<PlaceBits> places_of(std::size_t lattice, std::size_t window_class, const std::stop_token& stop) const;
   Status index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   Status measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  // Which of classes_ a patch is matched with.
+  std::size_t class_of(const MatchPatch& patch) const {
+    const std::size_t own = class_numbers_[patch.window_class];
+    return own < classes_.size() ? own : first_odd_ + odd_.scale_of(patch.pixels);
+  }
   std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }
   int panel_of(std::size_t lattice) const { return static_cast<int>(lattice) / rotations(); }
   int rotation_of(std::size_t lattice) const { return static_cast<int>(lattice) % rotations(); }
@@ -73,7 +80,11 @@ class ShortlistMatcher final : public Matcher {
   std::optional<Kept> kept_;
   std::mutex not_kept_mutex_;
   std::optional<Error> not_kept_;
+  std::vector<WindowClass> windows_;  // as they were given
+  OddWindows odd_;
   std::vector<Class> classes_;
+  std::vector<std::size_t> class_numbers_;                      // of windows_ in classes_; beyond them: of odd windows
+  std::size_t first_odd_ = 0;                                   // of classes_
   std::vector<cv::Mat> entries_;                                // per panel
   std::vector<std::vector<BlockedPixels>> blocked_;             // per panel, per class; only while places are found
   std::vector<std::vector<std::unique_ptr<Indexed>>> indexed_;  // per class, per lattice

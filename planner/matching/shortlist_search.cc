@@ -16,9 +16,12 @@ constexpr double kListed = 1536, kFewestListed = 64;
 constexpr int kFewestSamples = 16;  // pixels of the first look, along the shorter side of a window
 constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
+constexpr int kLargestOddBlock =
+    8;  // the same where windows are not filled: they are larger than a square of equal area
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
-constexpr int kCoarserEstimates = 3;   // where windows are not filled, so many times as many cells are listed
+constexpr int kMoreAlike = 3;          // where windows are not filled, so many times as many
+constexpr int kCoarserEstimates = 2;   // and so many times as many cells are listed, since shares of blocks say less
 constexpr std::size_t kLongest = 256;  // times as long as usual a list may be to find a further place
 constexpr std::size_t kOverlong = 2;   // times as long as wanted a list may grow before it is cut
 constexpr int kSampledRow = 8;         // one in so many rows of cells is scored first
@@ -61,10 +64,12 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
     : matcher_(matcher),
       patch_(patch),
       stop_(stop),
-      class_(matcher.classes_[patch.window_class]),
+      class_number_(matcher.class_of(patch)),
+      class_(matcher.classes_[class_number_]),
+      grid_(class_.windows.filled ? class_.grid : cells_over(class_.grid, patch.pixels.width, patch.pixels.height)),
       cover_(matcher.cover(patch)),
-      cut_(std::max(class_.grid.width, class_.grid.height) > kLargestBlock),
-      taps_(block_taps(patch, class_.grid, class_.windows.filled, matcher.entries_per_unit_)) {
+      cut_(std::max(grid_.width, grid_.height) > (class_.windows.filled ? kLargestBlock : kLargestOddBlock)),
+      taps_(block_taps(patch, grid_, class_.windows.filled, matcher.entries_per_unit_)) {
   for (const int stride : strides(std::min(patch.pixels.width, patch.pixels.height)))
     windows_.emplace_back(patch, matcher.entries_per_unit_, stride);
 }
@@ -73,7 +78,7 @@ Result<std::vector<LatticeCandidate>> ShortlistSearch::run(std::size_t count) {
   if (count == 0) return std::vector<LatticeCandidate>();
   const double samples = static_cast<double>(windows_.front().rows()) * windows_.front().columns();
   const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
-  // Shares of blocks make coarser estimates, large cells too.
+  // Large cells make coarser estimates, too.
   const int coarseness = (class_.windows.filled ? 1 : kCoarserEstimates) * (cut_ ? 2 : 1);
   const auto usual =
       static_cast<std::size_t>(std::max(kFewestListed, kListed * cheapness * coarseness * matcher_.thoroughness_));
@@ -121,7 +126,7 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
 }
 
 std::vector<ShortlistSearch::Scored> ShortlistSearch::score_cells(std::size_t wanted) {
-  const int rows = class_.grid.rows / 2, columns = class_.grid.columns / 2;
+  const int rows = grid_.rows / 2, columns = grid_.columns / 2;
   const kernels::BlockTaps taps{taps_.data(), static_cast<int>(taps_.size()) / (rows * columns), rows, columns};
   const TapSums sums = tap_sums(taps, patch_.features->channels());
   blocks_.resize(static_cast<std::size_t>(taps.pairs * rows));
@@ -132,7 +137,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::score_cells(std::size_t wa
     map.find_score_bounds(sums, bounds_);
     // A sample of the rows first, so that the limit is low when the others come.
     for (const bool sampled : {true, false}) {
-      for (int row = 0; row + class_.grid.rows <= map.rows() && !stop_.stop_requested(); ++row)
+      for (int row = 0; row + grid_.rows <= map.rows() && !stop_.stop_requested(); ++row)
         if ((row % kSampledRow == 0) == sampled) score_row(lattice, row, taps, sums, wanted, found);
       if (found.size() > wanted) keep_best(wanted, found);
     }
@@ -199,7 +204,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<
         for (const LatticeCandidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
       }
     }
-    if (like >= kMostAlike * (class_.windows.filled ? 1 : kCoarserEstimates)) continue;
+    if (like >= kMostAlike * (class_.windows.filled ? 1 : kMoreAlike)) continue;
     kept[square(0, 0)].push_back(at);
     out.push_back(cell);
   }
@@ -208,7 +213,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<
 }
 
 ShortlistSearch::Block ShortlistSearch::block_of(const Scored& cell) const {
-  const CellGrid& grid = class_.grid;
+  const CellGrid& grid = grid_;
   return {0,
           cell.lattice,
           CellGrid::first_place(cell.row, grid.height),
@@ -228,7 +233,7 @@ void ShortlistSearch::look_at(std::vector<Block>& blocks, const TargetWindow& wi
   for (Block& block : blocks) {
     if (stop_.stop_requested()) return;
     sample(entries(block.lattice), matcher_.lattice_at(block.lattice), window.at(block.middle_x(), block.middle_y()),
-           window.row_length(), samples_.data());
+           window.row_length(), samples_.data(), window.parts().data());
     block.distance = kernels::window_ssd(window.pixels(), samples_.data(), window.row_base(), 0, kNoLimit);
   }
   if (blocks.size() > wanted) complete_ = false;
@@ -284,9 +289,18 @@ std::vector<ShortlistSearch::FreePlace> ShortlistSearch::free_places(const std::
     const std::size_t row_length = all.row_length() + static_cast<std::size_t>(x1 - x0) * channels;
     const int rows = all.rows() + y1 - y0 - 1;
     samples_.resize(row_length * static_cast<std::size_t>(rows) + 2 * kernels::kRowStep);
+    // What the rows of the window want that come to lie on a row of samples.
+    parts_.assign(static_cast<std::size_t>(rows), {all.columns(), 0});
+    for (int r = 0; r < rows; ++r) {
+      SampledPart& part = parts_[static_cast<std::size_t>(r)];
+      for (int own = std::max(0, r - (y1 - y0 - 1)); own <= std::min(r, all.rows() - 1); ++own) {
+        const SampledPart& wanted = all.parts()[static_cast<std::size_t>(own)];
+        part = {std::min(part.first, wanted.first), std::max(part.last, wanted.last + x1 - x0 - 1)};
+      }
+    }
     sample(entries(block.lattice), matcher_.lattice_at(block.lattice),
            {static_cast<double>(x0), static_cast<double>(y0), 1, 1, all.columns() + x1 - x0 - 1, rows}, row_length,
-           samples_.data());
+           samples_.data(), parts_.data());
     std::vector<std::ptrdiff_t> base;
     base.reserve(static_cast<std::size_t>(rows));
     for (int r = 0; r < rows; ++r) base.push_back(static_cast<std::ptrdiff_t>(row_length) * r);

@@ -38,7 +38,7 @@ class ShortlistSearch {
   };
 
   const ShortlistMatcher::Indexed& indexed(std::uint32_t lattice) const {
-    return *matcher_.indexed_[patch_.window_class][lattice];
+    return *matcher_.indexed_[class_number_][lattice];
   }
   LatticeCandidate candidate(std::uint32_t lattice, int y, int x) const {
     return {0, matcher_.panel_of(lattice), matcher_.rotation_of(lattice), y, x};
@@ -74,7 +74,9 @@ class ShortlistSearch {
   const ShortlistMatcher& matcher_;
   const MatchPatch& patch_;
   const std::stop_token& stop_;
+  const std::size_t class_number_;
   const ShortlistMatcher::Class& class_;
+  const CellGrid grid_;                // the cells of the patch's window
   const std::vector<Cover> cover_;     // one a lattice, or none
   const bool cut_;                     // cells are larger than blocks may be
   std::vector<TargetWindow> windows_;  // from few pixels to all
@@ -82,7 +84,8 @@ class ShortlistSearch {
   std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
   bool complete_ = true;  // no cell was dropped
   std::vector<std::int16_t> samples_;
-  std::vector<float> bounds_;  // of one lattice, while scoring
+  std::vector<SampledPart> parts_;  // of its rows, where all places of a block are looked at
+  std::vector<float> bounds_;       // of one lattice, while scoring
   // Of one row, while scoring.
   std::vector<std::uint32_t> groups_;
   std::vector<std::int32_t> scores_;

@@ -185,7 +185,7 @@ Result<cv::Mat> rounded_entries(const cv::Mat& features, double entries_per_unit
 }
 
 void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, std::size_t row_length,
-            std::int16_t* out) {
+            std::int16_t* out, const SampledPart* parts) {
   const std::int64_t column_step = fixed(lattice.cos() * grid.step_x), row_step = fixed(-lattice.sin() * grid.step_x);
   const auto walk_of_row = [&](int k) {
     double column = 0, row = 0;
@@ -193,38 +193,46 @@ void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, 
     // Positions count from pixel centres.
     return Walk{fixed(column - 0.5), fixed(row - 0.5), column_step, row_step};
   };
+  const auto channels = static_cast<std::size_t>(map.channels());
+  // Calls sample_part(walk, count, to) for each row.
+  const auto for_rows = [&](auto sample_part) {
+    for (int k = 0; k < grid.rows; ++k) {
+      const SampledPart part = parts != nullptr ? parts[k] : SampledPart{0, grid.columns};
+      if (part.first >= part.last) continue;
+      Walk walk = walk_of_row(k);
+      walk.advance(part.first);
+      sample_part(walk, part.last - part.first,
+                  out + static_cast<std::size_t>(k) * row_length + static_cast<std::size_t>(part.first) * channels);
+    }
+  };
 #ifdef __SSE2__
   const bool inside = stays_within(walk_of_row(0), grid.columns, map.size()) &&
                       stays_within(walk_of_row(grid.rows - 1), grid.columns, map.size());
   if (map.channels() == 4 && map.cols > 1 && map.rows > 1) {
     const auto sample_four = inside ? sample_row_of_four<true> : sample_row_of_four<false>;
-    for (int k = 0; k < grid.rows; ++k)
-      sample_four(map, walk_of_row(k), grid.columns, out + static_cast<std::size_t>(k) * row_length);
+    for_rows([&](const Walk& walk, int count, std::int16_t* to) { sample_four(map, walk, count, to); });
     return;
   }
   if (map.channels() == 2) {
-    for (int k = 0; k < grid.rows; ++k) {
-      Walk walk = walk_of_row(k);
-      std::int16_t* to = out + static_cast<std::size_t>(k) * row_length;
+    for_rows([&](Walk walk, int count, std::int16_t* to) {
       // The samples in the middle of the row that need no pixel beyond the map.
-      int first = 0, last = grid.columns;
+      int first = 0, last = count;
       if (!inside) {
         keep_within(walk.column, column_step, map.cols, first, last);
         keep_within(walk.row, row_step, map.rows, first, last);
-        if (first >= last) first = last = grid.columns;
+        if (first >= last) first = last = count;
         sample_row(map, walk, first, to);
         walk.advance(first);
       }
       sample_row_of_two(map, walk, last - first, to + static_cast<std::ptrdiff_t>(2) * first);
-      if (inside) continue;
+      if (inside) return;
       walk.advance(last - first);
-      sample_row(map, walk, grid.columns - last, to + static_cast<std::ptrdiff_t>(2) * last);
-    }
+      sample_row(map, walk, count - last, to + static_cast<std::ptrdiff_t>(2) * last);
+    });
     return;
   }
 #endif
-  for (int k = 0; k < grid.rows; ++k)
-    sample_row(map, walk_of_row(k), grid.columns, out + static_cast<std::size_t>(k) * row_length);
+  for_rows([&](const Walk& walk, int count, std::int16_t* to) { sample_row(map, walk, count, to); });
 }
 
 BoxMeans box_means(const MatchPatch& patch, int columns, int rows, double box_width, double box_height) {
@@ -281,13 +289,17 @@ TargetWindow::TargetWindow(const MatchPatch& patch, double entries_per_unit, int
     order_.push_back(r);
     row_base_.push_back(static_cast<std::ptrdiff_t>(row_length_) * r);
   }
+  parts_.assign(static_cast<std::size_t>(rows_), {columns_, 0});
   for (const PatchPixels::Span& span : pixels.spans) {
     const int r = (span.row - pixels.top) / stride;
     if ((span.row - pixels.top) % stride != stride / 2) continue;
     const auto* from = patch.features->ptr<float>(span.row);
     // The samples within the span.
     const auto first_from = [&](int column) { return (column - pixels.left - stride / 2 + stride - 1) / stride; };
-    for (int c = first_from(span.begin); c < first_from(span.end); ++c) {
+    SampledPart& part = parts_[static_cast<std::size_t>(r)];
+    const int first = first_from(span.begin), last = first_from(span.end);
+    if (first < last) part = {std::min(part.first, first), std::max(part.last, last)};
+    for (int c = first; c < last; ++c) {
       const int column = pixels.left + c * stride + stride / 2;
       for (std::size_t ch = 0; ch < channels; ++ch) {
         const std::size_t at = static_cast<std::size_t>(r) * row_length_ + static_cast<std::size_t>(c) * channels + ch;
@@ -297,6 +309,9 @@ TargetWindow::TargetWindow(const MatchPatch& patch, double entries_per_unit, int
       }
     }
   }
+  // Samples are taken two at once.
+  for (SampledPart& part : parts_)
+    if ((part.last - part.first) % 2 != 0) part.last<columns_ ? ++part.last : part.first> 0 ? --part.first : 0;
 }
 
 }  // namespace veneer::planner

@@ -24,9 +24,14 @@ struct SampleGrid {
   double step_x = 1, step_y = 1;
   int columns = 0, rows = 0;
 };
-// `entries` below 4096 in size. Row k of the result starts at k * row_length; what lies between rows is left alone.
+// Columns of a row of samples: [first, last).
+struct SampledPart {
+  int first = 0, last = 0;
+};
+// `entries` below 4096 in size. Row k of the result starts at k * row_length; what lies between rows is left alone, and
+// with `parts`, one a row, what lies beside them.
 void sample(const cv::Mat& entries, const Lattice& lattice, const SampleGrid& grid, std::size_t row_length,
-            std::int16_t* out);
+            std::int16_t* out, const SampledPart* parts = nullptr);
 
 // A patch's pixels, or a sample of them on a regular grid: what a window of samples is compared with.
 class TargetWindow {
@@ -47,6 +52,8 @@ class TargetWindow {
     return {target_.data(), mask_.data(), row_length_, order_.data(), static_cast<int>(order_.size())};
   }
   std::size_t row_length() const { return row_length_; }
+  // One a row: the samples between the first and the last that count.
+  const std::vector<SampledPart>& parts() const { return parts_; }
   // Where rows of samples start that follow each other, and how many entries to keep ready for them.
   const std::ptrdiff_t* row_base() const { return row_base_.data(); }
   std::size_t sample_entries() const { return target_.size() + kernels::kRowStep; }
@@ -58,6 +65,7 @@ class TargetWindow {
   std::vector<std::uint32_t> mask_;
   std::vector<int> order_;
   std::vector<std::ptrdiff_t> row_base_;
+  std::vector<SampledPart> parts_;
 };
 
 // The means of a patch's features over a grid of columns x rows boxes of box_width x box_height pixels from its

@@ -8,6 +8,7 @@
 #include <functional>
 #include <future>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <tuple>
@@ -29,10 +30,14 @@ namespace {
 WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
   WindowClass out;
   out.width = patches.front()->pixels.width, out.height = patches.front()->pixels.height;
+  out.least = std::numeric_limits<std::int64_t>::max();
   out.left = out.top = -1e9, out.right = out.bottom = 1e9;
   for (const MatchPatch* each : patches) {
     const MatchPatch& patch = *each;
     out.width = std::min(out.width, patch.pixels.width), out.height = std::min(out.height, patch.pixels.height);
+    out.widest = std::max(out.widest, patch.pixels.width), out.tallest = std::max(out.tallest, patch.pixels.height);
+    const std::int64_t area = static_cast<std::int64_t>(patch.pixels.width) * patch.pixels.height;
+    out.least = std::min(out.least, area), out.most = std::max(out.most, area);
     out.filled = out.filled && patch.pixels.filled();
     const ScanResolution& resolution = patch.grid.resolution;
     const Box<ArtworkFrame> box = bounds(patch.outline);
@@ -58,6 +63,8 @@ std::size_t class_index(std::vector<WindowClass>& classes, const WindowClass& wa
   for (std::size_t i = 0; i < classes.size(); ++i) {
     WindowClass& it = classes[i];
     if (it.width != wanted.width || it.height != wanted.height) continue;
+    it.widest = std::max(it.widest, wanted.widest), it.tallest = std::max(it.tallest, wanted.tallest);
+    it.least = std::min(it.least, wanted.least), it.most = std::max(it.most, wanted.most);
     it.filled = it.filled && wanted.filled;
     it.left = std::max(it.left, wanted.left), it.right = std::min(it.right, wanted.right);
     it.top = std::max(it.top, wanted.top), it.bottom = std::min(it.bottom, wanted.bottom);

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   const auto ran = benchmark::RunSpecifiedBenchmarks(&judge);
   const std::string filter = benchmark::GetBenchmarkFilter();
   if (filter.empty() || filter == "." || filter == "all") judge.expect_all();
-  for (const char* all_of : {"stock", "borders"})
+  for (const char* all_of : {"stock", "borders", "odd_shapes"})
     if (filter == all_of) judge.expect_all(all_of);
   benchmark::Shutdown();
   if (!judge.told().empty()) std::fprintf(stderr, "\n%s", judge.told().c_str());

@@ -156,6 +156,39 @@ TEST(ShortlistMatcher, ShapesAreMatchedByTheirOwnPixels) {
   }
 }
 
+// A window may be larger than the class's smallest, and its outline leave the corner empty that the smallest lies in.
+// Of triangles of 40 mm in wood 32 mm wide, some lie best with their longest side along the panel's edge.
+TEST(ShortlistMatcher, FindsPlacesAtTheEdgeForTheLargerOfUnlikeWindows) {
+  constexpr int kRotations = 8;
+  PlanOptions o = options(40, 25.4, kRotations);
+  o.kerf = Millimetres(0.01);
+  StockPanel panel = wood_panel("P", 64, 64, 25.4, 4);
+  panel.free.pixels(cv::Rect(32, 0, 32, 64)).setTo(0);
+  auto problem =
+      make_problem(std::vector<Artwork>{blob_artwork("A", 40, 40, 80_mm, 3)}, std::vector<StockPanel>{panel}, o);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  test::reshape(*problem, test::triangle);
+  // As if others of the class were not half as wide and high.
+  for (WindowClass& windows : problem->classes) {
+    windows.width = windows.width * 5 / 11, windows.height = windows.height * 5 / 11;
+    windows.least = static_cast<std::int64_t>(windows.width) * windows.height;
+    windows.x = choose_blocks(windows.width), windows.y = choose_blocks(windows.height);
+  }
+  ShortlistMatcher shortlist(problem->panels, turns(kRotations), problem->classes, largest_response(o));
+  CertifiedMatcher certified(problem->panels, turns(kRotations), problem->classes, problem->entries_per_unit);
+  test::ExhaustiveMatching oracle(problem->panels, turns(kRotations), 1);
+  for (Matcher* matcher : {static_cast<Matcher*>(&shortlist), static_cast<Matcher*>(&certified)}) {
+    ASSERT_TRUE(matcher->build_index(1, {}).ok());
+    for (const Problem::Task& task : problem->queue) {
+      const auto expected = oracle.best(task.match).best;
+      const auto found = *matcher->best(task.match, {});
+      ASSERT_TRUE(expected.has_value());
+      ASSERT_TRUE(found.has_value());
+      EXPECT_LE(found->cost, expected->cost * 1.001);
+    }
+  }
+}
+
 // Squares if `shape_of` is none.
 void expect_different_places_in_order(const test::ShapeOf& shape_of) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 18)};
