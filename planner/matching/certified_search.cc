@@ -165,8 +165,11 @@ void CertifiedSearch::evaluate(const Found& found) {
                                         std::hypot(across, down)))
       return;
   }
-  ++counts_.cells;
   const int left = found.cell * cell_x, top = found.row * cell_y, channels = it.pixels->channels();
+  // Places are known of the class's lowest window. A taller one ends on the panel where it is free, and elsewhere
+  // beyond the rows that there are (RotatedPanel::kReach covers a cell).
+  if (top + cell_y - 1 + patch_.pixels.height > it.pixels->rows()) return;
+  ++counts_.cells;
   if (query_.sum_groups > 0)
     kernels::row_sums(it.pixels->data(), it.pixels->row_base() + top, static_cast<std::ptrdiff_t>(left) * channels,
                       query_.sum_height, query_.sum_groups, cell_y, sums_length_, sums_.data());

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kFormat = "veneer shortlist index 1";
+constexpr std::string_view kFormat = "veneer shortlist index 2";
 constexpr const char* kSuffix = ".index";
 constexpr std::chrono::hours kLongestWrite{1};
 constexpr std::size_t kAtOnce = 4 << 20;  // bytes read or written between looks for a stop

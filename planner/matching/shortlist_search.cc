@@ -16,8 +16,8 @@ constexpr double kListed = 1536, kFewestListed = 64;
 constexpr int kFewestSamples = 16;  // pixels of the first look, along the shorter side of a window
 constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
-constexpr int kLargestOddBlock =
-    8;  // the same where windows are not filled: they are larger than a square of equal area
+// The same where windows are not filled: chosen, since the windows of a usual mosaic then need no second list.
+constexpr int kLargestOddBlock = 8;
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
 constexpr int kMoreAlike = 3;          // where windows are not filled, so many times as many

@@ -310,8 +310,13 @@ TargetWindow::TargetWindow(const MatchPatch& patch, double entries_per_unit, int
     }
   }
   // Samples are taken two at once.
-  for (SampledPart& part : parts_)
-    if ((part.last - part.first) % 2 != 0) part.last<columns_ ? ++part.last : part.first> 0 ? --part.first : 0;
+  for (SampledPart& part : parts_) {
+    if ((part.last - part.first) % 2 == 0) continue;
+    if (part.last < columns_)
+      ++part.last;
+    else if (part.first > 0)
+      --part.first;
+  }
 }
 
 }  // namespace veneer::planner

@@ -189,6 +189,31 @@ TEST(ShortlistMatcher, FindsPlacesAtTheEdgeForTheLargerOfUnlikeWindows) {
   }
 }
 
+// A spike is higher than the class's lowest window and than one of the panels, and no disc within its tip says so: what
+// is looked at must still lie within what there is of the panel (seen by AddressSanitizer).
+TEST(ShortlistMatcher, LooksAtNothingBelowAPanelThatIsLowerThanAPatch) {
+  constexpr int kRotations = 2;
+  PlanOptions o = options(40, 25.4, kRotations);
+  o.kerf = Millimetres(0.01);
+  const std::vector<StockPanel> stock{wood_panel("P", 64, 64, 25.4, 4), wood_panel("Q", 90, 26, 25.4, 5)};
+  auto problem = make_problem(std::vector<Artwork>{blob_artwork("A", 40, 40, 40_mm, 3)}, stock, o);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  test::reshape(*problem, [](std::size_t) {
+    return test::Shape{{0, 0}, {1, 0}, {1, 0.02}, {0.51, 0.03}, {0.505, 1}, {0.495, 1}, {0.49, 0.03}, {0, 0.02}};
+  });
+  for (WindowClass& windows : problem->classes) {
+    windows.height = windows.height * 5 / 11;
+    windows.y = choose_blocks(windows.height);
+  }
+  CertifiedMatcher certified(problem->panels, turns(kRotations), problem->classes, problem->entries_per_unit);
+  test::ExhaustiveMatching oracle(problem->panels, turns(kRotations), 1);
+  ASSERT_TRUE(certified.build_index(1, {}).ok());
+  const MatchPatch& spike = problem->queue.front().match;
+  const auto found = *certified.best(spike, {});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_LE(found->cost, oracle.best(spike).best->cost * 1.001);
+}
+
 // Squares if `shape_of` is none.
 void expect_different_places_in_order(const test::ShapeOf& shape_of) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 18)};
