@@ -1,9 +1,10 @@
 // For every patch the best candidates of the whole stock, spread over it: what the global choice chooses from.
 //
 // The wood is looked at region by region (squares of a third of a patch); in each, every patch keeps the one candidate,
-// of a grid of positions and all rotations, that the sketch (sketch.h) finds cheapest. The best regions of each patch
-// are thinned, laid on the matcher's lattice and measured exactly. A candidate stands on free wood; other placements
-// are not looked at.
+// of a grid of positions and all rotations, that the sketch (sketch.h) finds cheapest among those that the discs in its
+// outline do not rule out. Whether it stands is asked later, but where the patches of a class are alike: there it is
+// asked first. The best regions of each patch are thinned, laid on the matcher's lattice and measured exactly. A
+// candidate stands on free wood, so a region may come to nothing; other placements are not looked at.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +35,8 @@ struct Survey {
   std::vector<std::vector<AssignmentCost>> slots;
 };
 
-// Deterministic, any number of threads; `progress` is called on the calling thread with the share done. kCancelled: a
-// stop was requested.
+// All panels of the matcher share one kerf and border (FreeWood). Deterministic, any number of threads; `progress` is
+// called on the calling thread with the share done. kCancelled: a stop was requested.
 Result<Survey> survey_candidates(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
                                  std::span<const Pose> slots, const SurveyOptions& options, const std::stop_token& stop,
                                  const std::function<void(double)>& progress = {});

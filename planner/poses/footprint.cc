@@ -239,7 +239,7 @@ bool Footprint::overlap(const Footprint& a, const Pose& at_a, const Footprint& b
   if (a.parts_.size() == 1 && b.parts_.size() == 1)
     return !separated(a.hull_, at_a, b.hull_, at_b) && !separated(b.hull_, at_b, a.hull_, at_a);
   // Most that come so near are parted by their hulls, and most parts of others by the circles around them.
-  constexpr double kClearly = 1e-5;  // what rounding cannot make of a touch
+  constexpr double kClearly = 1e-4;  // what rounding cannot make of a touch; a hull's corners are chosen among floats
   if (separated(a.hull_, at_a, b.hull_, at_b, kClearly) || separated(b.hull_, at_b, a.hull_, at_a, kClearly))
     return false;
   const auto middle = [](const Part& part, const Pose& at) {
