@@ -130,6 +130,14 @@ class OutlineRoom {
   std::vector<Disc> discs_;
 };
 
+// Corner by corner. One that begins at another corner counts as another shape, and is asked about itself.
+bool same_shape(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
+  constexpr double kSame = 1e-6;  // mm
+  return std::ranges::equal(a, b, [](const Point<PanelFrame>& p, const Point<PanelFrame>& q) {
+    return std::hypot((p.x - q.x).count(), (p.y - q.y).count()) < kSame;
+  });
+}
+
 struct Found {
   float score;
   std::uint64_t number;  // of the candidate, in the order of the survey
@@ -183,17 +191,17 @@ class ClassSurvey {
     }
     double least_outer = footprints_[patches_.front()].outer(), most_outer = least_outer, reach = 0;
     least_inner_ = footprints_[patches_.front()].inner();
-    double most_inner = least_inner_;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
       const Footprint& it = footprints_[patches_[i]];
-      least_inner_ = std::min(least_inner_, it.inner()), most_inner = std::max(most_inner, it.inner());
+      least_inner_ = std::min(least_inner_, it.inner());
       least_outer = std::min(least_outer, it.outer()), most_outer = std::max(most_outer, it.outer());
       reach = std::max(reach, rooms_[i].outer());
     }
     const FreeWood& any = matcher.panels().front().wood;
     ample_ = most_outer + (any.border() - any.kerf()).count() * 1.5, reach = std::max(reach, ample_);
-    constexpr double kSame = 1e-6;  // mm
-    alike_ = most_inner - least_inner_ < kSame && most_outer - least_outer < kSame && is_convex(model_.outline);
+    alike_ = is_convex(model_.outline) && std::ranges::all_of(patches_, [&](std::size_t patch) {
+               return same_shape(centred(patches_.front()), centred(patch));
+             });
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
       Result<PanelSketch> sketch = PanelSketch::make(panel.features.pixels, blocks_, stop);
@@ -325,6 +333,9 @@ class ClassSurvey {
     if (room.most < least_inner_) return false;
     if (!alike_) return true;
     return room.least > ample_ || rooms_.front().on_free_wood(pose_of(spot), map_of(spot));
+  }
+  Ring<PanelFrame> centred(std::size_t patch) const {
+    return footprints_[patch].panel_from_artwork(pose_at(0, 0, 0, 0)) * problem_.queue[patch].match.outline;
   }
   const RoomMap& map_of(const Spot& spot) const { return panels_[static_cast<std::size_t>(spot.panel)].room; }
   Point<PanelFrame> middle_of(const Spot& spot) const {

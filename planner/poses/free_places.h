@@ -1,8 +1,8 @@
 // FreeWood::on_free_wood() for one patch at many poses: what is the same at all of them is worked out once.
 //
 // An outline that is not convex is grown once and laid where it is asked about, not grown anew there. Growing rounds to
-// whole micrometres, so a place that a little more or less growth would decide is left to FreeWood itself. Immutable;
-// thread-safe.
+// whole micrometres, so a place that a little more or less growth would decide is left to FreeWood itself, as are all
+// places of an outline of which rounding decides whether a corner grows pointed or blunt. Immutable; thread-safe.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace veneer::planner {
 
 class FreePlaces {
  public:
-  // All outlive this.
+  // All outlive this. The panels share one border.
   FreePlaces(const Ring<ArtworkFrame>& outline, const Footprint& footprint, const std::vector<MatchPanel>& panels);
 
   bool on_free_wood(const Pose& at) const;
@@ -29,8 +29,7 @@ class FreePlaces {
   const Ring<ArtworkFrame>* outline_;
   const Footprint* footprint_;
   const std::vector<MatchPanel>* panels_;
-  Millimetres border_;
-  Rings narrow_, wide_;  // grown by a little less and a little more than that; none: the outline is convex
+  Rings narrow_, wide_;  // grown by a little less and a little more than the border; none: FreeWood is asked
 };
 
 }  // namespace veneer::planner

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -124,6 +125,36 @@ TEST_F(CandidateSurvey, FindsForEachPatchOfAClassTheWoodThatItFitsOn) {
     EXPECT_GT(on_the_small_wood(small), 0) << small;
     EXPECT_EQ(on_the_small_wood(1 - small), 0) << small;
     EXPECT_FALSE(survey.candidates[1 - small].empty()) << small;
+  }
+}
+
+// Two patches of one class, each the other's mirror image, and wood on which only one of them fits.
+TEST_F(CandidateSurvey, LooksForMirroredPatchesWhereEachFits) {
+  artwork_ = test::blob_artwork("A", 2 * kPatch, kPatch, 12_mm, 1);
+  cv::Mat& free = stock_[0].free.pixels;
+  free.setTo(0);
+  // 20 mm long, too short for 12 mm of the other hand.
+  const auto triangle = [&](int corner, int end) {
+    cv::fillConvexPoly(free, std::vector<cv::Point>{{corner, 80}, {corner, 40}, {end, 80}}, cv::Scalar(255));
+  };
+  triangle(10, 50), triangle(110, 70);
+  for (const std::size_t left : {0, 1}) {
+    Problem two = problem();
+    ASSERT_EQ(two.queue.size(), 2U);
+    for (const std::size_t i : {0, 1}) {
+      MatchPatch& patch = two.queue[i].match;
+      const Box<ArtworkFrame> box = bounds(patch.outline);
+      const Point<ArtworkFrame> right_down{box.max.x, box.min.y}, left_up{box.min.x, box.max.y};
+      patch.outline = i == left ? Ring<ArtworkFrame>{box.min, right_down, left_up}
+                                : Ring<ArtworkFrame>{box.min, right_down, box.max};
+      patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    }
+    ASSERT_EQ(two.queue[0].match.window_class, two.queue[1].match.window_class);
+    const Survey survey = surveyed(two, 40);
+    for (const std::size_t i : {0, 1}) {
+      EXPECT_FALSE(survey.candidates[i].empty()) << left << ' ' << i;
+      for (const Candidate& it : survey.candidates[i]) EXPECT_EQ(it.pose.x < 30, i == left) << left << ' ' << i;
+    }
   }
 }
 
