@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "db/panel_sql.h"
 #include "db/shapes.h"
@@ -28,6 +29,13 @@ Status check(const RecipeRecord& recipe) {
   for (const Millimetres kerf : {recipe.kerf->back, recipe.kerf->show})
     if (!(kerf.count() >= 0 && kerf.count() < 5)) return wrong("has an impossible kerf: use 0 to 5 mm");
   return Ok();
+}
+
+// Zones were rings around their strips before schema 37.
+std::optional<Region<PanelFrame>> read_shape(const std::string& text) {
+  if (auto area = read_area(text)) return Region<PanelFrame>(*std::move(area));
+  if (const auto ring = read_ring(text)) return Region<PanelFrame>(from_micro<PanelFrame>(*ring));
+  return std::nullopt;
 }
 
 }  // namespace
@@ -103,7 +111,7 @@ Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>&
     SQLite::Statement insert(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, ?)");
     for (const ZoneRecord& zone : zones) {
       insert.reset();
-      SQLite::bind(insert, panel.value, zone.number, write_ring(to_micro(zone.outline)), zone.material);
+      SQLite::bind(insert, panel.value, zone.number, write_area(zone.shape.micro_area()), zone.material);
       insert.exec();
     }
     return Ok();
@@ -117,9 +125,9 @@ Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
     rows.bind(1, panel.value);
     std::vector<ZoneRecord> out;
     while (rows.executeStep()) {
-      const auto ring = read_ring(text(rows.getColumn(1)));
-      if (!ring) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
-      out.push_back({rows.getColumn(0).getInt(), from_micro<PanelFrame>(*ring), text(rows.getColumn(2))});
+      auto shape = read_shape(text(rows.getColumn(1)));
+      if (!shape) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
+      out.push_back({rows.getColumn(0).getInt(), *std::move(shape), text(rows.getColumn(2))});
     }
     return out;
   });

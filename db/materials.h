@@ -10,6 +10,7 @@
 
 #include "base/geometry.h"
 #include "base/ids.h"
+#include "base/polygon_ops.h"
 #include "base/result.h"
 #include "db/database.h"
 
@@ -39,7 +40,7 @@ struct RecipeRecord {
 // A strip of usable wood.
 struct ZoneRecord {
   int number = 0;            // from 1, left to right
-  Ring<PanelFrame> outline;  // around all of it, holes included; stored in whole micrometres
+  Region<PanelFrame> shape;  // of a panel whose zones were found under schemas before 37: a ring around all of it
   std::string material;      // "": nobody has said
 };
 

@@ -11,7 +11,7 @@ namespace veneer::db {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(KerfRecord, back, show)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RecipeRecord, material, operation, speed, power, passes, air, kerf, changed_at)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ZoneRecord, number, outline, material)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ZoneRecord, number, shape, material)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlannedPatch, mark, artwork_outline, panel, panel_outline, allocation,
                                    panel_from_artwork, lead_in)
 

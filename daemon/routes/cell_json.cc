@@ -92,11 +92,17 @@ json to_json(const Remnant& remnant) {
 
 json to_json(const std::vector<db::ZoneRecord>& zones) {
   json out = json::array();
-  for (const auto& zone : zones)
+  for (const auto& zone : zones) {
+    const auto rings = zone.shape.rings();
+    json shape = json::array();
+    for (const auto& ring : rings) shape.push_back(points_json(ring));
+    const auto largest = std::ranges::max_element(rings, {}, [](const auto& ring) { return signed_area(ring); });
     out.push_back({{"zone", zone.number},
                    {"material", zone.material.empty() ? json() : json(zone.material)},
-                   {"area_mm2", std::abs(signed_area(zone.outline))},
-                   {"outline_mm", points_json(zone.outline)}});
+                   {"area_mm2", zone.shape.area().count()},
+                   {"outline_mm", largest == rings.end() ? json::array() : points_json(*largest)},
+                   {"shape_mm", shape}});
+  }
   return out;
 }
 

@@ -32,7 +32,8 @@ bool is_plausible(const PanelRead& read, std::size_t tiles, std::size_t suspects
   return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
          (read.sheet.empty() || (is_side(read.sheet.width()) && is_side(read.sheet.height()))) &&
          read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
-         std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
+         std::ranges::all_of(
+             read.zones, [](const auto& zone) { return micro::corners_of(zone.shape.micro_area()) <= kMostPoints; }) &&
          read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
          (!read.differences ||
           (read.differences->size() <= kMostDifferences && std::ranges::all_of(*read.differences, is_near))) &&

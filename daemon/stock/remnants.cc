@@ -70,8 +70,8 @@ Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library
 Raster<PanelFrame> wood_of(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
                            const std::string& material) {
   if (zones.empty() && material.empty()) return free;
-  std::vector<Ring<PanelFrame>> wanted, others;
-  for (const auto& zone : zones) (zone.material == material ? wanted : others).push_back(zone.outline);
+  std::vector<Region<PanelFrame>> wanted, others;
+  for (const auto& zone : zones) (zone.material == material ? wanted : others).push_back(zone.shape);
   return wood_within(free, wanted, others);
 }
 

@@ -32,7 +32,8 @@ inline void fill(CellDatabase& cell) {
   const PanelId ash = cell.new_panel();
   must(cell.panels().add_mask(ash, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(1234.5)}, 1));
   Materials materials(cell.database());
-  VENEER_ASSERT_OK(materials.add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}}));
+  VENEER_ASSERT_OK(materials.add_zones(
+      oak, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}, {2, Region<PanelFrame>(square(120, 10, 100)), ""}}));
   VENEER_ASSERT_OK(materials.set_material(oak, 2, "walnut"));
   RecipeRecord recipe;
   recipe.material = "walnut", recipe.speed = MmPerSecond(12), recipe.power = PowerFraction(0.65), recipe.passes = 2;

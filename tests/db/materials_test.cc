@@ -74,15 +74,16 @@ TEST_F(MaterialsTest, RefusesValuesThatCannotBeAndNamesThem) {
 
 TEST_F(MaterialsTest, ZonesComeWithTheFirstScanAndAreNamedByAPerson) {
   const PanelId id = cell.new_panel();
-  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(10, 10, 100), ""}, {2, square(120, 10.5, 100), ""}}));
+  VENEER_ASSERT_OK(materials.add_zones(
+      id, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}, {2, Region<PanelFrame>(square(120, 10.5, 100)), ""}}));
   VENEER_ASSERT_OK(materials.set_material(id, 2, "walnut"));
   auto zones = must(materials.zones(id));
   ASSERT_EQ(zones.size(), 2U);
   EXPECT_EQ(zones[0].material, "");
   EXPECT_EQ(zones[1].material, "walnut");
-  EXPECT_EQ(zones[1].outline, square(120, 10.5, 100));
+  EXPECT_EQ(zones[1].shape.rings(), Region<PanelFrame>(square(120, 10.5, 100)).rings());
   // A later scan changes nothing.
-  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(0, 0, 5), ""}}));
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(0, 0, 5)), ""}}));
   EXPECT_EQ(must(materials.zones(id)).size(), 2U);
   VENEER_ASSERT_OK(materials.set_material(id, std::nullopt, "maple"));
   zones = must(materials.zones(id));
@@ -95,7 +96,7 @@ TEST_F(MaterialsTest, ZonesComeWithTheFirstScanAndAreNamedByAPerson) {
 
 TEST_F(MaterialsTest, TheOutlineOfAZoneNeverChanges) {
   const PanelId id = cell.new_panel();
-  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(10, 10, 100), ""}}));
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}}));
   EXPECT_FALSE(execute(cell.database(), "UPDATE zones SET outline_um = '[]'").ok());
 }
 

@@ -52,7 +52,10 @@ TEST_F(RecipeRoutes, APersonNamesTheWoodOfAZone) {
     const auto strip = [](double x) {
       return Ring<PanelFrame>{point<PanelFrame>(x, 0), point<PanelFrame>(x + 90, 0), point<PanelFrame>(x + 90, 200)};
     };
-    EXPECT_TRUE(r.materials.add_zones(panel.id, {{1, strip(0), ""}, {2, strip(100), ""}}).ok());
+    EXPECT_TRUE(
+        r.materials
+            .add_zones(panel.id, {{1, Region<PanelFrame>(strip(0)), ""}, {2, Region<PanelFrame>(strip(100)), ""}})
+            .ok());
     return 0;
   });
   const auto named = ask("POST", "/api/v1/panels/P-0001/material", {{"material", "walnut"}, {"zone", 2}});

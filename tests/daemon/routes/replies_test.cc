@@ -83,7 +83,10 @@ class Replies : public testing::RoutedCell {
     db::FiducialRecord hole = tag;
     hole.kind = db::FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners.resize(1);
     if (Status added = r.panels.add(panel, {scan}, {tag, hole}); !added) return added;
-    if (Status zones = r.materials.add_zones(panel.id, {{1, square, "walnut"}, {2, square, ""}}); !zones) return zones;
+    if (Status zones = r.materials.add_zones(
+            panel.id, {{1, Region<PanelFrame>(square), "walnut"}, {2, Region<PanelFrame>(square), ""}});
+        !zones)
+      return zones;
 
     for (const char* origin : {"France", "Italy"})
       if (Status set = r.facts.set_material({"walnut", "Juglans regia", origin, "Miller", "III", "uid 1000", kAt});
