@@ -109,10 +109,15 @@ Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>&
     known.bind(1, panel.value);
     if (known.executeStep()) return Ok();
     SQLite::Statement insert(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, ?)");
+    SQLite::Statement sure(connection, "INSERT INTO zone_confidences (panel, number, confidence) VALUES (?, ?, ?)");
     for (const ZoneRecord& zone : zones) {
       insert.reset();
       SQLite::bind(insert, panel.value, zone.number, write_area(zone.shape.micro_area()), zone.material);
       insert.exec();
+      if (!zone.confidence) continue;
+      sure.reset();
+      SQLite::bind(sure, panel.value, zone.number, *zone.confidence);
+      sure.exec();
     }
     return Ok();
   });
@@ -121,13 +126,17 @@ Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>&
 Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ZoneRecord>> {
     SQLite::Statement rows(connection,
-                           "SELECT number, outline_um, material FROM zones WHERE panel = ? ORDER BY number");
+                           "SELECT z.number, z.outline_um, z.material, c.confidence FROM zones AS z LEFT JOIN "
+                           "zone_confidences AS c ON c.panel = z.panel AND c.number = z.number WHERE z.panel = ? ORDER "
+                           "BY z.number");
     rows.bind(1, panel.value);
     std::vector<ZoneRecord> out;
     while (rows.executeStep()) {
       auto shape = read_shape(text(rows.getColumn(1)));
       if (!shape) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
-      out.push_back({rows.getColumn(0).getInt(), *std::move(shape), text(rows.getColumn(2))});
+      ZoneRecord& zone =
+          out.emplace_back(ZoneRecord{rows.getColumn(0).getInt(), *std::move(shape), text(rows.getColumn(2))});
+      if (!rows.getColumn(3).isNull()) zone.confidence = rows.getColumn(3).getDouble();
     }
     return out;
   });

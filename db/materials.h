@@ -42,6 +42,8 @@ struct ZoneRecord {
   int number = 0;            // from 1, left to right
   Region<PanelFrame> shape;  // of a panel whose zones were found under schemas before 37: a ring around all of it
   std::string material;      // "": nobody has said
+  // How sure the eye was of it, 0 to 1 (calib::Zone); nothing of a zone that was found under a schema before 37.
+  std::optional<double> confidence = std::nullopt;
 };
 
 class Materials {

@@ -94,7 +94,7 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
 Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
                    PanelRead& out) {
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
-  out.zones = zones_of(mask);
+  out.zones = zones_of(mask), out.asked = mask.asked;
   out.usable = wood_area(mask.usable);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
 }

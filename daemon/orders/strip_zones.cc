@@ -77,12 +77,13 @@ std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
   const PanelRegion sheet = sheet_of(labels);
   std::vector<PanelRegion> woods;  // of the zones before, too
   std::vector<int> numbers;
+  std::vector<double> confidences;
   for (const calib::Zone& zone : mask.list) {
     const auto borders = borders_of(labels.pixels == zone.label, smallest_hole_px);
     PanelRegion wood = intersect(simplified(borders, labels), sheet);
     for (const PanelRegion& other : woods) wood = subtract(wood, other);
     if (wood.empty()) continue;
-    woods.push_back(std::move(wood)), numbers.push_back(zone.label);
+    woods.push_back(std::move(wood)), numbers.push_back(zone.label), confidences.push_back(zone.confidence);
   }
   std::vector<db::ZoneRecord> out;
   for (std::size_t i = 0; i < woods.size(); ++i) {
@@ -91,6 +92,7 @@ std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
       if (k != i) shape = subtract(shape, k < i ? out[k].shape : woods[k]);
     db::ZoneRecord& record = out.emplace_back();
     record.number = numbers[i], record.shape = without_slivers(shape);
+    record.confidence = std::clamp(confidences[i], 0.0, 1.0);
   }
   return out;
 }

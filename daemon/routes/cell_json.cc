@@ -1,5 +1,9 @@
 #include "daemon/routes/cell_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "base/clock.h"
 #include "daemon/orders/scan_doubts.h"
 #include "daemon/unit/job_words.h"
@@ -99,6 +103,7 @@ json to_json(const std::vector<db::ZoneRecord>& zones) {
     const auto largest = std::ranges::max_element(rings, {}, [](const auto& ring) { return signed_area(ring); });
     out.push_back({{"zone", zone.number},
                    {"material", zone.material.empty() ? json() : json(zone.material)},
+                   {"confidence", zone.confidence ? json(*zone.confidence) : json()},
                    {"area_mm2", zone.shape.area().count()},
                    {"outline_mm", largest == rings.end() ? json::array() : points_json(*largest)},
                    {"shape_mm", shape}});
@@ -251,7 +256,14 @@ json to_json(const db::ProposalRecord& p) {
               {"lost_mm2", p.lost.count()},
               {"gained_mm2", p.gained.count()},
               {"warnings", warnings_json(warnings_of(p))},
+              {"asked", json::array()},
               {"decided", nullptr}};
+  for (const db::AskedStripRecord& strip : p.asked)
+    out["asked"].push_back({{"warning", fmt::format("strip-{}", strip.number)},
+                            {"outline_mm", points_json(strip.outline)},
+                            {"confidence", strip.confidence},
+                            {"taken", strip.taken},
+                            {"reason", strip.reason}});
   if (!p.panel) out["remarks"] = remarks_json(p.width, p.height, warnings_of(p));
   if (p.decision)
     out["decided"] = {{"verdict", db::to_string(p.decision->verdict)},

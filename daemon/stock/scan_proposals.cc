@@ -263,6 +263,12 @@ Result<ScanOutcome> ScanProposals::propose(SeenSheet seen, const std::string& wh
   record.width = seen.read.sheet.width(), record.height = seen.read.sheet.height();
   record.usable = seen.read.usable, record.lost = seen.read.lost, record.gained = seen.read.gained;
   record.warnings_json = to_text(seen.read.warnings);
+  for (const calib::AskedStrip& strip : seen.read.asked)
+    record.asked.push_back({static_cast<int>(record.asked.size()) + 1,
+                            {strip.outline.begin(), strip.outline.end()},
+                            strip.confidence,
+                            strip.taken,
+                            strip.reason});
   const auto id = database_.call([&](Repositories& r) { return r.proposals.add(record); });
   if (!id) return id.error();
   remove_spent();
@@ -286,7 +292,9 @@ Result<SeenSheet> ScanProposals::read_back(const db::ProposalRecord& proposal) c
                   proposal.id.value)};
   if (sha256_hex(std::as_bytes(std::span(*text))) != proposal.read_sha256) return spoilt;
   try {
-    return json::parse(*text).get<SeenSheet>();
+    json seen = json::parse(*text);
+    seen.at("read").emplace("asked", json::array());  // of a scan that waited while the program became this one
+    return seen.get<SeenSheet>();
   } catch (const json::exception&) {
     return spoilt;
   }

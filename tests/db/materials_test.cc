@@ -94,6 +94,19 @@ TEST_F(MaterialsTest, ZonesComeWithTheFirstScanAndAreNamedByAPerson) {
   EXPECT_EQ(materials.add_zones({"P-0099"}, {}).error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(MaterialsTest, AZoneKeepsItsHolesAndHowSureTheScanWasOfIt) {
+  const PanelId id = cell.new_panel();
+  const auto ring = subtract(Region<PanelFrame>(square(10, 10, 100)), Region<PanelFrame>(square(40, 40, 20)));
+  VENEER_ASSERT_OK(
+      materials.add_zones(id, {{1, ring, "", 0.75}, {2, Region<PanelFrame>(square(45, 45, 5)), "", std::nullopt}}));
+  const auto zones = must(materials.zones(id));
+  ASSERT_EQ(zones.size(), 2U);
+  EXPECT_EQ(zones[0].shape.rings(), ring.rings());
+  EXPECT_EQ(zones[0].confidence, 0.75);
+  EXPECT_EQ(zones[1].confidence, std::nullopt);
+  EXPECT_FALSE(execute(cell.database(), "UPDATE zone_confidences SET confidence = 1").ok());
+}
+
 TEST_F(MaterialsTest, TheOutlineOfAZoneNeverChanges) {
   const PanelId id = cell.new_panel();
   VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}}));

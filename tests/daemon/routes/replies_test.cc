@@ -147,6 +147,11 @@ class Replies : public testing::RoutedCell {
     seen.who = "uid 1000", seen.made_at = kAt, seen.map_file = seen.mask_file = seen.read_file = file;
     seen.read_sha256 = hash, seen.scan_files = {file}, seen.tags = {301}, seen.width = 240_mm, seen.height = 160_mm;
     seen.warnings_json = R"([{"name":"size","text":"the sheet is not round"}])";
+    seen.asked = {{1,
+                   {point<PanelFrame>(5, 5), point<PanelFrame>(15, 5), point<PanelFrame>(15, 90)},
+                   0.25,
+                   false,
+                   "it looks like the board"}};
     for (const bool decided : {true, false}) {
       const auto proposed = r.proposals.add(seen);
       if (!proposed) return proposed.error();
