@@ -31,7 +31,10 @@ bool is_plausible(const PanelRead& read, std::size_t tiles, std::size_t suspects
   static constexpr auto is_share = [](double share) { return share >= 0 && share <= 1; };
   const auto is_asked = [&](const calib::AskedStrip& strip) {
     return is_share(strip.confidence) && !strip.reason.empty() && strip.reason.size() <= kLongestWarning &&
-           std::ranges::all_of(strip.outline, is_there);
+           std::ranges::all_of(strip.outline, is_there) && strip.round.size() <= kMostTags &&
+           std::ranges::all_of(strip.round, [&](const calib::ScrewHole& hole) {
+             return is_there(hole.centre) && hole.diameter >= Millimetres(0) && hole.diameter <= kLargest;
+           });
   };
   const auto is_side = [&](Millimetres side) { return side >= kSmallest && side <= kLargest; };
   return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
