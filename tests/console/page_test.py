@@ -1200,7 +1200,7 @@ EVERYTHING = """
       '/materials': listed('materials', {material: 'walnut'}), '/certificates': listed('certificates', ...certificates),
       '/users': {users: [{name: 'anna', role: 'admin'}, {name: 'ben', role: 'viewer'}]}, '/tokens': {tokens: [{user: 'anna', name: 'shelf', role: 'viewer', expires_at: at}]},
       '/recipes': {otherwise: {cut: recipe, engrave: recipe}, recipes: [{material: 'walnut', operation: 'cut', ...recipe}], next: null}, '/backups': {folder: '/x', backups: [{name: 'b', made_at: at, panels: 1, jobs: 1, pieces: 3, bytes: 5e6, missing: []}], next: null},
-      '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
+      '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}, {name: 'strip-1', text: 'a strip is left out', overruled_by: 'operator'}], asked: [{warning: 'strip-1', outline_mm: [[20, 12], [70, 12], [70, 150]], confidence: .37, taken: false, reason: 'it looks like the board'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
       '/setup': {collected: {view_heights_mm: [0, 0], grid_scans: 1}, panel_thickness_mm: 2.1}, '/alarms': listed('alarms', {id: 1, state: 'new', urgent: true, sentence: 'run veneerctl panel scan', about: 'x', since: at}),
       '/bed/look': {grid_tags: 0, grid_has: 9, panels: [], tags: []},
       '/audit': listed('entries', {id: 1, at, who: 'anna', what: 'api.scan', detail: 'POST /api/v1/scans {"more":false}'}),

@@ -542,6 +542,16 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
        [](json& a) {
          a["zones"][0]["shape"][0] = json::array_t(20'000, json::array({1, 1}));
        }},
+      {"a zone of many metres",
+       [](json& a) {
+         a["zones"][0]["shape"][0][0] = {90'000'000, 0};
+       }},
+      {"a strip as sure as nothing can be",
+       [](json& a) {
+         calib::AskedStrip strip;
+         strip.confidence = 2, strip.reason = "it looks like the board";
+         a["asked"] = std::vector<calib::AskedStrip>{strip};
+       }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
       {"a suspect that nobody asked for", [](json& a) { a["suspects_gone"] = {0.5}; }},
       {"countless warnings",
