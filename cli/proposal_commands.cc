@@ -114,8 +114,10 @@ void add_decisions(CLI::App& panel, CommandContext& context) {
         ->required()
         ->check(CLI::PositiveNumber);
   add_override(*accept, options->overruled);
-  accept->add_option("--wood", options->wood, "A strip that it asks about is wood: strip-1, say (repeatable)");
-  accept->add_option("--no-wood", options->no_wood, "A strip that it asks about is no wood (repeatable)");
+  accept->add_option("--wood", options->wood, "A strip that it asks about is wood: strip-1, say (repeatable)")
+      ->allow_extra_args(false);
+  accept->add_option("--no-wood", options->no_wood, "A strip that it asks about is no wood (repeatable)")
+      ->allow_extra_args(false);
   refuse->add_option("--note", options->note, "Why");
   const auto target = [options](const char* what) {
     return "/proposals/" + std::to_string(options->number) + "/" + what;

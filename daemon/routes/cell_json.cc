@@ -104,6 +104,7 @@ json to_json(const std::vector<db::ZoneRecord>& zones) {
     out.push_back({{"zone", zone.number},
                    {"material", zone.material.empty() ? json() : json(zone.material)},
                    {"confidence", zone.confidence ? json(*zone.confidence) : json()},
+                   {"version", zone.version},
                    {"area_mm2", zone.shape.area().count()},
                    {"outline_mm", largest == rings.end() ? json::array() : points_json(*largest)},
                    {"shape_mm", shape}});

@@ -25,10 +25,12 @@ constexpr Millimetres kUsualPatch(14);
 struct PanelState {
   std::string wood;  // names mask and what is booked
   std::vector<db::ZoneRecord> zones;
-  // And what the zones are of.
+  // And what the zones are of, and which outlines of theirs count.
   std::string woods() const {
     std::string out = wood;
-    for (const auto& zone : zones) out += fmt::format(",{} {}", zone.number, zone.material);
+    for (const auto& zone : zones)
+      out += zone.version > 1 ? fmt::format(",{} {} {}", zone.number, zone.version, zone.material)
+                              : fmt::format(",{} {}", zone.number, zone.material);
     return out;
   }
 };
