@@ -185,7 +185,24 @@ class Finder {
     if (unlike.empty()) return;
     std::nth_element(unlike.begin(), unlike.begin() + static_cast<std::ptrdiff_t>(unlike.size() / 2), unlike.end());
     strip.unlike = unlike[unlike.size() / 2];
+    strip.board_band = board_band(strip);
     out_.push_back(strip);
+  }
+
+  // Of what surely lies between its sides, but for its corners.
+  double board_band(const FoundStrip& strip) const {
+    constexpr double kBlurred = 0.3, kCorner = 2;  // mm
+    const auto corners = corners_of(strip);
+    const auto left = static_cast<int>(std::max(corners[0].x, corners[3].x)),
+               right = static_cast<int>(std::min(corners[1].x, corners[2].x)),
+               top = static_cast<int>(std::max(corners[2].y, corners[3].y)),
+               bottom = static_cast<int>(std::min(corners[0].y, corners[1].y)),
+               blurred = static_cast<int>(kBlurred * view_.px_per_mm),
+               corner = static_cast<int>(kCorner * view_.px_per_mm);
+    if (std::min(right - left, bottom - top) <= 4 * corner) return 0;
+    const SlabRegion columns{left + blurred, right - blurred, top + corner, bottom - corner},
+        rows{top + blurred, bottom - blurred, left + corner, right - corner};
+    return std::max(widest_board_band(upright_, columns), widest_board_band(lying_, rows)) / view_.px_per_mm;
   }
 
   const BoardView& view_;

@@ -18,7 +18,8 @@ struct StripSide {
 };
 struct FoundStrip {
   StripSide left, right, top, bottom;
-  double unlike = 0;  // median of its places' unlikeness to the board
+  double unlike = 0;      // median of its places' unlikeness to the board
+  double board_band = 0;  // mm: the widest band of it, from end to end, that shows nothing but board
 };
 
 // `fiducials` is 255 where tags and holes are.

@@ -1,6 +1,10 @@
 #include "calib/strip_gaps.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "calib/probe.h"
 
 namespace veneer::calib {
 namespace {
@@ -11,6 +15,7 @@ constexpr double kSlant = 0.5;                 // mm by which the sides of a gap
 constexpr double kRoughestGap = 0.05;          // of a gap's lightness from slab to slab, logarithm
 constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
 constexpr double kStrongEdge = 0.7;            // logarithm
+constexpr double kNearlyAll = 0.08;            // share of the slabs that need not show the board of a ragged gap
 constexpr double kBesideGap = 6;               // mm beside a gap that it is compared with
 
 // Whether the colour is the board's, lit or shaded.
@@ -138,6 +143,58 @@ void add_sides(GapProfile& profile, const SlabRegion& region, const Stretch& str
   }
 }
 
+// How far a column may be from the board's own light and colour, and from itself along its length, to be board.
+struct BoardLimits {
+  double light, hue, rough;
+};
+
+// As widest_board_band() along lines of one tilt.
+int board_band(const GapProfile& profile, const SlabView& view) {
+  constexpr double kOwnLight = 4, kOwnHue = 8;  // times the board's limits: of wood that is clearly something else
+  constexpr double kBeside = 0.8;               // mm beside a band
+  constexpr double kClearly = 2;                // times the board's limits
+  constexpr double kFalseHue = 0.25;            // of the wood's, that a compressed picture spreads beyond its edge
+  constexpr double kJustBoard = 0.02, kJustHue = 0.012, kJustRough = 0.01;  // logarithms
+  const auto width = static_cast<int>(profile.level.size());
+  const GapRules rules(view);
+  const auto is_within = [&](int x, const BoardLimits& most) {
+    return std::abs(profile.lightness(x)) < most.light && profile.hue(x) < most.hue &&
+           profile.rough[static_cast<std::size_t>(x)] <= most.rough;
+  };
+  // Wood in the colour of the board is told from it by little.
+  const auto& spread = view.spread();
+  const BoardLimits lit{rules.lit, 1, rules.roughest},
+      just{std::max(kJustBoard, 2 * spread[0]), std::max(kJustHue, 2 * std::max(spread[1], spread[2])),
+           std::max(kJustRough, spread[0])};
+  // A streak of wood in the board's colour passes into the wood around it, a gap ends at wood.
+  const auto reach = static_cast<int>(kBeside * view.px());
+  const auto is_wood = [&](int x) {
+    return x >= 0 && x < width &&
+           (std::abs(profile.lightness(x)) > kClearly * rules.lit || profile.hue(x) > kClearly * rules.hue);
+  };
+  int widest = 0;
+  for (const BoardLimits& most : {lit, just})
+    for (int from = 0; from < width; ++from) {
+      int to = from;
+      while (to < width && profile.is_board(to) && is_within(to, most)) ++to;
+      if (to - from < kGapTo * view.px() && (is_wood(from - reach) || is_wood(to + reach)))
+        widest = std::max(widest, to - from);
+      from = to;
+    }
+  // At a side, false colours of the wood beside it may hide the board's.
+  std::vector<double> lights, hues;
+  for (int x = 0; x < width; ++x) lights.push_back(profile.lightness(x)), hues.push_back(profile.hue(x));
+  const double own_hue = median(std::move(hues));
+  if (std::abs(median(std::move(lights))) > kOwnLight * rules.lit || own_hue > kOwnHue * rules.hue) {
+    const BoardLimits beside{rules.lit, std::max(rules.hue, kFalseHue * own_hue), rules.roughest};
+    int left = 0, right = 0;
+    while (left < width && is_within(left, beside)) ++left;
+    while (right < width && is_within(width - 1 - right, beside)) ++right;
+    widest = std::max({widest, left, right});
+  }
+  return widest;
+}
+
 }  // namespace
 
 std::vector<StripGap> find_gaps(const SlabView& view, const SlabRegion& region, double share) {
@@ -179,9 +236,8 @@ std::vector<StripGap> find_gaps(const SlabView& view, const SlabRegion& region, 
 }
 
 std::vector<StripGap> find_ragged_gaps(const SlabView& view, const SlabRegion& region) {
-  constexpr double kNearlyAll = 0.08;  // share of the slabs that need not show the board
-  constexpr double kLeastWide = 1;     // mm
-  constexpr double kWood = 0.5;        // share of the slabs that show the board, below which there is wood
+  constexpr double kLeastWide = 1;  // mm
+  constexpr double kWood = 0.5;     // share of the slabs that show the board, below which there is wood
   const Stretch stretch(view, region.top, region.bottom);
   const int width = region.right - region.left, narrowest = static_cast<int>(kNarrowestStrip * view.px()),
             beside = static_cast<int>(kBesideGap * view.px());
@@ -209,6 +265,15 @@ std::vector<StripGap> find_ragged_gaps(const SlabView& view, const SlabRegion& r
     from = to;
   }
   return out;
+}
+
+double widest_board_band(const SlabView& view, const SlabRegion& strip) {
+  constexpr double kTiltStep = 0.003;
+  const Stretch stretch(view, strip.top, strip.bottom);
+  int widest = 0;
+  for (double tilt = -kSteepest; tilt <= kSteepest; tilt += kTiltStep)
+    widest = std::max(widest, board_band(profile_of(strip, stretch, tilt, kNearlyAll), view));
+  return widest;
 }
 
 }  // namespace veneer::calib

@@ -28,4 +28,10 @@ std::vector<StripGap> find_gaps(const SlabView& view, const SlabRegion& region, 
 // them. From left to right.
 std::vector<StripGap> find_ragged_gaps(const SlabView& view, const SlabRegion& region);
 
+// Of a region that was taken for one strip: the widest band of its columns, along any tilt of a side, that shows
+// nothing but the lit board from end to end, px; 0 if there is none. It is a gap that was not taken for one, with wood
+// beside it that is clearly no board, and no wider than gaps are (6 mm; wood in the board's colour may be as wide as a
+// strip); or, however wide, board that a side was set too far out for.
+double widest_board_band(const SlabView& view, const SlabRegion& strip);
+
 }  // namespace veneer::calib

@@ -155,6 +155,7 @@ bool may_be_a_tag(const FoundStrip& strip, double px_per_mm) {
 Doubt doubts_of(const FoundStrip& strip, const BoardView& view, double fault_share) {
   constexpr double kClearSide = 6;     // spreads of the board: a side whose step is half of it is doubtful
   constexpr double kClearlyOther = 8;  // the same for places that are unlike the board
+  constexpr double kBoardBand = 0.6;   // mm; a side's own shade and blur are narrower
   constexpr double kManyFaults = 0.4;  // a strip of which half as much is not its own wood is doubtful
   Doubt doubt;
   if (may_be_a_tag(strip, view.px_per_mm))
@@ -163,6 +164,7 @@ Doubt doubts_of(const FoundStrip& strip, const BoardView& view, double fault_sha
   const double clearest = std::min({strip.left.seen, strip.right.seen, strip.top.seen, strip.bottom.seen});
   doubt.consider(clearest / kClearSide, "one of its sides cannot be seen");
   doubt.consider(strip.unlike / kClearlyOther, "it looks like the board");
+  if (strip.board_band > kBoardBand) doubt.consider(0, "a band of it from end to end looks like the board");
   doubt.consider(1 - fault_share / kManyFaults, "much of it does not look like its wood");
   return doubt;
 }

@@ -77,6 +77,8 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
   });
 }
 
+bool is_jpeg(const std::string& file) { return file.ends_with(".jpg") || file.ends_with(".jpeg"); }
+
 void add_panel_show(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, map, stock, remnant;
@@ -84,15 +86,17 @@ void add_panel_show(CLI::App& panel, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* show = panel.add_subcommand("show", "One panel");
   show->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
-  show->add_option("--map", options->map, "Save the veneer map (PNG)");
-  show->add_option("--stock", options->stock, "Save the picture of free, reserved and cut wood (PNG)");
+  show->add_option("--map", options->map, "Save the veneer map: .jpg is smaller and soon there, else PNG");
+  show->add_option("--stock", options->stock, "Save the picture of free, reserved and cut wood, as --map");
   show->add_option("--remnant", options->remnant, "Save the picture of what is left of it (PNG)");
   show->callback([options, &context] {
     const std::string target = "/panels/" + url_encode(options->id);
     const auto view = context.client().get(target);
     if (view)
       save_parts(context, target,
-                 {{options->map, "/map.png"}, {options->stock, "/stock.png"}, {options->remnant, "/remnant.png"}});
+                 {{options->map, is_jpeg(options->map) ? "/map.jpg" : "/map.png"},
+                  {options->stock, is_jpeg(options->stock) ? "/stock.jpg" : "/stock.png"},
+                  {options->remnant, "/remnant.png"}});
     context.finish(view, render_panel);
   });
 }

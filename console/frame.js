@@ -6,6 +6,7 @@ import {isStale, model} from "./model.js";
 import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
 import {button, inEnglish, link} from "./parts.js";
 import {loadPictures} from "./pictures.js";
+import {inOwnWords} from "./said.js";
 import {countOf} from "./alarms.js";
 import {oneSuspect} from "./screens/pieces.js";
 
@@ -49,16 +50,16 @@ export function showFrame(screens, current) {
   const [mark, look] = kLooks[cell.state] || ["…", ""];
   $("state").className = `state ${look}`;
   const said = [["state-mark", mark], ["state-word", cell.state]];
-  $("state-reason").lang = cell.reason ? "en" : language;
+  $("state-reason").lang = language;
   put($("state-reason"), cell.reason ? inEnglish(asSentence(cell.reason)) : reasonOf(cell));
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
   document.title = `${cell.state} – ${screen}`;
   showNext(cell.next_step);
 }
 
-// The cell's sentence is English and names what is meant; another language says before it what is to be done.
+// The cell's sentence names what is meant; where this page cannot say it in its own language, it says before it what is to be done.
 const saidNext = (next) =>
-  language === "en" ? [inEnglish(next.sentence)] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, inEnglish(next.sentence))];
+  language === "en" || inOwnWords(next.sentence) ? [inEnglish(next.sentence)] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, inEnglish(next.sentence))];
 // Of the job that was chosen on this page, as its Start is.
 const ownNext = (next, job) => t(`next.${next.step}_chosen`, {n: job.id, name: job.name});
 

@@ -4,6 +4,7 @@ import {asSentence, language, learn, span, t} from "./words.js";
 import {kAgainMs, pause} from "./link.js";
 import {changed, mayDo, model} from "./model.js";
 import {byPage} from "./by_page.js";
+import {inOwnWords} from "./said.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
 
@@ -12,12 +13,13 @@ export const button = (label, act, {disabled = false, next = false, wide = false
     h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
       label, (disabled && lacking(needs)) || (small && h("small", {}, small)));
 
-// What the cell says is English, whatever the page speaks: read as such. What it says to do leads to where that is.
+// What the cell says is English: told in the page's words where they are known, else read as what it is. What it says to do leads to
+// where that is.
 export function inEnglish(text) {
   if (!text) return text;
-  const parts = byPage(text);
-  if (language !== "en") return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part.text ? h("span", {lang: language}, part.text) : part)));
-  return parts.some(({text: told}) => told) ? parts.map((part) => (part.href ? link(part.href, part.text) : part.text || part)) : text;
+  const own = inOwnWords(text), parts = byPage(own ?? text);
+  if (language !== "en" && own === null) return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part.text ? h("span", {lang: language}, part.text) : part)));
+  return parts.some(({text: told}) => told) ? parts.map((part) => (part.href ? link(part.href, part.text) : part.text || part)) : own ?? text;
 }
 // An entry of the catalogue, with what the cell says in the place of {name}.
 export function tWith(key, name, said) {

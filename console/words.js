@@ -1,5 +1,5 @@
 // What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
-// from the daemon, in English.
+// from the daemon, in English; words/said_de.js has its sentences in German.
 import {kAgainMs, pause, recall} from "./link.js";
 
 // Its own name for each, which is on the button that changes to it, and how it writes dates.
@@ -12,11 +12,14 @@ const chosen = recall("veneer_language") || navigator.language.slice(0, 2);
 // again: the daemon may begin anew just then.
 async function firstOf(...asked) {
   for (; ; await pause(kAgainMs)) {
-    for (const one of asked) try { return {language: one, words: (await import(`./words/${one}.js`)).words}; } catch (fault) { continue; }
+    for (const one of asked) try {
+      const [{words}, {said}] = await Promise.all([import(`./words/${one}.js`), one === "en" ? {said: {}} : import(`./words/said_${one}.js`)]);
+      return {language: one, words, sentences: said};
+    } catch (fault) { continue; }
   }
 }
-const {language, words} = await firstOf(...(chosen in kLanguages && chosen !== "en" ? [chosen] : []), "en");
-export {language};
+const {language, words, sentences} = await firstOf(...(chosen in kLanguages && chosen !== "en" ? [chosen] : []), "en");
+export {language, sentences};
 document.documentElement.lang = language;
 const {dates} = kLanguages[language];
 

@@ -43,8 +43,8 @@ export function draw() {
   if (!model.cell) return empty(t("connecting"));
   const {part} = alone;
   return [viewerHint(), h("div.columns.two-even", {},
-    h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: part && part.scannersCard()})),
-    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), drawing: drawn.part ? drawn.part.drawingCard() : drawn.comes(), overrides: overridesCard(), jog: jogCard(), backups: backupsCard()})))];
+    h("div.column", {}, keyed({recipes: recipesCard(), recipe: recipeForm(), print: printCard(), scanners: part && part.scannersCard(), overrides: overridesCard(), jog: jogCard()})),
+    h("div.column", {}, keyed({comes: alone.comes(), burns: part && part.burnsNow(), card: part && part.testCard(), pattern: part && part.patternCard(), drawing: drawn.part ? drawn.part.drawingCard() : drawn.comes(), backups: backupsCard()})))];
 }
 
 // ---- recipes --------------------------------------------------------------------------------------------------------

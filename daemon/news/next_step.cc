@@ -14,8 +14,6 @@ namespace {
 
 std::string quoted(const CellNeeds::Waiting& one) { return fmt::format("“{}”", one.name); }
 
-std::string pieces(int count) { return count == 1 ? "1 piece" : fmt::format("{} pieces", count); }
-
 std::string left_words(double seconds) {
   if (seconds <= 0) return "";
   if (seconds < 90) return fmt::format(", about {:.0f} s left", std::max(1.0, seconds));
@@ -198,7 +196,7 @@ std::string of_jobs(const std::vector<std::pair<JobId, int>>& jobs) {
   constexpr std::size_t kNamed = 3;
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < std::min(kNamed, jobs.size()); ++i)
-    parts.push_back(fmt::format("{} of job {}", pieces(jobs[i].second), jobs[i].first.value));
+    parts.push_back(fmt::format("{} of job {}", pieces_words(jobs[i].second), jobs[i].first.value));
   if (jobs.size() > kNamed)
     parts.push_back(
         fmt::format("some pieces of {} other job{}", jobs.size() - kNamed, jobs.size() - kNamed == 1 ? "" : "s"));
@@ -253,7 +251,7 @@ std::optional<NextStep> redo_wanted(const CellView& view, const CellNeeds& needs
 }
 
 NextStep job_wanted(const CellView& view, const CellNeeds::Waiting& job) {
-  const std::string words = fmt::format("Job {} {} has {} to cut", job.id, quoted(job), pieces(job.pieces));
+  const std::string words = fmt::format("Job {} {} has {} to cut", job.id, quoted(job), pieces_words(job.pieces));
   if (view.state == CellState::kIdle)
     return {Step::kStart, words + ": Start asks for its panel first, and nothing moves before you say so.",
             fmt::format("veneerctl job start {}", job.id), job.id};

@@ -131,7 +131,8 @@ void burn_run(const LaserServices& s, RunRequest run, const TaskReporter& task, 
     return s.patterns.check_pattern(std::move(run.job), who, done);
   }
   task.progress(0.3, run.dry ? "running it with the beam off" : "burning it");
-  s.patterns.burn_pattern(std::move(run.job), who, done, run.confirmed, [task] { return not_cancelled(task); });
+  s.patterns.burn_pattern({std::move(run.job), "drawing"}, who, done, run.confirmed,
+                          [task] { return not_cancelled(task); });
 }
 
 void begin_run(const LaserServices& s, RunRequest run, const std::string& who, const Reply& reply) {

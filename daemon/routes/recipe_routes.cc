@@ -236,7 +236,7 @@ void burn_card(const RecipeServices& s, const TaskReporter& task, CardRequest re
   task.progress(0.3, request.dry ? "running the card with the beam off" : "burning the card");
   const std::size_t strokes = card->labels.size() + card->fields.size();
   s.patterns.burn_pattern(
-      job_of(*card, request.dry), who,
+      {job_of(*card, request.dry), "test card"}, who,
       [task, strokes, dry = request.dry](const Status& burnt) {
         if (!burnt) return task.fail(burnt.error());
         task.done({{"strokes", strokes}, {"dry", dry}});

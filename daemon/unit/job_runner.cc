@@ -401,19 +401,21 @@ void JobRunner::frame(PowerFraction power, const std::string& who, const Reply& 
   undertake(std::move(*frame), {}, nullptr);
 }
 
-void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed,
+void JobRunner::burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed,
                              std::function<Status()> wanted) {
   if (view_.state != CellState::kIdle || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
-  const bool burning = has_beam(strokes);
+  const bool burning = has_beam(pattern.strokes);
   if (const Status given = burning ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
-  PieceBurn all{{}, {}, std::move(strokes), 0};
+  PieceBurn all{{}, {}, std::move(pattern.strokes), 0};
   if (const Status checked = check({&all, 1}); !checked) return reply(checked);
   audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   from_ = view_.state;
   enter(CellState::kStarting, burning ? "looking whether a panel of the stock lies on the bed" : "");
-  undertake(
-      std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply), confirmed, std::move(wanted)),
-      burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
+  const std::string doing =
+      burning ? "burning the " + pattern.name : "running the " + pattern.name + " with the beam off";
+  pattern.strokes = std::move(all.strokes);
+  undertake(std::make_unique<PatternBurn>(host(), std::move(pattern), std::move(reply), confirmed, std::move(wanted)),
+            doing, nullptr);
 }
 
 Status JobRunner::may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const {

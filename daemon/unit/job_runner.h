@@ -92,7 +92,7 @@ class JobRunner : public UnitState,
   Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const override;
   void look_for_stock(std::vector<std::string> confirmed, Reply reply) override;
   void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply)); }
-  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
+  void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
                     std::function<Status()> wanted = Ok) override;
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) override;
 

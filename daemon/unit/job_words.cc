@@ -69,6 +69,8 @@ JobRest rest_of(const db::JobRecord& job) {
   return rest;
 }
 
+std::string pieces_words(std::size_t count) { return count == 1 ? "1 piece" : fmt::format("{} pieces", count); }
+
 bool is_under_way(const CellView& view, JobId job) {
   if (!view.job || view.job->id != job) return false;
   switch (view.state) {

@@ -1,12 +1,16 @@
 // What the unit does with a job now, and what is to be done next for a job, in words for people. Pure.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "daemon/unit/cell_view.h"
 
 namespace veneer::daemon {
+
+// "1 piece", "4 pieces".
+std::string pieces_words(std::size_t count);
 
 // Has the unit begun with this job and not ended with it? Its stored state may still be that of its last run.
 bool is_under_way(const CellView& view, JobId job);

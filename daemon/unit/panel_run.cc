@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/unit/job_words.h"
 #include "daemon/unit/seen_wood.h"
 
 namespace veneer::daemon {
@@ -13,8 +14,6 @@ namespace {
 
 constexpr const char* kLayItBack = ": lay it back as it was and Unhold, or Stop, Reset and Start";
 constexpr std::size_t kNamedMost = 6;  // marks in one sentence
-
-std::string pieces_text(std::size_t count) { return count == 1 ? "1 piece" : fmt::format("{} pieces", count); }
 
 }  // namespace
 
@@ -65,7 +64,7 @@ void PanelRun::judge(const Result<ProvenPose>& look, const Reply& reply) {
   look_failed_ = true;
   reply(Error{why.code, fmt::format("{}: put that right and Unhold, which looks again; Stop leaves what was cut since "
                                     "it was last seen ({}) suspect",
-                                    why.message, pieces_text(since_proof_.size()))});
+                                    why.message, pieces_words(since_proof_.size()))});
 }
 
 void PanelRun::doubt(const Error& why, const Reply& reply) {

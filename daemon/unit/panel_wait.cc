@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/unit/job_words.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -118,8 +120,8 @@ void PanelWait::judge(const ProvenPose& pose) {
   for (const auto& burn : drawn_->burns) load.seconds += burn.seconds;
   load.rms = pose.rms;
   if (checked) {
-    load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm; {} pieces: press Unsuspend",
-                                load.panel.value, pose.rms.count(), drawn_->burns.size());
+    load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm; {}: press Unsuspend",
+                                load.panel.value, pose.rms.count(), pieces_words(drawn_->burns.size()));
     if (!pose.moved_tags.empty()) load.sentence += "; but " + pose.moved_tags;
     seen_ = pose;
   } else {

@@ -14,33 +14,33 @@ bool has_beam(const LaserJob& strokes) {
 
 Status judge_stock(const Result<StockSight>& seen, const std::vector<std::string>& confirmed) {
   if (!seen)
-    return Error{seen.error().code,
-                 fmt::format("nothing tells whether a panel of the stock lies on the bed ({}): a pattern would burn "
-                             "its wood",
-                             seen.error().message)};
+    return Error{
+        seen.error().code,
+        fmt::format("nothing tells whether a panel of the stock lies on the bed, whose wood would be burnt: {}",
+                    seen.error().message)};
   if (!seen->panels.empty())
     return Error{ErrorCode::kRefused,
-                 fmt::format("panel {} of the stock lies on the bed, and a pattern would burn its wood: take it off "
-                             "and lay scrap",
+                 fmt::format("panel {} of the stock lies on the bed, and its wood would be burnt: take it off and lay "
+                             "scrap",
                              seen->panels.front().value)};
   if (seen->doubts.empty() || std::ranges::count(confirmed, kScrapOnTheBed) > 0) return Ok();
   return Error{ErrorCode::kRefused,
-               fmt::format("wood of the stock may lie on the bed without the camera knowing it ({}), and a pattern "
-                           "would burn it: look, and when it is scrap say so with --confirm \"{}\"",
+               fmt::format("wood of the stock may lie on the bed without the camera knowing it ({}), and would be "
+                           "burnt: look, and when it is scrap say so with --confirm \"{}\"",
                            fmt::join(seen->doubts, "; "), kScrapOnTheBed)};
 }
 
-PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed,
+PatternBurn::PatternBurn(ActivityHost& host, Pattern pattern, Reply reply, const std::vector<std::string>& confirmed,
                          std::function<Status()> wanted)
     : host_(host),
-      strokes_(std::move(strokes)),
+      pattern_(std::move(pattern)),
       reply_(std::move(reply)),
-      burns_(has_beam(strokes_)),
+      burns_(has_beam(pattern_.strokes)),
       confirmed_(confirmed),
       wanted_(std::move(wanted)) {}
 
 std::string PatternBurn::recorded() const {
-  return burns_ ? "while a pattern was burnt" : "while a pattern was run with the beam off";
+  return fmt::format("while a {} was {}", pattern_.name, burns_ ? "burnt" : "run with the beam off");
 }
 
 void PatternBurn::look(Reply reply) {
@@ -53,16 +53,16 @@ void PatternBurn::look(Reply reply) {
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {
   if (begun_) return std::nullopt;
-  return strokes_.strokes.front().path.front();
+  return pattern_.strokes.strokes.front().path.front();
 }
 
 void PatternBurn::go_on() {
   begun_ = true;
-  host_.burn(strokes_);
+  host_.burn(pattern_.strokes);
 }
 
 void PatternBurn::burnt(const std::string& remark) {
-  std::string words = burns_ ? "the pattern is burnt" : "the pattern was run with the beam off";
+  std::string words = fmt::format("the {} {}", pattern_.name, burns_ ? "is burnt" : "was run with the beam off");
   if (!remark.empty()) words += "; " + remark;
   host_.ending(Afterwards::kComplete);
   host_.ended(Afterwards::kComplete, words);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/unit/activity.h"
+#include "daemon/unit/pattern_commands.h"
 
 namespace veneer::daemon {
 
@@ -17,7 +18,7 @@ inline constexpr const char* kScrapOnTheBed = "scrap on the bed";
 class PatternBurn final : public Activity {
  public:
   // `confirmed` is what the operator confirmed by name; `wanted` is asked when the camera has looked.
-  PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed,
+  PatternBurn(ActivityHost& host, Pattern pattern, Reply reply, const std::vector<std::string>& confirmed,
               std::function<Status()> wanted);
 
   std::string recorded() const override;
@@ -30,7 +31,7 @@ class PatternBurn final : public Activity {
 
  private:
   ActivityHost& host_;
-  LaserJob strokes_;
+  Pattern pattern_;
   Reply reply_;
   const bool burns_;  // not all of it is dark
   const std::vector<std::string> confirmed_;

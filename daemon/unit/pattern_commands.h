@@ -7,12 +7,22 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
 #include "drivers/laser_job.h"
 
 namespace veneer::daemon {
+
+// Strokes, and what they are called in what is said of them, as in "the drawing is burnt" and "while a drawing was
+// burnt".
+struct Pattern {
+  Pattern(LaserJob its_strokes, std::string its_name = "pattern")  // NOLINT: strokes are one
+      : strokes(std::move(its_strokes)), name(std::move(its_name)) {}
+  LaserJob strokes;
+  std::string name;
+};
 
 class PatternCommands {
  public:
@@ -35,7 +45,7 @@ class PatternCommands {
   // burnt. Strokes that are all dark need no confirmation and no look.
   // `wanted` is asked once more when the camera has looked, which takes up to a minute: nothing is burnt unless it says
   // Ok.
-  virtual void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed,
+  virtual void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed,
                             std::function<Status()> wanted) = 0;
   // Lets the controller read them without moving; only when Idle. The reply comes when it has read them.
   virtual void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) = 0;

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/strip_gaps.h"
 #include "tests/support/drawn_strips.h"
 
 namespace veneer {
@@ -118,6 +119,47 @@ TEST(StripFinder, SaysHowClearlyItsSidesAreSeen) {
   ASSERT_EQ(clear.size(), 1U);
   for (const auto& side : {clear[0].left, clear[0].right, clear[0].top, clear[0].bottom}) EXPECT_GT(side.seen, 6);
 }
+
+// The widest band of board in a rectangle of the map, mm; x and y exchanged for bands that lie.
+double band_within(const DrawnBoard& board, const cv::Rect2d& mm, bool lying = false) {
+  const calib::WorkMap map = draw(board);
+  const cv::Mat unmarked = cv::Mat::zeros(map.bgr.size(), CV_8UC1);
+  const calib::BoardView view = calib::view_board(map, unmarked);
+  const auto px = [](double at) { return static_cast<int>(std::lround(at * drawn::kPxPerMm)); };
+  const calib::SlabRegion upright{px(mm.x), px(mm.br().x), px(mm.y), px(mm.br().y)};
+  return calib::widest_board_band(
+             calib::SlabView(view, unmarked, lying),
+             lying ? calib::SlabRegion{upright.top, upright.bottom, upright.left, upright.right} : upright) /
+         drawn::kPxPerMm;
+}
+
+TEST(BoardBand, IsNotSeenWithinAnyWood) {
+  for (const cv::Scalar& wood : {kOak, kSilver, kEbony, drawn::kWenge, drawn::kWalnut, drawn::kPine}) {
+    DrawnBoard board;
+    board.strips = {{{12, 12}, {78, 48}, wood, 0.2, 0.06}};
+    EXPECT_EQ(band_within(board, {13, 14, 64, 32}), 0) << wood;
+    EXPECT_EQ(band_within(board, {14, 13, 62, 34}, true), 0) << wood;
+  }
+}
+
+TEST(BoardBand, IsSeenWhereASideIsTakenTooFarOut) {
+  DrawnBoard board;
+  board.strips = {{{12, 12}, {78, 48}, kOak, 0, 0.06}};
+  EXPECT_NEAR(band_within(board, {10.5, 14, 67, 32}), 1.5, 0.3);
+  EXPECT_NEAR(band_within(board, {13, 14, 66.5, 32}), 1.5, 0.3);
+  EXPECT_NEAR(band_within(board, {14, 10.5, 62, 37}, true), 1.5, 0.3);
+}
+
+TEST(BoardBand, IsSeenInAGapThatLeans) {
+  DrawnBoard board;
+  board.bgr = {228, 230, 230};
+  const double lean = 0.3;
+  // Wood in the shade's colour, and bleached wood in the board's own.
+  board.strips = {{{12, 12}, {40, 48}, kSilver, lean, 0.03}, {{42, 12}, {78, 48}, {212, 224, 227}, lean, 0.01}};
+  EXPECT_NEAR(band_within(board, {14, 14, 62, 32}), 2, 0.4);
+}
+
+TEST(BoardBand, IsNoneWhereThereIsNothingElse) { EXPECT_EQ(band_within({}, {12, 12, 60, 30}), 0); }
 
 TEST(StripFinder, FindsNothingOnABareBoard) { EXPECT_TRUE(strips_of({}).empty()); }
 

@@ -32,10 +32,12 @@ TEST(WorkshopMask, HoldsOnASampleOfEveryBoard) {
   EXPECT_EQ(all.false_hairs, 0);
   EXPECT_EQ(all.hairs_told, all.haired);
   // What must never be, and still is here and there: the mask must not get worse. docs/CALIBRATION.md tells what is
-  // asked, and what the campaign finds on photographed woods. Last: 19 of 150 strips, 7 asked about, 3 false warnings,
+  // asked, and what the campaign finds on photographed woods. Last: 13 of 150 strips, 13 asked about, 3 false warnings,
   // none of 138 screws and holes, 1 of 43 cracks.
-  EXPECT_LE(all.failed, 20);
-  EXPECT_LE(all.asked, 8);
+  // Since strips are asked about in which a band of board is seen, more are asked about (7 before) and fewer missed
+  // (19).
+  EXPECT_LE(all.failed, 14);
+  EXPECT_LE(all.asked, 14);
   EXPECT_LE(all.false_warnings, 3);
   EXPECT_EQ(all.round_in_mask, 0) << "a screw or a hole would be cut as wood";
   EXPECT_LE(all.cracks_in_mask, 2);

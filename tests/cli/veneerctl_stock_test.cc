@@ -152,6 +152,25 @@ TEST(VeneerctlStock, SaysWhichStripsAreWoodAndWhereOneLies) {
   EXPECT_EQ(ask(server, {"panel", "zone", "P-0001", "--outline", "1,2 3,4"}).status, 2);
 }
 
+TEST(VeneerctlStock, APanelsPicturesAreWhatTheirFilesAreCalled) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("getPanel", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({{"id", "P-0001"}})); });
+    for (const char* operation : {"getPanelMap", "getPanelMapJpeg", "getPanelStock", "getPanelStockJpeg"})
+      router.bind(operation,
+                  [operation](const ApiRequest&, const Reply& reply) { reply(ApiReply::bytes(operation, "image/x")); });
+  });
+  const testing::TempDirectory folder;
+  const auto saved = [&](const char* option, const char* name) {
+    const std::string file = (folder / name).string();
+    ask(server, {"panel", "show", "P-0001", option, file});
+    return read_whole(file).value_or("");
+  };
+  EXPECT_EQ(saved("--map", "map.jpg"), "getPanelMapJpeg");
+  EXPECT_EQ(saved("--map", "map.png"), "getPanelMap");
+  EXPECT_EQ(saved("--stock", "stock.jpeg"), "getPanelStockJpeg");
+  EXPECT_EQ(saved("--stock", "stock"), "getPanelStock");
+}
+
 TEST(VeneerctlStock, PaintsOnMasks) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {

@@ -345,6 +345,83 @@ class Remedies(Page):
         self.assertEqual(seen, ["en", [["A", "de", "#run"]], "find other wood with „Schneiden: A1-2: Anderes Holz suchen“ now"])
 
 
+class Said(Page):
+    """What the cell says, on a German page."""
+    def setUp(self):
+        self.speak("de")
+        self.addCleanup(self.speak, "en")
+
+    def told(self, sentence):
+        return self.does("return (await load('said.js')).inOwnWords(given[0])", sentence)
+
+    def test_a_sentence_with_what_it_names(self):
+        for english, german in (
+            ("The lid is open: close it.", "Der Deckel ist offen: Schließen Sie ihn."),
+            ("the lid is open: close it", "der Deckel ist offen: Schließen Sie ihn"),
+            ("Lay panel P-0003 on the bed, face down: the camera finds it there.", "Legen Sie Platte P-0003 mit der Sichtseite nach unten auf das Bett: Die Kamera findet sie dort."),
+            ("Job 3 “A lady in a red hat” has 12 pieces to cut: Start asks for its panel first, and nothing moves before you say so.",
+             "Auftrag 3 „A lady in a red hat“ hat 12 Stücke zu schneiden: Start verlangt zuerst die Platte, und nichts bewegt sich, bevor Sie es sagen."),
+            ("panel P-0001 found, back face up, fitted to 0.012 mm; 4 pieces: press Unsuspend", "Platte P-0001 ist mit der Rückseite nach oben gefunden, auf 0,012 mm genau; 4 Stücke: Drücken Sie Unsuspend"),
+            ("Unhold is not possible while the cell is Idle", "Unhold geht nicht, solange die Zelle Idle ist"),
+            ("STOP by anna", "STOP durch anna"),
+            ("See to the lid is shut, tick each, then say Unsuspend.", "Prüfen Sie the lid is shut, haken Sie alles ab, dann Unsuspend."),
+        ):
+            with self.subTest(english):
+                self.assertEqual(self.told(english), german)
+
+    def test_one_sentence_within_another_and_beside_it(self):
+        self.assertEqual(self.told("the laser is not homed: the lid is open: close it"), "der Laser ist nicht auf Referenz: der Deckel ist offen: Schließen Sie ihn")
+        self.assertEqual(self.told("Reset homes the laser; piece A1-2 of job 3 is cut"), "Reset schickt den Laser auf Referenz; Stück A1-2 von Auftrag 3 ist geschnitten")
+        self.assertEqual(self.told("what looks like a hair on the glass lies over the wood, at 40 mm from the left and 7 mm from the lower edge (3 mm long): what it hides is left out; clean the glass and scan again"),
+                         "über dem Holz liegt, was wie ein Haar auf dem Glas aussieht, bei 40 mm von links und 7 mm von unten (3 mm lang): Was es verdeckt, bleibt weg; wischen Sie das Glas ab und scannen Sie noch einmal")
+        self.assertEqual(self.told("lay panel P-0001 on the bed, turned half round, 20 mm of it sticking out at the front: the camera finds it there"),
+                         "legen Sie Platte P-0001 auf das Bett, um eine halbe Drehung gedreht, vorne stehen 20 mm von ihr über: Die Kamera findet sie dort")
+
+    def test_what_is_not_known_stays_english_and_is_marked(self):
+        for sentence in ("the moon is full", "the laser is not homed: nobody has written this one down", ""):
+            with self.subTest(sentence):
+                self.assertIsNone(self.told(sentence))
+        seen = self.does("""
+            const {inEnglish} = await load('parts.js'), marked = (node) => (node.nodeType ? node.lang : 'plain');
+            return [marked(inEnglish('the moon is full')), [inEnglish('the lid is open')].flat().map(marked), [inEnglish('the lid is open')].flat().join('')]""")
+        self.assertEqual(seen, ["en", ["plain"], "der Deckel ist offen"])
+
+    def test_nothing_is_translated_for_who_reads_english(self):
+        self.speak("en")
+        self.assertIsNone(self.told("the lid is open: close it"))
+
+    def test_every_sentence_of_the_catalogue_is_the_daemons(self):
+        """As it stands there; or put together of two or three, a few of more."""
+        of_more = ("waits for a scan, and so does 1 more", "has 1 piece to cut")
+        said = self.does("return (await load('words/said_de.js')).said")
+        sources = []
+        for path in [path for room in ("daemon", "calib", "drivers", "planner") for ending in ("cc", "h") for path in ROOT.glob(f"{room}/**/*.{ending}")]:
+            code = re.sub(r"^\s*//.*$", "", path.read_text(encoding="utf-8"), flags=re.M)
+            for literals in re.findall(r'"(?:[^"\\]|\\.)*"(?:\s*"(?:[^"\\]|\\.)*")*', code):
+                sources.append("".join(re.findall(r'"((?:[^"\\]|\\.)*)"', literals)))
+        words_of = lambda text: re.findall(r"[\w'’%-]+", text.lower())
+        daemon = " | ".join(" ".join(words_of(run)) for text in sources for run in re.split(r"\{[^{}]*\}", text))
+        for english, german in said.items():
+            with self.subTest(english):
+                places = re.findall(r"\{=?(\d)\}", english)
+                self.assertEqual(places, [str(n + 1) for n in range(len(places))], "in the order of the sentence")
+                self.assertLessEqual(set(re.findall(r"\{(\d)\}", german)), set(places))
+                self.assertFalse(english.endswith(".") or german.endswith("."))
+                for run in re.split(r"\{=?\d\}", english):
+                    self.assertLessEqual(self.parts(words_of(run), f" {daemon} "), 6 if any(words in run for words in of_more) else 3, run)
+
+    @staticmethod
+    def parts(words, daemon):
+        """Of how many parts that stand in the daemon it is put together: the longest first."""
+        count = 0
+        while words:
+            most = next((n for n in range(len(words), 0, -1) if f" {' '.join(words[:n])} " in daemon), 0)
+            if most == 0:
+                return 99
+            words, count = words[most:], count + 1
+        return count
+
+
 class Log(Page):
     def told(self, what, detail):
         return self.does("return (await load('screens/log_words.js')).told(...given)", what, detail)

@@ -11,6 +11,7 @@ touch "$place/cmake/debian-packages.txt" "$place/build/dev/build.ninja" "$place/
 # The build that goes on beside the tests is good, fails, or is never done.
 cat >"$place/bin/cmake" <<TEXT
 #!/bin/sh
+echo "\$*" >>"$place/calls"
 case "\$*" in
   "--build --preset asan"*)
     echo \$\$ >"$place/compiling"
@@ -68,8 +69,21 @@ expect '^  tests as shipped$'
 expect '^  tests under sanitizers$'
 expect '^  the demo with seed [0-9]+: '
 
+mkdir -p "$place/tests/soak"
+printf '#   faults   of the driver\n' >"$place/tests/soak/run.sh"
+# Who asks how a command is used has it told, and nothing is built.
+rm -f "$place/calls"
+for command in soak bench test; do
+  told=$(PATH="$place/bin:$PATH" "$place/dev" "$command" --help)
+  expect '^usage: '
+done
+[[ ! -e $place/calls ]] || { echo "--help builds" >&2; exit 1; }
+! PATH="$place/bin:$PATH" "$place/dev" soak nonsense >/dev/null 2>&1 && [[ ! -e $place/calls ]] ||
+  { echo "nonsense is no campaign, and nothing is built for it" >&2; exit 1; }
+! PATH="$place/bin:$PATH" "$place/dev" nonsense --help >/dev/null 2>&1 || { echo "nonsense is no command" >&2; exit 1; }
+
 # Unit tests under ThreadSanitizer: a share on each processor that this may use, whichever it is.
-mkdir -p "$place/tests/soak" "$place/build/tsan"
+mkdir -p "$place/build/tsan"
 touch "$place/build/tsan/build.ninja" "$place/compiling"
 echo 1 >"$place/compiling"
 printf '#!/bin/sh\n' | tee "$place/tests/soak/run.sh" >"$place/bin/taskset"

@@ -10,6 +10,7 @@ import socket
 import subprocess
 
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select
 
 from console_day import Day, play
 
@@ -199,7 +200,7 @@ class Recovery(Day):
         return "Panel P-0001, show face" in self.text("main")
 
     def plan_from_what_is_left(self):
-        """The panel with holes is scanned, and another picture finds its wood in it."""
+        """The panel with holes is scanned, and another picture, of tiles with curved borders, finds its wood in it."""
         self.press("[data-command=reset]")
         self.until_says("#state-word", "Idle")
         self.hands("place", "control", "scanner", "--face", "show")
@@ -210,6 +211,7 @@ class Recovery(Day):
         self.show("remnant-scanned")
         self.go("new")
         self.find("#picture-file").send_keys(os.environ["PICTURE"])
+        Select(self.find("#picture-layout")).select_by_value("mosaic")
         for field, value in (("#picture-size", "20"), ("#picture-patch", "10")):
             self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
@@ -219,7 +221,25 @@ class Recovery(Day):
         self.press("[data-command=make-job]")
         self.until_says(".side-by-side", "Job 2 is made of it.")
 
+    def cut_the_second_picture(self):
+        """From the remnant, which lies elsewhere on the bed than it did."""
+        self.go("run")
+        self.press("#do-start")
+        panels = [one["panel"] for one in json.loads(self.ctl("job", "show", "2", "--json"))["panels"]]
+        for done, panel in enumerate(panels):
+            self.until_says("[data-card=load]", panel)
+            self.hands("place", "control" if panel == "P-0001" else "other", "bed", "--face", "back")
+            self.until_says("[data-card=load]", f"Panel {panel} is on the bed")
+            if done == 0:
+                self.show("second-picture-found")
+            before = self.status()["job"]["cut"]
+            self.tick_and_go_on()
+            self.until("its pieces to be cut", lambda: self.status()["state"] in ("Complete", "Suspended") and self.status()["job"]["cut"] > before)
+            self.hands("lift", "bed")
+        self.until_says("#state-word", "Complete")
+        self.show("second-picture-cut")
+
 
 if __name__ == "__main__":
     play(Recovery, "lay_the_wrong_panel", "lay_the_right_one", "stop_in_the_middle", "decide_from_another_screen", "cut_the_rest", "cut_one_again",
-         "cut_the_lost_one_from_other_wood", "plan_from_what_is_left", "check_console")
+         "cut_the_lost_one_from_other_wood", "plan_from_what_is_left", "cut_the_second_picture", "check_console")

@@ -21,7 +21,11 @@ TEST_F(ConsoleAfterTrouble, AWrongPanelAStopInTheMiddleAndWhatComesAfter) {
   EXPECT_EQ(job["suspect"], 0);
   ASSERT_EQ(job["runs"].size(), 3U) << "broken off, the rest, and the piece that was lost";
   EXPECT_EQ(job["runs"][1]["result"], "done");
-  EXPECT_GT(get("/jobs/2")["pieces"], 0);
+  const nlohmann::json second = get("/jobs/2");
+  EXPECT_GT(second["pieces"], 1);
+  EXPECT_EQ(second["state"], "complete");
+  EXPECT_EQ(second["cut"], second["pieces"]);
+  EXPECT_EQ(second["suspect"], 0);
 }
 
 class ConsoleAfterALift : public Console {

@@ -193,6 +193,10 @@ show_table=1 campaign "package/bare-root" "$seed" with_packages tests/soak/check
 show_table=1 campaign "units/booted" "$seed" with_packages tests/soak/check_units.sh "$build" "$(dirname "$out")/units.json" \
   --packages out/packages
 
+if ((${#rows[@]} == 0)) && [[ sanitizers != "$name"* && threads != "$name"* ]]; then
+  echo "no campaign begins with $name: the head of tests/soak/run.sh names them all" >&2
+  exit 2
+fi
 mkdir -p "$(dirname "$out")"
 (IFS=,; printf '{"schema_version":1,"campaigns":[%s]}\n' "${rows[*]}") >"$out"
 exit $failed

@@ -42,7 +42,7 @@ pid_t ProgramStart::run(int output, int errors) const {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   dup2(output, STDOUT_FILENO);
   dup2(errors, STDERR_FILENO);
-  dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   execve(arguments[0], arguments.data(), variables.data());
   for (const char* words : {"cannot start ", static_cast<const char*>(arguments[0]), "\n"}) say(words);
   _exit(127);

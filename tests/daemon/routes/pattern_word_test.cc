@@ -37,7 +37,7 @@ class PlayedUnit final : public UnitState, public PatternCommands {
     calls.emplace_back("home");
     answer = std::move(reply);
   }
-  void burn_pattern(LaserJob, const std::string&, Reply, std::vector<std::string>, std::function<Status()>) override {
+  void burn_pattern(Pattern, const std::string&, Reply, std::vector<std::string>, std::function<Status()>) override {
     calls.emplace_back("burn");
   }
   void check_pattern(LaserJob&&, const std::string&, Reply) override { calls.emplace_back("check"); }

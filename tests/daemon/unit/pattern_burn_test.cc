@@ -23,11 +23,13 @@ class PatternTest : public ProofTest {
   Status burn(double power, std::vector<std::string> confirmed = {}) {
     std::optional<Status> out;
     runner_->burn_pattern(
-        pattern(power), "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
+        {pattern(power), name_}, "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
     settle();
     if (laser_.burning()) laser_.finish(), settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
+
+  std::string name_ = "pattern";
 };
 
 TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
@@ -152,6 +154,16 @@ TEST_F(PatternTest, SaysWhatTheMachineRemarked) {
   laser_.remark = "the lid was opened over it";
   EXPECT_TRUE(burn(0.2).ok());
   EXPECT_EQ(reason(), "the pattern is burnt; the lid was opened over it");
+}
+
+TEST_F(PatternTest, IsCalledWhatItIs) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  name_ = "drawing";
+  EXPECT_TRUE(burn(0.2).ok());
+  EXPECT_EQ(reason(), "the drawing is burnt");
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_TRUE(burn(0).ok());
+  EXPECT_EQ(reason(), "the drawing was run with the beam off");
 }
 
 TEST_F(PatternTest, RunsDarkOverAnything) {

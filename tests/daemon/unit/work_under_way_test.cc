@@ -25,7 +25,7 @@ class WorkUnderWay : public JobRunnerTest {
     stroke.speed = MmPerSecond(10);
     stroke.power = PowerFraction(power);
     const auto out = std::make_shared<Status>();
-    runner_->burn_pattern({{stroke}}, "test", [out](Status s) { *out = std::move(s); });
+    runner_->burn_pattern(LaserJob{{stroke}}, "test", [out](Status s) { *out = std::move(s); });
     settle();
     return *out;
   }
@@ -359,7 +359,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
     dark.role = StrokeRole::kPattern;
     dark.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
     dark.speed = MmPerSecond(10);
-    runner_->burn_pattern({{dark}}, "test", note);
+    runner_->burn_pattern(LaserJob{{dark}}, "test", note);
     lid_moves();
   }
   settle();
