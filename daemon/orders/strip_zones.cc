@@ -1,7 +1,9 @@
 #include "daemon/orders/strip_zones.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -10,11 +12,31 @@ namespace {
 
 using PanelRegion = Region<PanelFrame>;
 
-// Outer borders counter-clockwise and the borders of large holes, in pixels' middles.
-std::vector<std::vector<cv::Point>> borders_of(const cv::Mat& wood, double smallest_hole_px) {
+// What a strip's wood is before others have theirs.
+struct Strip {
+  const calib::Zone* zone = nullptr;
+  PanelRegion wood;
+  Millimetres tolerance{0};
+};
+
+// The box around the wood of each label, in one look at the picture; of a label that is not there an empty one.
+std::array<cv::Rect, 256> boxes_of(const cv::Mat& labels) {
+  std::array<cv::Rect, 256> out;
+  for (int row = 0; row < labels.rows; ++row) {
+    const auto* pixels = labels.ptr<std::uint8_t>(row);
+    for (int from = 0, to = 0; from < labels.cols; from = to) {
+      while (to < labels.cols && pixels[to] == pixels[from]) ++to;
+      if (pixels[from] != 0) out[pixels[from]] |= cv::Rect(from, row, to - from, 1);
+    }
+  }
+  return out;
+}
+
+// The outer borders of all parts and, the other way round, those of large holes, in pixels' middles.
+std::vector<std::vector<cv::Point>> borders_of(const cv::Mat& wood, const cv::Point& corner, double smallest_hole_px) {
   std::vector<std::vector<cv::Point>> all, out;
   std::vector<cv::Vec4i> tree;  // next, before, first within, around
-  cv::findContours(wood, all, tree, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
+  cv::findContours(wood, all, tree, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE, corner);
   for (std::size_t i = 0; i < all.size(); ++i)
     if (tree[i][3] < 0 || cv::contourArea(all[i]) >= smallest_hole_px) out.push_back(std::move(all[i]));
   return out;
@@ -30,9 +52,16 @@ MicroRing to_micro(const std::vector<cv::Point>& corners, const Raster<PanelFram
   return out;
 }
 
-// All of the wood and at most twice the tolerance, and a pixel, more. Sides that were simplified may cross: what lies
-// within by the even-odd rule is the area.
-PanelRegion simplified(const std::vector<std::vector<cv::Point>>& borders, const Raster<PanelFrame>& raster) {
+// What the rings go round in one direction more often than in the other. Sides that were simplified may cross, and a
+// part may lie within a hole that is not among the rings: neither cancels wood, as it would by the even-odd rule.
+PanelRegion wound(MicroArea rings) {
+  const MicroArea there = micro::unite(std::vector{rings});
+  for (MicroRing& ring : rings.rings) std::reverse(ring.begin(), ring.end());
+  return PanelRegion(micro::unite(there, micro::unite(std::vector{std::move(rings)})));
+}
+
+// All of the wood, and at most twice the tolerance and a pixel more.
+Strip simplified(const std::vector<std::vector<cv::Point>>& borders, const Raster<PanelFrame>& raster) {
   constexpr Millimetres kTolerance(0.1);
   const double px_per_mm = raster.resolution.px_per_mm;
   for (Millimetres tolerance = kTolerance;; tolerance = tolerance * 2) {
@@ -42,9 +71,23 @@ PanelRegion simplified(const std::vector<std::vector<cv::Point>>& borders, const
       cv::approxPolyDP(border, corners, tolerance.count() * px_per_mm, true);
       if (corners.size() >= 3) area.rings.push_back(to_micro(corners, raster));
     }
-    PanelRegion out = offset(PanelRegion(micro::unite(area, {})), tolerance + Millimetres(0.5 / px_per_mm));
-    if (micro::corners_of(out.micro_area()) <= kMostZoneCorners / 2) return out;
+    PanelRegion out = offset(wound(std::move(area)), tolerance + Millimetres(0.5 / px_per_mm));
+    if (micro::corners_of(out.micro_area()) <= kMostZoneCorners / 2) return {nullptr, std::move(out), tolerance};
   }
+}
+
+PanelRegion without(const PanelRegion& region, const PanelRegion& other) {
+  return micro::boxes_overlap(region.micro_area(), other.micro_area()) ? subtract(region, other) : region;
+}
+
+// Those that are told finely first: an outline that is told coarsely reaches far, and would take their wood.
+void part(std::vector<Strip>& strips) {
+  std::vector<Strip*> order;
+  for (Strip& strip : strips) order.push_back(&strip);
+  std::ranges::stable_sort(order, {}, [](const Strip* strip) { return strip->tolerance; });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) order[i]->wood = without(order[i]->wood, order[k]->wood);
+  std::erase_if(strips, [](const Strip& strip) { return strip.wood.empty(); });
 }
 
 // With cracks and small notches: they are as wide as this at most.
@@ -75,24 +118,24 @@ std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
   const double px2 = labels.resolution.px_per_mm * labels.resolution.px_per_mm;
   const double smallest_hole_px = calib::MaskOptions{}.smallest_zone.count() * px2;
   const PanelRegion sheet = sheet_of(labels);
-  std::vector<PanelRegion> woods;  // of the zones before, too
-  std::vector<int> numbers;
-  std::vector<double> confidences;
+  const auto boxes = boxes_of(labels.pixels);
+  std::vector<Strip> strips;
   for (const calib::Zone& zone : mask.list) {
-    const auto borders = borders_of(labels.pixels == zone.label, smallest_hole_px);
-    PanelRegion wood = intersect(simplified(borders, labels), sheet);
-    for (const PanelRegion& other : woods) wood = subtract(wood, other);
-    if (wood.empty()) continue;
-    woods.push_back(std::move(wood)), numbers.push_back(zone.label), confidences.push_back(zone.confidence);
+    const cv::Rect& box = boxes[static_cast<std::uint8_t>(zone.label)];
+    if (box.empty()) continue;
+    const auto borders = borders_of(labels.pixels(box) == zone.label, box.tl(), smallest_hole_px);
+    Strip& strip = strips.emplace_back(simplified(borders, labels));
+    strip.zone = &zone, strip.wood = intersect(strip.wood, sheet);
   }
+  part(strips);
   std::vector<db::ZoneRecord> out;
-  for (std::size_t i = 0; i < woods.size(); ++i) {
-    PanelRegion shape = closed(woods[i]);
-    for (std::size_t k = 0; k < woods.size(); ++k)
-      if (k != i) shape = subtract(shape, k < i ? out[k].shape : woods[k]);
+  for (std::size_t i = 0; i < strips.size(); ++i) {
+    PanelRegion shape = closed(strips[i].wood);
+    for (std::size_t k = 0; k < strips.size(); ++k)
+      if (k != i) shape = without(shape, k < i ? out[k].shape : strips[k].wood);
     db::ZoneRecord& record = out.emplace_back();
-    record.number = numbers[i], record.shape = without_slivers(shape);
-    record.confidence = std::clamp(confidences[i], 0.0, 1.0);
+    record.number = strips[i].zone->label, record.shape = without_slivers(shape);
+    record.confidence = std::clamp(strips[i].zone->confidence, 0.0, 1.0);
   }
   return out;
 }

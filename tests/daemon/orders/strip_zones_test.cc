@@ -10,17 +10,18 @@
 namespace veneer::daemon {
 namespace {
 
-// 80 x 60 mm at ten pixels a millimetre, on which strips are drawn.
+// A sheet of 80 x 60 mm or other whole millimetres at ten pixels each, on which strips are drawn.
 class Strips {
  public:
-  Strips() : mask_{raster(), raster(), {}, {}, {}, {}} {}
+  explicit Strips(int width = 80, int height = 60)
+      : mask_{raster(width, height), raster(width, height), {}, {}, {}, {}}, height_(height) {}
   // From the lower left corner, mm.
   Strips& box(int label, double x, double y, double width, double height) {
     cv::rectangle(mask_.zones.pixels, at(x, y, width, height), cv::Scalar(label), cv::FILLED);
     return *this;
   }
   Strips& disc(int label, double x, double y, double radius) {
-    cv::circle(mask_.zones.pixels, {px(x), px(60 - y)}, px(radius), cv::Scalar(label), cv::FILLED);
+    cv::circle(mask_.zones.pixels, {px(x), px(height_ - y)}, px(radius), cv::Scalar(label), cv::FILLED);
     return *this;
   }
   calib::VeneerMask mask(int strips) const {
@@ -39,12 +40,15 @@ class Strips {
   }
 
  private:
-  static Raster<PanelFrame> raster() { return {cv::Mat::zeros(600, 800, CV_8UC1), {10.0}, {}}; }
+  static Raster<PanelFrame> raster(int width, int height) {
+    return {cv::Mat::zeros(10 * height, 10 * width, CV_8UC1), {10.0}, {}};
+  }
   static int px(double mm) { return cvRound(mm * 10); }
-  static cv::Rect at(double x, double y, double width, double height) {
-    return {px(x), px(60 - y - height), px(width), px(height)};
+  cv::Rect at(double x, double y, double width, double height) const {
+    return {px(x), px(height_ - y - height), px(width), px(height)};
   }
   calib::VeneerMask mask_;
+  int height_;
 };
 
 double shared(const db::ZoneRecord& a, const db::ZoneRecord& b) { return intersect(a.shape, b.shape).area().count(); }
@@ -105,16 +109,53 @@ TEST(ZonesOfStrips, StripsThatTouchEndWhereTheOtherBegins) {
   EXPECT_GT(Strips::offered(mask, zones, 1), 0.99);
 }
 
+// As wide as a hair, and closed: what it surrounds is no hole.
+TEST(ZonesOfStrips, WoodInALoopIsOfTheStripAroundIt) {
+  for (const double thick : {0.1, 0.2, 1.0}) {
+    const auto mask =
+        Strips().box(1, 5, 5, 70, 50).disc(0, 40, 30, 3).disc(1, 40, 30, 3 - thick).box(1, 10, 10, 2, 2).mask(1);
+    const auto zones = zones_of(mask);
+    ASSERT_EQ(zones.size(), 1U);
+    EXPECT_TRUE(holds(zones[0], 40, 30)) << thick;
+    EXPECT_EQ(zones[0].shape.micro_area().rings.size(), 1U) << thick;
+    EXPECT_GT(Strips::offered(mask, zones, 0), 0.999) << thick;
+  }
+}
+
+// A comb of `teeth` 95 mm high that are knotted all over, 1.2 mm apart: more corners than a zone may have.
+void draw_comb(Strips& strips, int label, double left, int teeth) {
+  strips.box(label, left, 2, 3.6 * teeth - 1.2, 3);
+  for (int tooth = 0; tooth < teeth; ++tooth) {
+    const double x = left + 3.6 * tooth;
+    strips.box(label, x, 2, 1.2, 95);
+    for (int knot = 0; knot < 38; ++knot) strips.box(label, x, 6 + 2.4 * knot, 2.4, 1.2);
+  }
+}
+
 TEST(ZonesOfStrips, ARaggedStripIsToldWithBoundedCorners) {
-  Strips strips;
-  strips.box(1, 2, 2, 76, 56);
-  for (double x = 3; x < 77; x += 0.4)
-    for (double y = 4; y < 56; y += 5.5) strips.box(0, x, y, 0.2, 4.5);
+  Strips strips(200, 100);
+  draw_comb(strips, 1, 3, 45);
   const auto mask = strips.mask(1);
   const auto zones = zones_of(mask);
   ASSERT_EQ(zones.size(), 1U);
   EXPECT_LE(micro::corners_of(zones[0].shape.micro_area()), kMostZoneCorners);
-  EXPECT_GT(Strips::offered(mask, zones, 0), 0.99);
+  EXPECT_GT(Strips::offered(mask, zones, 0), 0.999);
+}
+
+TEST(ZonesOfStrips, ARaggedStripTakesNoWoodFromAStraightOneBesideIt) {
+  for (const bool ragged_first : {true, false}) {
+    Strips strips(200, 100);
+    draw_comb(strips, ragged_first ? 1 : 2, 3, 45);
+    strips.box(ragged_first ? 2 : 1, 3 + 3.6 * 45 - 0.7, 2, 20, 95);  // half a millimetre away
+    const auto mask = strips.mask(2);
+    const auto zones = zones_of(mask);
+    ASSERT_EQ(zones.size(), 2U);
+    EXPECT_EQ(zones[0].number, 1);
+    EXPECT_DOUBLE_EQ(shared(zones[0], zones[1]), 0);
+    // But for the pixels that the border between them crosses.
+    EXPECT_GT(Strips::offered(mask, zones, 0), 0.99) << ragged_first;
+    EXPECT_GT(Strips::offered(mask, zones, 1), 0.99) << ragged_first;
+  }
 }
 
 }  // namespace
