@@ -40,10 +40,10 @@ std::vector<db::ZoneRecord> zones_of_part(const std::vector<db::ZoneRecord>& see
       if (intersect(here, seen[i].shape).area() <= seen[i].shape.area() / 2) continue;
       known[i] = has_wood = true;
     }
-    if (has_wood) out.push_back({zone.number, here, zone.material});
+    if (has_wood) out.push_back({zone.number, here, zone.material, zone.confidence});
   }
   for (std::size_t i = 0; i < seen.size(); ++i)
-    if (!known[i]) out.push_back({++number, seen[i].shape, ""});
+    if (!known[i]) out.push_back({++number, seen[i].shape, "", seen[i].confidence});
   return out;
 }
 

@@ -58,5 +58,18 @@ TEST(PartZones, WoodThatTheParentKnewNothingOfIsAZoneOfItsOwn) {
       << "a parent without zones";
 }
 
+TEST(PartZones, AreAsSureAsTheParentWasOfThemOrAsWhatIsSeenNow) {
+  std::vector<db::ZoneRecord> parent = kParent;
+  parent[0].confidence = 0.75;
+  const auto zones = zones_of_part({{1, Region<PanelFrame>(strip(2, 28)), "", 0.5},
+                                    {2, Region<PanelFrame>(strip(33, 58)), "", 0.5},
+                                    {3, Region<PanelFrame>(strip(92, 99)), "", 0.625}},
+                                   parent, {}, sheet(100));
+  ASSERT_EQ(zones.size(), 3U);
+  EXPECT_EQ(zones[0].confidence, 0.75);
+  EXPECT_EQ(zones[1].confidence, std::nullopt) << "nobody knows of the parent's";
+  EXPECT_EQ(zones[2].confidence, 0.625);
+}
+
 }  // namespace
 }  // namespace veneer::daemon
