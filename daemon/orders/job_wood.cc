@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <opencv2/core.hpp>
 #include <set>
@@ -42,17 +43,25 @@ std::string material_of(const std::vector<db::ZoneRecord>& zones, const std::vec
   return offered.size() == 1 ? *offered.begin() : "";
 }
 
-// The region in parts that have no holes: each hole is cut through its middle.
+// Rings around less than this are what rounding made.
+constexpr double kLeastRing = 1;  // mm2
+
+// The region in parts that have no holes: each hole is cut through its middle, across its longer side, so that a hole
+// of more than kLeastRing is always parted. Smaller ones are filled, and smaller parts left out.
 std::vector<Ring<PanelFrame>> without_holes(const Region<PanelFrame>& region) {
   auto rings = region.rings();
+  std::erase_if(rings, [](const auto& ring) { return std::abs(signed_area(ring)) < kLeastRing; });
   const auto hole = std::ranges::find_if(rings, [](const auto& ring) { return signed_area(ring) < 0; });
   if (hole == rings.end()) return rings;
   const Box<PanelFrame> whole = region.box(), around = bounds(*hole);
-  const Millimetres middle = (around.min.x + around.max.x) / 2;
+  Box<PanelFrame> lower = whole, upper = whole;
+  if (around.max.x - around.min.x > around.max.y - around.min.y)
+    lower.max.x = upper.min.x = (around.min.x + around.max.x) / 2;
+  else
+    lower.max.y = upper.min.y = (around.min.y + around.max.y) / 2;
   std::vector<Ring<PanelFrame>> out;
-  for (const auto& [left, right] : {std::pair(whole.min.x, middle), std::pair(middle, whole.max.x)}) {
-    const Region<PanelFrame> side(
-        Ring<PanelFrame>{{left, whole.min.y}, {right, whole.min.y}, {right, whole.max.y}, {left, whole.max.y}});
+  for (const auto& [min, max] : {lower, upper}) {
+    const Region<PanelFrame> side(Ring<PanelFrame>{min, {max.x, min.y}, max, {min.x, max.y}});
     std::ranges::move(without_holes(intersect(region, side)), std::back_inserter(out));
   }
   return out;
