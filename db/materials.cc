@@ -53,8 +53,8 @@ std::vector<ZoneRecord> read_zones(SQLite::Database& connection, const PanelId& 
     if (!shape) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
     ZoneRecord& zone =
         out.emplace_back(ZoneRecord{rows.getColumn(0).getInt(), *std::move(shape), text(rows.getColumn(2))});
-    if (!rows.getColumn(3).isNull()) zone.confidence = rows.getColumn(3).getDouble();
     zone.version = rows.getColumn(4).getInt();
+    if (zone.version == 1 && !rows.getColumn(3).isNull()) zone.confidence = rows.getColumn(3).getDouble();
   }
   return out;
 }
@@ -200,6 +200,9 @@ Result<int> Materials::draw_zone(const PanelId& panel, std::optional<int> zone, 
     SQLite::Statement add(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, '')");
     SQLite::bind(add, panel.value, number, write_area(free.micro_area()));
     add.exec();
+    insert.reset();
+    SQLite::bind(insert, panel.value, number, version, write_area(free.micro_area()), who, at);
+    insert.exec();
     return number;
   });
 }

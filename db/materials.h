@@ -42,9 +42,10 @@ struct ZoneRecord {
   int number = 0;            // from 1, left to right
   Region<PanelFrame> shape;  // of a panel whose zones were found under schemas before 37: a ring around all of it
   std::string material;      // "": nobody has said
-  // How sure the eye was of it, 0 to 1 (calib::Zone); nothing of a zone that was found under a schema before 37.
+  // How sure the eye was of it, 0 to 1 (calib::Zone); nothing of a zone that was found under a schema before 37, and
+  // once a person drew it or what took wood from it.
   std::optional<double> confidence = std::nullopt;
-  int version = 1;  // how often its outline was drawn anew, and one
+  int version = 1;  // 1 as it was found; more since a person drew it or what took wood from it, the more the later
 };
 
 class Materials {

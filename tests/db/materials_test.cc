@@ -5,6 +5,7 @@
 
 #include "db/job_store.h"
 #include "db/ledger.h"
+#include "tests/db/everything.h"
 #include "tests/db/planned_job.h"
 #include "tests/db/stray_sql.h"
 
@@ -131,6 +132,30 @@ TEST_F(MaterialsTest, APersonDrawsAZoneAndNoOtherHasThatWoodAnyMore) {
   EXPECT_EQ(materials.draw_zone(id, 7, Region<PanelFrame>(square(0, 0, 9)), "uid 7", kNow).error().code,
             ErrorCode::kNotFound);
   EXPECT_FALSE(execute(cell.database(), "UPDATE zone_versions SET outline_um = '~'").ok());
+}
+
+TEST_F(MaterialsTest, WhoDrewAFurtherZoneIsKept) {
+  const PanelId id = cell.new_panel();
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(0, 0, 100)), ""}}));
+  EXPECT_EQ(must(materials.draw_zone(id, std::nullopt, Region<PanelFrame>(square(150, 0, 50)), "uid 7", kNow)), 2);
+  EXPECT_THAT(texts(cell.database().connection(),
+                    "SELECT number || ' ' || version || ' ' || who || ' ' || at FROM zone_versions"),
+              ::testing::ElementsAre(std::string("2 2 uid 7 ") + kNow))
+      << "nothing was drawn of the first";
+  const auto zones = must(materials.zones(id));
+  EXPECT_EQ(zones[1].shape.rings(), Region<PanelFrame>(square(150, 0, 50)).rings());
+  EXPECT_EQ(zones[1].version, 2);
+  EXPECT_EQ(zones[0].version, 1);
+}
+
+TEST_F(MaterialsTest, NoScanIsSureOfAnOutlineThatAPersonDrew) {
+  const PanelId id = cell.new_panel();
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(0, 0, 100)), "", 0.75},
+                                            {2, Region<PanelFrame>(square(200, 0, 50)), "", 0.625}}));
+  must(materials.draw_zone(id, 1, Region<PanelFrame>(square(0, 0, 90)), "uid 7", kNow));
+  const auto zones = must(materials.zones(id));
+  EXPECT_EQ(zones[0].confidence, std::nullopt);
+  EXPECT_EQ(zones[1].confidence, 0.625) << "nothing of it was drawn";
 }
 
 // Whatever is drawn, a piece is cut with the recipe of the wood that it was planned in.
