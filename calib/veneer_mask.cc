@@ -186,14 +186,15 @@ class Masker {
           cv::countNonZero(faults.mask) / std::max(1.0, static_cast<double>(cv::countNonZero(place)));
       const Doubt doubt = doubts_of(strip, view, fault_share);
       if (doubt.sure < options_.least_confidence) {
-        ask(out, strip, {{}, doubt.sure, false, doubt.reason});
+        AskedStrip& asked = ask(out, strip, {{}, doubt.sure, false, doubt.reason, {}});
+        for (const ScrewSpot& spot : faults.round) asked.round.push_back(hole_of(spot));
         continue;
       }
       if (number == 255) break;
       const double doubtful = doubtful_share(faults, place, work_.px_per_mm);
       if (fault_share > kNamedFaults || doubtful > kDoubtedFaults)
         ask(out, strip,
-            {{}, doubt.sure, true, fmt::format("{:.0f} % of it does not look like the rest", 100 * fault_share)});
+            {{}, doubt.sure, true, fmt::format("{:.0f} % of it does not look like the rest", 100 * fault_share), {}});
       confidence_.push_back(doubt.sure);
       wood_.setTo(255, place & ~faults.mask), strips_.setTo(++number, place);
       for (const ScrewSpot& spot : faults.round) take_out(spot, out);
@@ -246,14 +247,18 @@ class Masker {
     wood_.setTo(255, hidden_ & (strips_ > 0) & ~thick);
   }
 
-  void ask(VeneerMask& out, const FoundStrip& strip, AskedStrip asked) const {
+  AskedStrip& ask(VeneerMask& out, const FoundStrip& strip, AskedStrip asked) const {
     const auto corners = corners_of(strip);
     for (std::size_t i = 0; i < 4; ++i) asked.outline[i] = on_panel(corners[i]);
-    out.asked.push_back(std::move(asked));
+    return out.asked.emplace_back(std::move(asked));
   }
 
   Point<PanelFrame> on_panel(const cv::Point2d& p) const {
     return map_.from_pixels(p.x * work_.fold, p.y * work_.fold);
+  }
+
+  ScrewHole hole_of(const ScrewSpot& screw) const {
+    return {on_panel(screw.centre), Millimetres(screw.diameter / work_.px_per_mm)};
   }
 
   void take_out(const ScrewSpot& screw, VeneerMask& out) {
@@ -262,11 +267,11 @@ class Masker {
         std::max(0.0, screw.diameter / 2 + (options_.screw_margin - options_.edge_margin).count() * work_.px_per_mm);
     cv::circle(wood_, cv::Point2d(screw.centre.x - 0.5, screw.centre.y - 0.5), static_cast<int>(std::ceil(radius)),
                cv::Scalar(0), cv::FILLED);
-    const Point<PanelFrame> centre = on_panel(screw.centre);
+    const ScrewHole hole = hole_of(screw);
     const bool known = std::any_of(out.screws.begin(), out.screws.end(), [&](const ScrewHole& other) {
-      return distance(other.centre, centre) < other.diameter / 2;
+      return distance(other.centre, hole.centre) < other.diameter / 2;
     });
-    if (!known) out.screws.push_back({centre, Millimetres(screw.diameter / work_.px_per_mm)});
+    if (!known) out.screws.push_back(hole);
   }
 
   // Where colour or lightness, each in its board's own light, has changed by more than dust and grain do.

@@ -35,17 +35,18 @@ struct Zone {
   double confidence = 1;  // 0 to 1: that this is veneer, whole, and ends where its sides were seen
 };
 
+struct ScrewHole {
+  Point<PanelFrame> centre{};
+  Millimetres diameter{0};
+};
+
 // A strip that is in doubt: withheld, or taken but for much that does not look like the rest of it.
 struct AskedStrip {
   std::array<Point<PanelFrame>, 4> outline{};  // lower left, lower right, upper right, upper left
   double confidence = 0;
   bool taken = false;
-  std::string reason;  // for the operator, the end of a sentence
-};
-
-struct ScrewHole {
-  Point<PanelFrame> centre{};
-  Millimetres diameter{0};
+  std::string reason;            // for the operator, the end of a sentence
+  std::vector<ScrewHole> round;  // what is round in it, of one that is withheld
 };
 
 // A hair or fibre on the scanner's glass that lies over veneer: what it hides is withheld.

@@ -34,6 +34,27 @@ Result<std::vector<double>> corners_of(const std::string& text) {
   return out.size() < 6 ? Result<std::vector<double>>(wrong) : out;
 }
 
+void add_zone_command(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, outline;
+    std::optional<int> zone;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* zone = panel.add_subcommand("zone", "Draw where a strip of wood lies, as people see it");
+  zone->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+  zone->add_option("--zone", options->zone, "Which zone, as `panel show` numbers them; without it a further one")
+      ->check(CLI::PositiveNumber);
+  zone->add_option("--outline", options->outline, "Its corners as \"x,y x,y x,y\", in mm from the lower left")
+      ->required();
+  zone->callback([options, &context] {
+    const auto corners = corners_of(options->outline);
+    if (!corners) fail(corners.error(), kUnusableArguments);
+    json body = {{"outline_mm", *corners}};
+    if (options->zone) body["zone"] = *options->zone;
+    context.finish_step(context.client().post("/panels/" + url_encode(options->id) + "/zones", body), render_zones);
+  });
+}
+
 }  // namespace
 
 void add_mask_commands(CLI::App& panel, CommandContext& context) {
@@ -42,6 +63,7 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
     bool list = false;
     std::optional<std::int64_t> show, remove;
   };
+  add_zone_command(panel, context);
   const auto options = std::make_shared<Options>();
   CLI::App* mask = panel.add_subcommand("mask", "Give wood back that the scan left out, or withhold some by hand");
   mask->add_option("PANEL", options->id, "Its name, as in P-0001")->required();

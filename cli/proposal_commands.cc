@@ -103,7 +103,7 @@ void add_proposals(CLI::App& panel, CommandContext& context) {
 void add_decisions(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::int64_t number = 0;
-    std::vector<std::string> overruled;
+    std::vector<std::string> overruled, wood, no_wood;
     std::string note;
   };
   const auto options = std::make_shared<Options>();
@@ -114,6 +114,10 @@ void add_decisions(CLI::App& panel, CommandContext& context) {
         ->required()
         ->check(CLI::PositiveNumber);
   add_override(*accept, options->overruled);
+  accept->add_option("--wood", options->wood, "A strip that it asks about is wood: strip-1, say (repeatable)")
+      ->allow_extra_args(false);
+  accept->add_option("--no-wood", options->no_wood, "A strip that it asks about is no wood (repeatable)")
+      ->allow_extra_args(false);
   refuse->add_option("--note", options->note, "Why");
   const auto target = [options](const char* what) {
     return "/proposals/" + std::to_string(options->number) + "/" + what;
@@ -121,6 +125,8 @@ void add_decisions(CLI::App& panel, CommandContext& context) {
   accept->callback([options, target, &context] {
     json body = json::object();
     if (!options->overruled.empty()) body["override"] = options->overruled;
+    if (!options->wood.empty()) body["wood"] = options->wood;
+    if (!options->no_wood.empty()) body["no_wood"] = options->no_wood;
     context.finish_step(context.run_task(context.client().post(target("accept"), body)), render_scan_result);
   });
   refuse->callback([options, target, &context] {

@@ -174,10 +174,10 @@ std::string render_registration(const json& registration) {
 std::string render_zones(const json& panel) {
   const json& list = member(panel, "zones");
   if (!list.is_array() || list.empty()) return "";
-  TextTable table({">ZONE", "MATERIAL", ">AREA"});
+  TextTable table({">ZONE", "MATERIAL", ">AREA", ">SURE"});
   for (const json& zone : list)
     table.add({std::to_string(whole_or(zone, "zone", 0)), text_or(zone, "material", "not named"),
-               square_cm(zone, "area_mm2")});
+               square_cm(zone, "area_mm2"), sureness(zone)});
   return table.str();
 }
 

@@ -55,6 +55,15 @@ std::string remark_lines(const json& seen) {
   return text;
 }
 
+// The strips that somebody is asked about.
+std::string asked_lines(const json& proposal) {
+  std::string text;
+  for (const json& strip : member(proposal, "asked"))
+    text += line("Asked", fmt::format("{}: {} sure, {}", text_or(strip, "warning", "?"), sureness(strip),
+                                      member(strip, "taken") == json(true) ? "taken for wood" : "left out"));
+  return text;
+}
+
 std::string changed_wood(const json& seen) {
   std::string text;
   if (member(seen, "lost_mm2").is_number()) text += line("Would take", square_cm(seen, "lost_mm2"));
@@ -141,7 +150,7 @@ std::string render_proposal(const json& proposal) {
   text += line("Size", size_words(proposal));
   text += line("Usable", square_cm(proposal, "usable_mm2"));
   if (!panel.empty()) text += changed_wood(proposal);
-  text += remark_lines(proposal) + warning_lines(proposal);
+  text += remark_lines(proposal) + warning_lines(proposal) + asked_lines(proposal);
   const json& decision = member(proposal, "decided");
   if (!decision.is_object()) return text + next_steps(proposal, number);
   text += line("Decided", fmt::format("{} by {}, {}", text_or(decision, "verdict", "?"), text_or(decision, "who", "?"),

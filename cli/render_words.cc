@@ -19,6 +19,11 @@ std::string square_cm(const json& object, const char* key) {
   return value.is_number() ? fmt::format("{:.0f} cm2", value.get<double>() / 100) : "";
 }
 
+std::string sureness(const json& seen) {
+  const json& confidence = member(seen, "confidence");
+  return confidence.is_number() ? fmt::format("{:.0f} %", 100 * confidence.get<double>()) : "";
+}
+
 std::string millimetres(const json& object, const char* key, int digits) {
   const json& value = member(object, key);
   return value.is_number() ? fmt::format("{:.{}f} mm", value.get<double>(), digits) : "";

@@ -11,6 +11,8 @@ namespace veneer::cli {
 std::string line(const std::string& label, const std::string& text);
 // "812 cm2" of a number in square millimetres.
 std::string square_cm(const nlohmann::json& object, const char* key);
+// "87 %" of how sure the eye was; "" where nobody knows.
+std::string sureness(const nlohmann::json& seen);
 std::string millimetres(const nlohmann::json& object, const char* key, int digits);
 // "420 x 280 mm"
 std::string size_of(const nlohmann::json& object);

@@ -184,7 +184,9 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   scanner.folder("sane_config_dir", config.scanner.sane_config);
   scanner.refuse_unread();
   Section camera(root, file, "camera", errors);
-  camera.word("kind", config.camera.kind, {"file", "v4l2", "sim"});
+  camera.word("kind", config.camera.kind, {"file", "v4l2", "sim", "v4l"});
+  if (config.camera.kind == "v4l")
+    config.camera.kind = "v4l2";  // by the name of its predecessor, which some know it by
   camera.text("device", config.camera.device);
   if (config.camera.kind == "v4l2")
     read_v4l2(camera, config.camera, file, errors);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "db/panel_sql.h"
 #include "db/shapes.h"
@@ -28,6 +30,50 @@ Status check(const RecipeRecord& recipe) {
   for (const Millimetres kerf : {recipe.kerf->back, recipe.kerf->show})
     if (!(kerf.count() >= 0 && kerf.count() < 5)) return wrong("has an impossible kerf: use 0 to 5 mm");
   return Ok();
+}
+
+// Zones were rings around their strips before schema 37.
+std::optional<Region<PanelFrame>> read_shape(const std::string& text) {
+  if (auto area = read_area(text)) return Region<PanelFrame>(*std::move(area));
+  if (const auto ring = read_ring(text)) return Region<PanelFrame>(from_micro<PanelFrame>(*ring));
+  return std::nullopt;
+}
+
+std::vector<ZoneRecord> read_zones(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement rows(connection,
+                         "SELECT z.number, coalesce(v.outline_um, z.outline_um), z.material, c.confidence, "
+                         "coalesce(v.version, 1) FROM zones AS z LEFT JOIN zone_confidences AS c ON c.panel = z.panel "
+                         "AND c.number = z.number LEFT JOIN zone_versions AS v ON v.panel = z.panel AND v.number = "
+                         "z.number AND v.version = (SELECT max(version) FROM zone_versions WHERE panel = z.panel AND "
+                         "number = z.number) WHERE z.panel = ? ORDER BY z.number");
+  rows.bind(1, panel.value);
+  std::vector<ZoneRecord> out;
+  while (rows.executeStep()) {
+    auto shape = read_shape(text(rows.getColumn(1)));
+    if (!shape) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
+    ZoneRecord& zone =
+        out.emplace_back(ZoneRecord{rows.getColumn(0).getInt(), *std::move(shape), text(rows.getColumn(2))});
+    zone.version = rows.getColumn(4).getInt();
+    if (zone.version == 1 && !rows.getColumn(3).isNull()) zone.confidence = rows.getColumn(3).getDouble();
+  }
+  return out;
+}
+
+Region<PanelFrame> booked_wood(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement rows(connection, "SELECT id, area_um FROM allocations WHERE panel = ? AND state <> 'released'");
+  rows.bind(1, panel.value);
+  std::vector<Region<PanelFrame>> out;
+  while (rows.executeStep()) {
+    auto area = read_area(text(rows.getColumn(1)));
+    if (!area) throw damaged(fmt::format("the area of allocation {}", rows.getColumn(0).getInt64()));
+    out.emplace_back(*std::move(area));
+  }
+  return unite(out);
+}
+
+Error no_such_zone(const PanelId& panel, int zone) {
+  return {ErrorCode::kNotFound,
+          fmt::format("panel {} has no zone {}: see `veneerctl panel show {}`", panel.value, zone, panel.value)};
 }
 
 }  // namespace
@@ -101,10 +147,15 @@ Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>&
     known.bind(1, panel.value);
     if (known.executeStep()) return Ok();
     SQLite::Statement insert(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, ?)");
+    SQLite::Statement sure(connection, "INSERT INTO zone_confidences (panel, number, confidence) VALUES (?, ?, ?)");
     for (const ZoneRecord& zone : zones) {
       insert.reset();
-      SQLite::bind(insert, panel.value, zone.number, write_ring(to_micro(zone.outline)), zone.material);
+      SQLite::bind(insert, panel.value, zone.number, write_area(zone.shape.micro_area()), zone.material);
       insert.exec();
+      if (!zone.confidence) continue;
+      sure.reset();
+      SQLite::bind(sure, panel.value, zone.number, *zone.confidence);
+      sure.exec();
     }
     return Ok();
   });
@@ -112,25 +163,61 @@ Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>&
 
 Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ZoneRecord>> {
-    SQLite::Statement rows(connection,
-                           "SELECT number, outline_um, material FROM zones WHERE panel = ? ORDER BY number");
-    rows.bind(1, panel.value);
-    std::vector<ZoneRecord> out;
-    while (rows.executeStep()) {
-      const auto ring = read_ring(text(rows.getColumn(1)));
-      if (!ring) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
-      out.push_back({rows.getColumn(0).getInt(), from_micro<PanelFrame>(*ring), text(rows.getColumn(2))});
+    return read_zones(connection, panel);
+  });
+}
+
+Result<int> Materials::draw_zone(const PanelId& panel, std::optional<int> zone, const Region<PanelFrame>& drawn,
+                                 const std::string& who, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    const auto zones = read_zones(connection, panel);
+    int version = 1, number = 0;
+    bool known = false;
+    for (const ZoneRecord& one : zones) {
+      version = std::max(version, one.version), number = std::max(number, one.number);
+      known = known || one.number == zone;
     }
-    return out;
+    if (zone && !known) return no_such_zone(panel, *zone);
+    const auto booked = booked_wood(connection, panel), free = subtract(drawn, booked);
+    if (free.empty())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("all that was drawn on panel {} is reserved or cut, and stays in its zone: draw it "
+                               "larger, or cancel the job",
+                               panel.value)};
+    ++version, ++number;
+    SQLite::Statement insert(
+        connection,
+        "INSERT INTO zone_versions (panel, number, version, outline_um, who, at) VALUES (?, ?, ?, ?, ?, ?)");
+    for (const ZoneRecord& one : zones) {
+      const auto shape = one.number == zone ? unite(free, intersect(one.shape, booked)) : subtract(one.shape, free);
+      if (one.number != zone && !overlaps(one.shape, free)) continue;
+      insert.reset();
+      SQLite::bind(insert, panel.value, one.number, version, write_area(shape.micro_area()), who, at);
+      insert.exec();
+    }
+    if (zone) return *zone;
+    SQLite::Statement add(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, '')");
+    SQLite::bind(add, panel.value, number, write_area(free.micro_area()));
+    add.exec();
+    insert.reset();
+    SQLite::bind(insert, panel.value, number, version, write_area(free.micro_area()), who, at);
+    insert.exec();
+    return number;
   });
 }
 
 Result<std::map<PanelId, std::vector<ZoneRecord>>> Materials::zones_without_outlines() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::vector<ZoneRecord>>> {
-    SQLite::Statement rows(connection, "SELECT panel, number, material FROM zones ORDER BY panel, number");
+    SQLite::Statement rows(
+        connection,
+        "SELECT z.panel, z.number, z.material, coalesce(max(v.version), 1) FROM zones AS z LEFT JOIN "
+        "zone_versions AS v ON v.panel = z.panel AND v.number = z.number GROUP BY z.panel, z.number "
+        "ORDER BY z.panel, z.number");
     std::map<PanelId, std::vector<ZoneRecord>> out;
     while (rows.executeStep())
-      out[PanelId{text(rows.getColumn(0))}].push_back({rows.getColumn(1).getInt(), {}, text(rows.getColumn(2))});
+      out[PanelId{text(rows.getColumn(0))}].push_back(
+          {rows.getColumn(1).getInt(), {}, text(rows.getColumn(2)), std::nullopt, rows.getColumn(3).getInt()});
     return out;
   });
 }
@@ -156,10 +243,9 @@ Status Materials::set_material(const PanelId& panel, std::optional<int> zone, co
     SQLite::bind(update, material, panel.value);
     if (zone) update.bind(3, *zone);
     if (update.exec() > 0) return Ok();
-    return Error{
-        ErrorCode::kNotFound,
-        zone ? fmt::format("panel {} has no zone {}: see `veneerctl panel show {}`", panel.value, *zone, panel.value)
-             : fmt::format("the zones of panel {} are not known: scan its show face again", panel.value)};
+    if (zone) return no_such_zone(panel, *zone);
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("the zones of panel {} are not known: scan its show face again", panel.value)};
   });
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/geometry.h"
 #include "base/ids.h"
+#include "base/polygon_ops.h"
 #include "base/result.h"
 #include "db/database.h"
 
@@ -39,8 +40,12 @@ struct RecipeRecord {
 // A strip of usable wood.
 struct ZoneRecord {
   int number = 0;            // from 1, left to right
-  Ring<PanelFrame> outline;  // around all of it, holes included; stored in whole micrometres
+  Region<PanelFrame> shape;  // of a panel whose zones were found under schemas before 37: a ring around all of it
   std::string material;      // "": nobody has said
+  // How sure the eye was of it, 0 to 1 (calib::Zone); nothing of a zone that was found under a schema before 37, and
+  // once a person drew it or what took wood from it.
+  std::optional<double> confidence = std::nullopt;
+  int version = 1;  // 1 as it was found; more since a person drew it or what took wood from it, the more the later
 };
 
 class Materials {
@@ -59,6 +64,12 @@ class Materials {
   Result<std::map<PanelId, std::vector<ZoneRecord>>> zones_without_outlines();
   // Of all panels what their zones are said to be of, each wood once, in the order of the zones.
   Result<std::map<PanelId, std::vector<std::string>>> woods();
+  // A person draws the outline of a zone anew, or with nothing for `zone` a further one, without a material. What was
+  // drawn is of no other zone from then on, and what is not drawn any more is of none. Wood that is reserved, leased,
+  // cut or suspect stays in the zones that it is in, whatever is drawn, so that no piece's material changes. Its
+  // number. kNotFound when there is no such zone; kConflict when all that was drawn is such wood.
+  Result<int> draw_zone(const PanelId& panel, std::optional<int> zone, const Region<PanelFrame>& drawn,
+                        const std::string& who, const std::string& at);
   // Of one zone, or of all. kNotFound when there is no such zone.
   Status set_material(const PanelId& panel, std::optional<int> zone, const std::string& material);
 

@@ -47,6 +47,34 @@ constexpr const char* kProposalColumns =
     "v.overruled, v.panel, v.mask_version, v.who, v.note, v.at FROM proposals AS p LEFT JOIN proposal_verdicts AS v ON "
     "v.proposal = p.id ";
 
+std::vector<AskedStripRecord> asked_of(SQLite::Database& connection, ProposalId proposal) {
+  SQLite::Statement rows(connection,
+                         "SELECT number, outline_um, confidence, taken, reason FROM asked_strips WHERE proposal = ? "
+                         "ORDER BY number");
+  rows.bind(1, proposal.value);
+  std::vector<AskedStripRecord> out;
+  while (rows.executeStep()) {
+    const int number = rows.getColumn(0).getInt();
+    const auto outline = read_ring(text(rows.getColumn(1)));
+    if (!outline) throw damaged(fmt::format("the outline of strip {} of proposal {}", number, proposal.value));
+    out.push_back({number, from_micro<PanelFrame>(*outline), rows.getColumn(2).getDouble(),
+                   rows.getColumn(3).getInt() != 0, text(rows.getColumn(4))});
+  }
+  return out;
+}
+
+void insert_asked(SQLite::Database& connection, ProposalId proposal, const std::vector<AskedStripRecord>& asked) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO asked_strips (proposal, number, outline_um, confidence, taken, reason) VALUES "
+                           "(?, ?, ?, ?, ?, ?)");
+  for (const AskedStripRecord& strip : asked) {
+    insert.reset();
+    SQLite::bind(insert, proposal.value, strip.number, write_ring(to_micro(strip.outline)), strip.confidence,
+                 strip.taken ? 1 : 0, strip.reason);
+    insert.exec();
+  }
+}
+
 ProposalRecord read(SQLite::Database& connection, SQLite::Statement& row) {
   ProposalRecord out;
   out.id = {row.getColumn(0).getInt64()};
@@ -61,6 +89,7 @@ ProposalRecord read(SQLite::Database& connection, SQLite::Statement& row) {
   out.usable = from_um2(row.getColumn(13).getInt64());
   out.lost = from_um2(row.getColumn(14).getInt64()), out.gained = from_um2(row.getColumn(15).getInt64());
   out.warnings_json = text(row.getColumn(16));
+  out.asked = asked_of(connection, out.id);
   if (row.getColumn(17).isNull()) return out;
   auto& decision = out.decision.emplace(ProposalRecord::Decision{});
   decision.verdict = proposal_verdict_of(text(row.getColumn(17)));
@@ -173,7 +202,9 @@ Result<ProposalId> Proposals::add(const ProposalRecord& proposal) {
     if (proposal.panel) insert.bind(15, proposal.panel->value);
     if (proposal.after) insert.bind(16, *proposal.after);
     insert.exec();
-    return ProposalId{connection.getLastInsertRowid()};
+    const ProposalId id{connection.getLastInsertRowid()};
+    insert_asked(connection, id, proposal.asked);
+    return id;
   });
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "base/ids.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -24,6 +25,15 @@ enum class ProposalVerdict {
   kReplaced,  // by a later scan of the same sheet
 };
 const char* to_string(ProposalVerdict verdict);
+
+// A strip that the eye was not sure of: somebody is asked whether it is wood.
+struct AskedStripRecord {
+  int number = 0;            // from 1, as in the name of its warning
+  Ring<PanelFrame> outline;  // its corners; stored in whole micrometres
+  double confidence = 0;     // 0 to 1
+  bool taken = false;        // usable unless somebody says otherwise; else withheld
+  std::string reason;        // the end of a sentence
+};
 
 struct ProposalRecord {
   struct Decision {
@@ -45,8 +55,9 @@ struct ProposalRecord {
   // Stored in whole square micrometres. Of a known panel: free wood that it would take, not beside what was cut, and
   // wood that it would give back.
   SquareMillimetres usable{0}, lost{0}, gained{0};
-  std::string warnings_json = "[]";  // why somebody should look first, written and read by the daemon
-  std::optional<Decision> decision;  // nothing while it is open
+  std::string warnings_json = "[]";     // why somebody should look first, written and read by the daemon
+  std::vector<AskedStripRecord> asked;  // of proposals from schema 37 on; by number
+  std::optional<Decision> decision;     // nothing while it is open
 };
 
 // That a proposal is accepted, in the transaction that enters what it shows.

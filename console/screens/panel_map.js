@@ -90,7 +90,7 @@ export async function openMap(place, panel, onPiece) {
     layers.fiducials.addLayer(marker.bindTooltip(words(`${name}, ${t(`face.${fiducial.face}`)}`)));
   }
   let strips = [], strip = null;  // strip: the one that is shown
-  const outlineOf = (zone) => L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05});
+  const outlineOf = (zone) => L.polygon(zone.shape_mm.map((ring) => ring.map(at)), {color: "#5a2ca0", weight: 2, fillOpacity: .05});
 
   // What a brush draws, [{give, width_mm, points_mm}], as wide as it is on the wood. What is given back has a dashed
   // line in its middle: not by colour alone.
@@ -146,7 +146,7 @@ export async function openMap(place, panel, onPiece) {
       if (shown) layers[name].addTo(map); else layers[name].remove();
     },
     zones(zones) {
-      strips = zones.filter((zone) => Array.isArray(zone.outline_mm) && zone.outline_mm.length > 2);
+      strips = zones.filter((zone) => Array.isArray(zone.shape_mm) && zone.shape_mm.length > 0);
       layers.zones.clearLayers();
       for (const zone of strips) layers.zones.addLayer(outlineOf(zone).bindTooltip(words(`${zone.zone}: ${zone.material || t("panel.unnamed")}`)));
     },

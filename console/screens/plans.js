@@ -174,7 +174,7 @@ function zonesOf(panel) {
 // The zone that a piece's middle lies in.
 function woodOfPiece(piece) {
   const known = zonesOf(piece.panel), [x, y] = middleOf(piece.panel_outline_mm);
-  const zone = (known || []).find((one) => holds(one.outline_mm, x, y));
+  const zone = (known || []).find((one) => (one.shape_mm || []).filter((ring) => holds(ring, x, y)).length % 2 === 1);
   return zone && zone.material;
 }
 

@@ -6,7 +6,7 @@ import {command, isSure, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
 import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled, withStrips} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false, retag: false, bare: false};
@@ -196,7 +196,7 @@ function proposalCard(seen, task) {
   const seenYet = isShown(document.querySelector(`img[data-picture="${path}"]`), path);
   return card(panel ? t("scan.proposal_of", {panel}) : t("scan.proposal"),
     !seenYet && empty(t("wood.picture_comes")),
-    picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
+    withStrips(seen, picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}), seenYet),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true), ...(mine ? fitFacts(mine) : [])),
     (seen.remarks || []).map((remark) => h("p.fact", {}, inEnglish(remark))),

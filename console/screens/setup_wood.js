@@ -6,7 +6,7 @@ import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.
 import {allConfirmed, blockedBy, choose, clearing, command, give, mayClear, mayCommand, panelFound} from "../commands.js";
 import {bar, blockedHint, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
-import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled} from "../doubts.js";
+import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled, withStrips} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
@@ -51,7 +51,7 @@ function proposal(place, seen) {
   return [
     h("p", {}, t("wood.look")),
     !shown && empty(t("wood.picture_comes")),
-    picture(path, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen", "data-key": `proposal-${seen.number}`}),
+    withStrips(seen, picture(path, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen", "data-key": `proposal-${seen.number}`}), shown),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2))),
     doubtRows(seen),
     h("div.commands", {},

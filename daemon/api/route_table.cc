@@ -49,6 +49,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getPanelPlace", "GET", "/api/v1/panels/{id}/place", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelLedger", "GET", "/api/v1/panels/{id}/ledger", Role::kViewer, Takes::kQuery},
     ApiOperation{"setPanelMaterial", "POST", "/api/v1/panels/{id}/material", Role::kOperator, Takes::kJson},
+    ApiOperation{"drawZone", "POST", "/api/v1/panels/{id}/zones", Role::kOperator, Takes::kJson},
     ApiOperation{"getPanelFacts", "GET", "/api/v1/panels/{id}/facts", Role::kViewer},
     ApiOperation{"setPanelFacts", "POST", "/api/v1/panels/{id}/facts", Role::kOperator, Takes::kJson},
     ApiOperation{"listMaterials", "GET", "/api/v1/materials", Role::kViewer, Takes::kQuery},

@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <set>
+#include <utility>
 
 #include "daemon/orders/panel_wood.h"
 #include "daemon/orders/stored_picture.h"
@@ -40,21 +43,46 @@ std::string material_of(const std::vector<db::ZoneRecord>& zones, const std::vec
   return offered.size() == 1 ? *offered.begin() : "";
 }
 
+// Rings around less than this are what rounding made.
+constexpr double kLeastRing = 1;  // mm2
+
+// The region in parts that have no holes: each hole is cut through its middle, across its longer side, so that a hole
+// of more than kLeastRing is always parted. Smaller ones are filled, and smaller parts left out.
+std::vector<Ring<PanelFrame>> without_holes(const Region<PanelFrame>& region) {
+  auto rings = region.rings();
+  std::erase_if(rings, [](const auto& ring) { return std::abs(signed_area(ring)) < kLeastRing; });
+  const auto hole = std::ranges::find_if(rings, [](const auto& ring) { return signed_area(ring) < 0; });
+  if (hole == rings.end()) return rings;
+  const Box<PanelFrame> whole = region.box(), around = bounds(*hole);
+  Box<PanelFrame> lower = whole, upper = whole;
+  if (around.max.x - around.min.x > around.max.y - around.min.y)
+    lower.max.x = upper.min.x = (around.min.x + around.max.x) / 2;
+  else
+    lower.max.y = upper.min.y = (around.min.y + around.max.y) / 2;
+  std::vector<Ring<PanelFrame>> out;
+  for (const auto& [min, max] : {lower, upper}) {
+    const Region<PanelFrame> side(Ring<PanelFrame>{min, {max.x, min.y}, max, {min.x, max.y}});
+    std::ranges::move(without_holes(intersect(region, side)), std::back_inserter(out));
+  }
+  return out;
+}
+
 // Of a panel that offers several woods, what is known of each.
 std::vector<planner::WoodZone> zones_of_several(const std::vector<db::ZoneRecord>& zones,
                                                 const std::vector<std::string>& woods) {
   std::vector<planner::WoodZone> out;
   if (!material_of(zones, woods).empty()) return out;
   for (const auto& zone : zones)
-    if (!zone.material.empty() && is_wanted(zone.material, woods)) out.push_back({zone.material, zone.outline});
+    if (!zone.material.empty() && is_wanted(zone.material, woods))
+      for (auto& outline : without_holes(zone.shape)) out.push_back({zone.material, std::move(outline)});
   return out;
 }
 
 Raster<PanelFrame> only_zones(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
                               const std::vector<std::string>& woods) {
   if (woods.empty()) return free;
-  std::vector<Ring<PanelFrame>> wanted, others;
-  for (const auto& zone : zones) (is_wanted(zone.material, woods) ? wanted : others).push_back(zone.outline);
+  std::vector<Region<PanelFrame>> wanted, others;
+  for (const auto& zone : zones) (is_wanted(zone.material, woods) ? wanted : others).push_back(zone.shape);
   return wood_within(free, wanted, others);
 }
 

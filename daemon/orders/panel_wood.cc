@@ -95,16 +95,18 @@ void add_wood(Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& r
       cv::fillPoly(mask.pixels, rings, cv::Scalar(255), cv::LINE_8, kShift);
 }
 
-Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
-                               const std::vector<Ring<PanelFrame>>& others) {
+Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Region<PanelFrame>>& wanted,
+                               const std::vector<Region<PanelFrame>>& others) {
   cv::Mat within(free.pixels.size(), CV_8UC1, cv::Scalar(0));
-  const auto draw = [&](const Ring<PanelFrame>& ring, int value) {
-    std::vector<std::vector<cv::Point>> rings{to_pixels(ring, free, kShift)};
-    cv::fillPoly(within, rings, cv::Scalar(value), cv::LINE_8, kShift);
+  const auto draw = [&](const Region<PanelFrame>& region, int value) {
+    auto rings = to_pixels(region, free, kShift);
+    if (!rings.empty()) cv::fillPoly(within, rings, cv::Scalar(value), cv::LINE_8, kShift);
     return rings;
   };
-  for (const auto& ring : wanted) draw(ring, 255);
-  for (const auto& ring : others) cv::polylines(within, draw(ring, 0), true, cv::Scalar(0), 2, cv::LINE_8, kShift);
+  for (const auto& region : wanted) draw(region, 255);
+  for (const auto& region : others)
+    if (const auto rings = draw(region, 0); !rings.empty())
+      cv::polylines(within, rings, true, cv::Scalar(0), 2, cv::LINE_8, kShift);
   Raster<PanelFrame> out{{}, free.resolution, free.origin};
   free.pixels.copyTo(out.pixels, within);
   return out;

@@ -19,9 +19,9 @@ Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<R
 // Calls the regions wood too, 255 in the mask.
 void add_wood(Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& regions);
 
-// What of `free` lies in one of the wanted outlines and in none of the others; never too generous.
-Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
-                               const std::vector<Ring<PanelFrame>>& others);
+// What of `free` lies in one of the wanted regions and in none of the others; never too generous.
+Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Region<PanelFrame>>& wanted,
+                               const std::vector<Region<PanelFrame>>& others);
 
 // The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood
 // marked, with a legend below. `mask`: of the map's size, 128 and more = usable.

@@ -11,7 +11,17 @@ namespace veneer::db {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(KerfRecord, back, show)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RecipeRecord, material, operation, speed, power, passes, air, kerf, changed_at)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ZoneRecord, number, outline, material)
+inline void to_json(nlohmann::json& j, const ZoneRecord& zone) {
+  j = {{"number", zone.number}, {"shape", zone.shape}, {"material", zone.material}, {"confidence", zone.confidence}};
+}
+// Of a scan that waited while the program became this one, too: until then zones were rings.
+inline void from_json(const nlohmann::json& j, ZoneRecord& zone) {
+  j.at("number").get_to(zone.number);
+  zone.shape = j.contains("outline") ? Region<PanelFrame>(j.at("outline").get<Ring<PanelFrame>>())
+                                     : j.at("shape").get<Region<PanelFrame>>();
+  j.at("material").get_to(zone.material);
+  zone.confidence = j.contains("confidence") ? j.at("confidence").get<std::optional<double>>() : std::nullopt;
+}
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlannedPatch, mark, artwork_outline, panel, panel_outline, allocation,
                                    panel_from_artwork, lead_in)
 

@@ -15,6 +15,7 @@
 #include "calib/veneer_mask.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/orders/stored_picture.h"
+#include "daemon/orders/strip_zones.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::daemon {
@@ -22,23 +23,6 @@ namespace {
 
 // Nearer to its outline than this a suspect piece may be charred, or lost its edge in the kerf.
 constexpr Millimetres kBesideTheKerf(0.5);
-
-// Strips are convex, or nearly so. Of their borders alone: a strip may have a hundred million pixels.
-std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
-  std::vector<db::ZoneRecord> out;
-  for (const calib::Zone& zone : mask.list) {
-    std::vector<std::vector<cv::Point>> borders;
-    cv::findContours(mask.zones.pixels == zone.label, borders, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
-    std::vector<cv::Point> corners, hull;
-    for (const auto& border : borders) corners.insert(corners.end(), border.begin(), border.end());
-    if (corners.size() < 3) continue;
-    cv::convexHull(corners, hull);
-    db::ZoneRecord& record = out.emplace_back();
-    record.number = zone.label;
-    for (const auto& p : hull) record.outline.push_back(mask.zones.from_pixels(p.x + 0.5, p.y + 0.5));
-  }
-  return out;
-}
 
 calib::MaskOptions options_of(const RegisterScans& order) {
   calib::MaskOptions out;
@@ -110,7 +94,7 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
 Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
                    PanelRead& out) {
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
-  out.zones = zones_of(mask);
+  out.zones = zones_of(mask), out.asked = mask.asked;
   out.usable = wood_area(mask.usable);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
 }

@@ -16,6 +16,7 @@
 #include "calib/reconcile.h"
 #include "calib/registration.h"
 #include "calib/scanner_model.h"
+#include "calib/veneer_mask.h"
 #include "daemon/orders/scan_doubts.h"
 #include "daemon/workers/work_runner.h"
 #include "db/materials.h"
@@ -69,6 +70,7 @@ struct PanelRead {
   Box<PanelFrame> sheet;
   std::vector<std::string> lattices;  // of each tile: lattice_text()
   std::vector<db::ZoneRecord> zones;
+  std::vector<calib::AskedStrip> asked;  // the first of them is that of the warning strip-1
   SquareMillimetres usable{0};
   std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
   std::vector<double> suspects_gone;  // of the inside of each suspect, in the same order: the share that is missing

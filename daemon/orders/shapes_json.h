@@ -23,6 +23,7 @@
 #include "calib/registration.h"
 #include "calib/scanner_model.h"
 #include "calib/tag_detector.h"
+#include "calib/veneer_mask.h"
 
 namespace nlohmann {
 template <class T>
@@ -160,6 +161,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannerModelData, columns, rows, spacing_x_mm
                                    covered_from_x_mm, covered_from_y_mm, covered_to_x_mm, covered_to_y_mm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraParameters, width_px, height_px, fx, fy, cx, cy, k1, k2, p1, p2, k3,
                                    camera_from_bed_rotation, camera_from_bed_translation)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScrewHole, centre, diameter)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AskedStrip, outline, confidence, taken, reason, round)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Difference, kind, place, shape, area)
 
 }  // namespace calib

@@ -52,9 +52,10 @@ std::string WoodRecipes::material_at(const Ring<PanelFrame>& outline) const {
   const Region<PanelFrame> piece(outline);
   const db::ZoneRecord* best = nullptr;
   double most = 0;
-  for (const auto& zone : zones_)
-    if (const double area = intersect(piece, Region<PanelFrame>(zone.outline)).area().count(); area > most)
-      most = area, best = &zone;
+  for (const auto& zone : zones_) {
+    if (!micro::boxes_overlap(piece.micro_area(), zone.shape.micro_area())) continue;
+    if (const double area = intersect(piece, zone.shape).area().count(); area > most) most = area, best = &zone;
+  }
   return best == nullptr ? std::string() : best->material;
 }
 

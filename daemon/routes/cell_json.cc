@@ -1,5 +1,9 @@
 #include "daemon/routes/cell_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "base/clock.h"
 #include "daemon/orders/scan_doubts.h"
 #include "daemon/unit/job_words.h"
@@ -92,11 +96,19 @@ json to_json(const Remnant& remnant) {
 
 json to_json(const std::vector<db::ZoneRecord>& zones) {
   json out = json::array();
-  for (const auto& zone : zones)
+  for (const auto& zone : zones) {
+    const auto rings = zone.shape.rings();
+    json shape = json::array();
+    for (const auto& ring : rings) shape.push_back(points_json(ring));
+    const auto largest = std::ranges::max_element(rings, {}, [](const auto& ring) { return signed_area(ring); });
     out.push_back({{"zone", zone.number},
                    {"material", zone.material.empty() ? json() : json(zone.material)},
-                   {"area_mm2", std::abs(signed_area(zone.outline))},
-                   {"outline_mm", points_json(zone.outline)}});
+                   {"confidence", zone.confidence ? json(*zone.confidence) : json()},
+                   {"version", zone.version},
+                   {"area_mm2", zone.shape.area().count()},
+                   {"outline_mm", largest == rings.end() ? json::array() : points_json(*largest)},
+                   {"shape_mm", shape}});
+  }
   return out;
 }
 
@@ -245,7 +257,14 @@ json to_json(const db::ProposalRecord& p) {
               {"lost_mm2", p.lost.count()},
               {"gained_mm2", p.gained.count()},
               {"warnings", warnings_json(warnings_of(p))},
+              {"asked", json::array()},
               {"decided", nullptr}};
+  for (const db::AskedStripRecord& strip : p.asked)
+    out["asked"].push_back({{"warning", fmt::format("strip-{}", strip.number)},
+                            {"outline_mm", points_json(strip.outline)},
+                            {"confidence", strip.confidence},
+                            {"taken", strip.taken},
+                            {"reason", strip.reason}});
   if (!p.panel) out["remarks"] = remarks_json(p.width, p.height, warnings_of(p));
   if (p.decision)
     out["decided"] = {{"verdict", db::to_string(p.decision->verdict)},

@@ -131,12 +131,14 @@ void accept(const StockServices& s, const ApiRequest& request, const Reply& repl
   if (!number) return reply(ApiReply::error(number.error()));
   auto body = RequestReader::body_of(request);
   const auto overruled = body.texts("override").value_or(std::vector<std::string>());
+  const StripAnswers answers{body.texts("wood").value_or(std::vector<std::string>()),
+                             body.texts("no_wood").value_or(std::vector<std::string>())};
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   if (!may_overrule(overruled, request, reply)) return;
   start_task(s.tasks, s.scanner, "accept", "waiting for the scanner", reply,
-             [s, id = db::ProposalId{*number}, overruled, who = request.caller.who](const TaskReporter& task) {
+             [s, id = db::ProposalId{*number}, overruled, answers, who = request.caller.who](const TaskReporter& task) {
                task.progress(0.1, "entering stock");
-               const auto outcome = s.proposals.accept(id, overruled, who);
+               const auto outcome = s.proposals.accept(id, overruled, who, answers);
                s.on_changed(outcome ? outcome->panel : std::nullopt);
                task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
              });

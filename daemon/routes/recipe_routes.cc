@@ -11,6 +11,8 @@
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/stock/area_book.h"
+#include "daemon/stock/mask_painter.h"
 
 namespace veneer::daemon {
 namespace {
@@ -101,6 +103,44 @@ void set_material(const RecipeServices& s, const ApiRequest& request, const Repl
         if (!zones) return zones.error();
         s.on_panel_changed(id);
         return json{{"panel", id.value}, {"zones", to_json(*zones)}};
+      },
+      reply);
+}
+
+void draw_zone(const RecipeServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto asked_zone = body.whole("zone", ranges::kZone);
+  const auto numbers = body.numbers("outline_mm", ranges::kPlace);
+  body.require("outline_mm");
+  Ring<PanelFrame> corners;
+  if (numbers && (numbers->size() < 6 || numbers->size() % 2 != 0 || numbers->size() > 2 * ranges::kMostCorners))
+    body.refuse({ErrorCode::kInvalidArgument,
+                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y", ranges::kMostCorners)});
+  else if (numbers)
+    for (std::size_t i = 0; i + 1 < numbers->size(); i += 2)
+      corners.push_back(point<PanelFrame>((*numbers)[i], (*numbers)[i + 1]));
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const auto drawn = outlined(corners);
+  if (!drawn) return reply(ApiReply::error(drawn.error()));
+  const std::optional<int> zone = asked_zone ? std::optional(static_cast<int>(*asked_zone)) : std::nullopt;
+  reply_from_database(
+      s.database,
+      [s, id = PanelId{request.path_param("id")}, zone, drawn = *drawn,
+       who = request.caller.who](Repositories& r) -> Result<json> {
+        const auto panel = r.panels.find(id);
+        if (!panel) return panel.error();
+        const auto shape = intersect(drawn, whole_panel(panel->width, panel->height));
+        if (shape.empty())
+          return Error{ErrorCode::kInvalidArgument,
+                       fmt::format("the outline holds nothing of panel {}: give its corners in mm from the lower left "
+                                   "corner of the panel, three at least",
+                                   id.value)};
+        const auto number = r.materials.draw_zone(id, zone, shape, who, utc_timestamp());
+        if (!number) return number.error();
+        auto zones = r.materials.zones(id);
+        if (!zones) return zones.error();
+        s.on_panel_changed(id);
+        return json{{"panel", id.value}, {"zone", *number}, {"zones", to_json(*zones)}};
       },
       reply);
 }
@@ -298,6 +338,7 @@ void bind_recipe_routes(Router& router, const RecipeServices& s) {
   });
   router.bind("setRecipe", [s](const ApiRequest& q, const Reply& reply) { set_recipe(s, q, reply); });
   router.bind("removeRecipe", [s](const ApiRequest& q, const Reply& reply) { remove_recipe(s, q, reply); });
+  router.bind("drawZone", [s](const ApiRequest& q, const Reply& reply) { draw_zone(s, q, reply); });
   router.bind("setPanelMaterial", [s](const ApiRequest& q, const Reply& reply) { set_material(s, q, reply); });
   router.bind("drawTestCard", [s](const ApiRequest& q, const Reply& reply) { draw_card(s, q, reply); });
   router.bind("burnTestCard", [s](const ApiRequest& q, const Reply& reply) { burn_card(s, q, reply); });

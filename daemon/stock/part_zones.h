@@ -10,8 +10,9 @@
 
 namespace veneer::daemon {
 
-// Each zone of the parent in which wood of the part was seen, with its number and material, as far as it lies on the
-// part's `sheet`; then, with numbers and without a material, what was seen of wood where the parent has no zone.
+// Each zone of the parent in which wood of the part was seen, with its number, material and confidence, as far as it
+// lies on the part's `sheet`; then, with numbers and without a material, what was seen of wood where the parent has no
+// zone, as sure as it was seen.
 // `seen`: the zones that the part's own scan shows.
 std::vector<db::ZoneRecord> zones_of_part(const std::vector<db::ZoneRecord>& seen,
                                           const std::vector<db::ZoneRecord>& parent,

@@ -25,10 +25,12 @@ constexpr Millimetres kUsualPatch(14);
 struct PanelState {
   std::string wood;  // names mask and what is booked
   std::vector<db::ZoneRecord> zones;
-  // And what the zones are of.
+  // And what the zones are of, and which outlines of theirs count.
   std::string woods() const {
     std::string out = wood;
-    for (const auto& zone : zones) out += fmt::format(",{} {}", zone.number, zone.material);
+    for (const auto& zone : zones)
+      out += zone.version > 1 ? fmt::format(",{} {} {}", zone.number, zone.version, zone.material)
+                              : fmt::format(",{} {}", zone.number, zone.material);
     return out;
   }
 };
@@ -70,8 +72,8 @@ Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library
 Raster<PanelFrame> wood_of(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
                            const std::string& material) {
   if (zones.empty() && material.empty()) return free;
-  std::vector<Ring<PanelFrame>> wanted, others;
-  for (const auto& zone : zones) (zone.material == material ? wanted : others).push_back(zone.outline);
+  std::vector<Region<PanelFrame>> wanted, others;
+  for (const auto& zone : zones) (zone.material == material ? wanted : others).push_back(zone.shape);
   return wood_within(free, wanted, others);
 }
 

@@ -263,6 +263,12 @@ Result<ScanOutcome> ScanProposals::propose(SeenSheet seen, const std::string& wh
   record.width = seen.read.sheet.width(), record.height = seen.read.sheet.height();
   record.usable = seen.read.usable, record.lost = seen.read.lost, record.gained = seen.read.gained;
   record.warnings_json = to_text(seen.read.warnings);
+  for (const calib::AskedStrip& strip : seen.read.asked)
+    record.asked.push_back({static_cast<int>(record.asked.size()) + 1,
+                            {strip.outline.begin(), strip.outline.end()},
+                            strip.confidence,
+                            strip.taken,
+                            strip.reason});
   const auto id = database_.call([&](Repositories& r) { return r.proposals.add(record); });
   if (!id) return id.error();
   remove_spent();
@@ -286,14 +292,16 @@ Result<SeenSheet> ScanProposals::read_back(const db::ProposalRecord& proposal) c
                   proposal.id.value)};
   if (sha256_hex(std::as_bytes(std::span(*text))) != proposal.read_sha256) return spoilt;
   try {
-    return json::parse(*text).get<SeenSheet>();
+    json seen = json::parse(*text);
+    seen.at("read").emplace("asked", json::array());  // of a scan that waited while the program became this one
+    return seen.get<SeenSheet>();
   } catch (const json::exception&) {
     return spoilt;
   }
 }
 
 Result<ScanOutcome> ScanProposals::accept(db::ProposalId proposal, const std::vector<std::string>& overruled,
-                                          const std::string& who) {
+                                          const std::string& who, const StripAnswers& answers) {
   const auto record = database_.call([&](Repositories& r) { return r.proposals.find(proposal); });
   if (!record) return record.error();
   // Said by the database in the same words, and before its files are missed.
@@ -301,15 +309,42 @@ Result<ScanOutcome> ScanProposals::accept(db::ProposalId proposal, const std::ve
     return Error{ErrorCode::kConflict,
                  fmt::format("proposal {} was {} on {}: scan the sheet again", proposal.value,
                              db::to_string(record->decision->verdict), record->decision->at.substr(0, 10))};
-  if (const Status all = check_overruled(*record, overruled); !all) return all.error();
+  std::vector<std::string> answered = overruled;
+  for (const auto* names : {&answers.wood, &answers.no_wood})
+    answered.insert(answered.end(), names->begin(), names->end());
+  if (const Status all = check_overruled(*record, answered); !all) return all.error();
   auto seen = read_back(*record);
   if (!seen) return seen.error();
-  auto outcome = enter(std::move(*seen), db::Acceptance{proposal, overruled, who});
+  auto said = answer_strips(seen->read, answers);
+  if (!said) return said.error();
+  seen->read.zones = std::move(said->zones);
+  auto outcome = enter(std::move(*seen), db::Acceptance{proposal, answered, who});
   if (!outcome) return outcome;
+  if (outcome->panel) paint(*outcome->panel, std::move(said->edits), who, *outcome);
   remove_spent();
   log_->info("proposal {} was accepted by {}{}", proposal.value, who,
-             overruled.empty() ? "" : fmt::format(", who overruled {}", fmt::join(overruled, ", ")));
+             answered.empty() ? "" : fmt::format(", who overruled {}", fmt::join(answered, ", ")));
   return outcome;
+}
+
+// As if each had been painted on the panel's page once the scan was in stock.
+void ScanProposals::paint(const PanelId& panel, std::vector<db::MaskEdit> edits, const std::string& who,
+                          ScanOutcome& outcome) {
+  for (db::MaskEdit& edit : edits) {
+    edit.who = who, edit.at = utc_timestamp();
+    std::unique_ptr<DatabaseReader> reader;
+    const auto made =
+        database_.read(reader, [&](Repositories& r) { return edit_mask(r, database_, library_, panel, edit); });
+    if (made) {
+      outcome.usable = made->usable;
+      continue;
+    }
+    outcome.warnings.push_back(
+        {edit.note, fmt::format("what was said of {} is not in the mask of panel {}, for {}; paint it there yourself: "
+                                "`veneerctl panel mask {}`",
+                                edit.note, panel.value, made.error().message, panel.value)});
+    log_->warn("panel {}: {}", panel.value, outcome.warnings.back().text);
+  }
 }
 
 Status ScanProposals::refuse(db::ProposalId proposal, const std::string& note, const std::string& who) {

@@ -16,6 +16,7 @@
 #include "calib/reconcile.h"
 #include "daemon/orders/scan_work.h"
 #include "daemon/stock/panel_library.h"
+#include "daemon/stock/strip_answers.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
@@ -98,9 +99,11 @@ class ScanProposals {
   // is entered at once, with all warnings told.
   Result<ScanOutcome> propose(SeenSheet seen, const std::string& who);
   // kNotFound; kConflict when it was decided before, or stock has changed since; kRefused when a warning is not among
-  // the `overruled`: the sentence names it. kInvalidArgument: it has no warning of a name that is overruled.
-  Result<ScanOutcome> accept(db::ProposalId proposal, const std::vector<std::string>& overruled,
-                             const std::string& who);
+  // the `overruled`, and is no strip that is answered: the sentence names it. kInvalidArgument: it has no warning of a
+  // name that is overruled, or asks about no such strip. What follows from the answers are edits of the mask
+  // (mask_painter.h), each a version of it behind the first; a warning tells of one that could not be made.
+  Result<ScanOutcome> accept(db::ProposalId proposal, const std::vector<std::string>& overruled, const std::string& who,
+                             const StripAnswers& answers = {});
   Status refuse(db::ProposalId proposal, const std::string& note, const std::string& who);
 
  private:
@@ -108,6 +111,7 @@ class ScanProposals {
   Result<ScanOutcome> enter(SeenSheet seen, const std::optional<db::Acceptance>& of);
   Result<ScanOutcome> enter_new(const SeenSheet& seen, const PanelId& id, const std::optional<db::Acceptance>& of);
   Result<ScanOutcome> enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of);
+  void paint(const PanelId& panel, std::vector<db::MaskEdit> edits, const std::string& who, ScanOutcome& outcome);
   Status move_pictures(SeenSheet& seen, const PanelId& panel) const;
   void remove_spent();
 

@@ -62,6 +62,7 @@ const std::map<std::string, std::vector<std::string>> kChanges = {
     {"panel scan", {}},
     {"panel set", {"P-0001", "--shelf", "B7"}},
     {"panel split", {"P-0001"}},
+    {"panel zone", {"P-0001", "--outline", "1,1 4,1 4,4"}},
     {"recipe card", {"cut", "--burn", "--dry"}},
     {"recipe remove", {"walnut", "cut"}},
     {"recipe set", {"walnut", "cut", "--speed-mm-s", "20", "--power", "60%"}},

@@ -124,6 +124,34 @@ TEST(VeneerctlStock, AScanThatWaitsThoughItWasToBeAcceptedFails) {
   EXPECT_EQ(ask(server, {"panel", "scan", "--accept", "--more"}).status, 2);
 }
 
+TEST(VeneerctlStock, SaysWhichStripsAreWoodAndWhereOneLies) {
+  json asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("acceptProposal", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text());
+      const TaskReporter work = running->tasks().start("accept", "");
+      work.done({{"panel", "P-0001"}, {"new", true}});
+      reply(ApiReply::task(work.id()));
+    });
+    router.bind("drawZone", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text());
+      reply(ApiReply::json(
+          {{"panel", "P-0001"},
+           {"zones", {{{"zone", 2}, {"material", nullptr}, {"area_mm2", 1200}, {"confidence", 0.75}}}}}));
+    });
+  });
+  running = &server;
+  const Outcome accepted = ask(server, {"panel", "accept", "3", "--wood", "strip-1", "--no-wood", "strip-2"});
+  EXPECT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_EQ(asked, (json{{"wood", {"strip-1"}}, {"no_wood", {"strip-2"}}}));
+  const Outcome drawn = ask(server, {"panel", "zone", "P-0001", "--zone", "2", "--outline", "10,5 40,5 40,45"});
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_EQ(asked, (json{{"zone", 2}, {"outline_mm", {10.0, 5.0, 40.0, 5.0, 40.0, 45.0}}}));
+  EXPECT_THAT(drawn.out, HasSubstr("75 %"));
+  EXPECT_EQ(ask(server, {"panel", "zone", "P-0001", "--outline", "1,2 3,4"}).status, 2);
+}
+
 TEST(VeneerctlStock, APanelsPicturesAreWhatTheirFilesAreCalled) {
   ApiServer server({}, {}, [](Router& router) {
     router.bind("getPanel", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({{"id", "P-0001"}})); });

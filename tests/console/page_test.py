@@ -669,6 +669,55 @@ class Cards(Page):
             self.assertRegex(told, r"Tiles\s+3\s+Fit of the tags\s+0.012 mm\s+Worst of them\s+0.050 mm\s+Worst, if left out\s+0.061 mm")
         self.assertNotIn("Worst of them", words[2], "of another scan")
 
+    def ask_about_strips(self, then):
+        """A scan that asks about a strip it left out and one it took, and of its size, with its picture; `then`: a script, draw() draws."""
+        return self.does(CELL + """
+            const scan = await load('screens/scan.js'), ring = (left, right) => [[left, 12], [right, 12], [right, 150], [left, 150]];
+            const warned = ['strip-1', 'strip-2', 'size'].map((name) => ({name, text: `something is in doubt about ${name}`, overruled_by: 'operator'}));
+            window.answers['/proposals'] = {proposals: [{number: 4, panel: null, warnings: warned, size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 0, gained_mm2: 0,
+              asked: [{warning: 'strip-1', outline_mm: ring(20, 70), confidence: .37, taken: false, reason: 'it looks like the board'}, {warning: 'strip-2', outline_mm: ring(80, 130), confidence: .8, taken: true, reason: '14 % of it does not look like the rest'}]}]};
+            window.answers['/proposals/4/accept'] = {task: 8};
+            window.answers['/status'] = {state: 'Idle', reason: '', tasks: []};
+            const draw = () => { given_to({}); put(main, scan.draw()); return main; }, path = '/proposals/4/picture.png';
+            const wood = document.createElement('canvas'), pen = wood.getContext('2d');
+            [wood.width, wood.height] = [720, 480];
+            const paint = (colour, ...box) => { pen.fillStyle = colour; pen.fillRect(...box); };
+            paint('#e8e4da', 0, 0, 720, 480);
+            for (const [left, colour] of [[60, '#ded3bd'], [240, '#7a5230'], [420, '#b98d5a']]) paint(colour, left, 30, 150, 414);
+            await until(() => draw().querySelector('#accept-4'));
+            Object.assign(main.querySelector(`img[data-picture="${path}"]`), {came_: path, hidden: false, src: wood.toDataURL()});
+            await until(() => draw().querySelector('.seen-strips svg'));
+            const press = (name) => { main.querySelector(`[data-strip=${name}]`).click(); draw(); };
+            const signs = () => [...main.querySelectorAll('.seen-strips text')].map((one) => one.textContent), canAccept = () => !main.querySelector('#accept-4').disabled;
+            """ + then)
+
+    def test_a_strip_that_a_scan_asks_about_is_answered_with_one_press(self):
+        told = self.ask_about_strips("""
+            const begun = [signs(), canAccept(), main.querySelectorAll('[data-doubt]').length];
+            press('strip-1-wood'); press('strip-2-no_wood');
+            const said = [signs(), canAccept(), main.innerText.includes('It becomes usable'), main.innerText.includes('in later scans too')];
+            press('strip-2-no_wood');
+            const again = signs();
+            press('strip-2-no_wood');
+            main.querySelector('[data-doubt=size]').click(); draw();
+            const may = canAccept();
+            main.querySelector('#accept-4').click();
+            const sent = await until(() => window.asked.find((one) => one.path.endsWith('/accept')));
+            return {begun, said, again, may, sent: sent.body}""")
+        self.assertEqual(told["begun"], [["1 ?", "2 ?"], False, 1])
+        self.assertEqual(told["said"], [["1 ✓", "2 ✕"], False, True, True])
+        self.assertEqual(told["again"], ["1 ✓", "2 ?"])
+        self.assertTrue(told["may"])
+        sent = told["sent"]
+        self.assertEqual(json.loads(sent) if isinstance(sent, str) else sent, {"wood": ["strip-1"], "no_wood": ["strip-2"], "override": ["size"]})
+
+    def test_strips_lie_on_the_picture_where_the_scan_saw_them(self):
+        off = self.ask_about_strips("""
+            const image = main.querySelector('.seen-strips img').getBoundingClientRect(), line = main.querySelector('.seen-strips .line').getBoundingClientRect();
+            return [line.left - image.left - image.width * 20 / 240, image.right - line.right - image.width * 170 / 240, line.top - image.top - image.height * 10 / 160, image.bottom - line.bottom - image.height * 12 / 160]""")
+        for side in off:
+            self.assertLess(abs(side), 2, off)
+
     def test_a_series_is_begun_anew_as_it_is_shown(self):
         told = self.does(CELL + """
             const scan = await load('screens/scan.js'), asked = () => window.asked.filter(({path}) => path.endsWith('/scans')).map(({body}) => body);
@@ -1228,7 +1277,7 @@ EVERYTHING = """
       '/materials': listed('materials', {material: 'walnut'}), '/certificates': listed('certificates', ...certificates),
       '/users': {users: [{name: 'anna', role: 'admin'}, {name: 'ben', role: 'viewer'}]}, '/tokens': {tokens: [{user: 'anna', name: 'shelf', role: 'viewer', expires_at: at}]},
       '/recipes': {otherwise: {cut: recipe, engrave: recipe}, recipes: [{material: 'walnut', operation: 'cut', ...recipe}], next: null}, '/backups': {folder: '/x', backups: [{name: 'b', made_at: at, panels: 1, jobs: 1, pieces: 3, bytes: 5e6, missing: []}], next: null},
-      '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
+      '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}, {name: 'strip-1', text: 'a strip is left out', overruled_by: 'operator'}], asked: [{warning: 'strip-1', outline_mm: [[20, 12], [70, 12], [70, 150]], confidence: .37, taken: false, reason: 'it looks like the board'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
       '/setup': {collected: {view_heights_mm: [0, 0], grid_scans: 1}, panel_thickness_mm: 2.1}, '/alarms': listed('alarms', {id: 1, state: 'new', urgent: true, sentence: 'run veneerctl panel scan', about: 'x', since: at}),
       '/bed/look': {grid_tags: 0, grid_has: 9, panels: [], tags: []},
       '/audit': listed('entries', {id: 1, at, who: 'anna', what: 'api.scan', detail: 'POST /api/v1/scans {"more":false}'}),

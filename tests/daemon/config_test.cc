@@ -399,6 +399,20 @@ TEST_F(ConfigTest, NamesWhatIsWrongWithACamera) {
         << device;
 }
 
+TEST_F(ConfigTest, TakesV4lForAnotherNameOfV4l2) {
+  const auto config = parse(R"(
+[camera]
+kind = "v4l"
+device = "/dev/v4l/by-id/usb-Cam_4711-video-index0"
+width = 1920
+height = 1080
+format = "YUYV"
+)");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_EQ(config->camera.kind, "v4l2");
+  EXPECT_EQ(config->camera.width, 1920);
+}
+
 TEST_F(ConfigTest, ReadsWhoIsToldWhatHappens) {
   const auto config = parse(R"(
 [notify]

@@ -74,7 +74,8 @@ inline std::vector<Step> a_day() {
   });
   add("panel", [=](Database& db) { return Panels(db).add(sheet(ash), {}, {}); });
   add("zones", [=](Database& db) {
-    return Materials(db).add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}});
+    return Materials(db).add_zones(
+        oak, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}, {2, Region<PanelFrame>(square(120, 10, 100)), ""}});
   });
   add("material", [=](Database& db) { return Materials(db).set_material(oak, 2, "walnut"); });
   for (const char* wood : {"walnut", "maple"})
@@ -231,7 +232,7 @@ inline std::vector<Step> a_day() {
     tag.tag_id = 301, tag.corners = square(5, 5, 8);
     const LaterScan scan{{0, "proposals/map", "proposals/mask", "hash", kLater, SquareMillimetres(1200)},
                          2,
-                         {{1, square(10, 10, 100), ""}},
+                         {{1, Region<PanelFrame>(square(10, 10, 100)), ""}},
                          {{difference(true, 200, 200)}},
                          false,
                          {{piece->allocation, {Seen::kStillThere, 0.01, 0, kLater}}},
@@ -302,14 +303,14 @@ inline std::vector<Step> a_day() {
     PanelRecord part = sheet({"P-0005"});
     part.parent = beech;
     return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm}, {},
-                               {{1, square(10, 10, 100), "walnut"}});
+                               {{1, Region<PanelFrame>(square(10, 10, 100)), "walnut"}});
   });
   const PanelId yew{"P-0006"}, yew_again{"P-0007"};
   for (const PanelId& panel : {yew, yew_again}) {
     add("proposal", [=](Database& db) { return Proposals(db).add(proposal({501})); });
     add("proposal accepted", [=](Database& db) {
       const Acceptance accepted{{panel == yew ? 4 : 5}, {"size"}, "local:1000"};
-      return Panels(db).add(sheet(panel), {}, {}, accepted, {{1, square(10, 10, 100), ""}});
+      return Panels(db).add(sheet(panel), {}, {}, accepted, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}});
     });
     add("written off", [=](Database& db) {
       return Ledger(db).write_off(panel, rectangle(panel == yew ? 30 : 90, 20, 20, 20), "burnt pattern", kNow);

@@ -86,7 +86,8 @@ class BusyOffice {
       case 1:
         return facts.set_panel(panel.id, {fmt::format("A{}", below(9)), 0.6_mm, 1.5_mm, "local:1000", kNow}, {});
       case 2:
-        return materials.add_zones(panel.id, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), wood}});
+        return materials.add_zones(panel.id, {{1, Region<PanelFrame>(square(10, 10, 100)), ""},
+                                              {2, Region<PanelFrame>(square(120, 10, 100)), wood}});
       default:
         return materials.set_material(panel.id, 1, wood);
     }

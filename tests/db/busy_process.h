@@ -127,7 +127,8 @@ class BusyProcess {
   Status change_stock() {
     const auto stock = must(panels_.in_stock());
     const PanelId fresh = must(panels_.next_panel_id());
-    if (stock.size() < kFewestPanels) return panels_.add(sheet(fresh), {}, {}, {}, {{1, square(10, 10, 100), ""}});
+    if (stock.size() < kFewestPanels)
+      return panels_.add(sheet(fresh), {}, {}, {}, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}});
     const Isometry2<PanelFrame, PanelFrame> moved(Radians(0), point<PanelFrame>(-kCell * below(4), 0));
     const auto sawn = must(panels_.sawn());
     if (below(30) == 0) return panels_.note_restoration(kNow, "local:1000", kLater);
@@ -144,7 +145,8 @@ class BusyProcess {
     if (what == 0 && !sawn.empty() && stock.size() < kMostPanels) {
       PanelRecord part = sheet(fresh);
       part.parent = sawn[below(static_cast<unsigned>(sawn.size()))];
-      return panels_.add_part(part, {}, {}, {moved, 3, 0.02_mm}, {}, {{1, square(10, 10, 100), "walnut"}});
+      return panels_.add_part(part, {}, {}, {moved, 3, 0.02_mm}, {},
+                              {{1, Region<PanelFrame>(square(10, 10, 100)), "walnut"}});
     }
     const PanelId one = some_panel().id, other = some_panel().id;
     if (what == 1 && one != other)
@@ -162,7 +164,7 @@ class BusyProcess {
                    {},
                    {},
                    {}};
-    scan.zones = {{1, square(10, 10, 100), ""}};
+    scan.zones = {{1, Region<PanelFrame>(square(10, 10, 100)), ""}};
     scan.differences.emplace();
     for (unsigned i = 0, n = below(3); i < n; ++i) {
       DifferenceRecord& seen = scan.differences->emplace_back();

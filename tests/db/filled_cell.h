@@ -32,7 +32,9 @@ inline void fill(CellDatabase& cell) {
   const PanelId ash = cell.new_panel();
   must(cell.panels().add_mask(ash, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(1234.5)}, 1));
   Materials materials(cell.database());
-  VENEER_ASSERT_OK(materials.add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}}));
+  VENEER_ASSERT_OK(materials.add_zones(oak, {{1, Region<PanelFrame>(square(10, 10, 100)), "", 0.75},
+                                             {2, Region<PanelFrame>(square(120, 10, 100)), ""}}));
+  must(materials.draw_zone(ash, std::nullopt, Region<PanelFrame>(square(10, 10, 50)), "local:1000", kNow));
   VENEER_ASSERT_OK(materials.set_material(oak, 2, "walnut"));
   RecipeRecord recipe;
   recipe.material = "walnut", recipe.speed = MmPerSecond(12), recipe.power = PowerFraction(0.65), recipe.passes = 2;
@@ -139,7 +141,9 @@ inline void fill(CellDatabase& cell) {
   proposal.read_sha256 = std::string(64, 'a'), proposal.scan_files = {"scans/9.png"}, proposal.tags = {301, 302};
   proposal.width = 240_mm, proposal.height = 160_mm, proposal.usable = SquareMillimetres(20'000.25);
   proposal.warnings_json = R"([{"name":"size","text":"not round"}])";
+  proposal.asked = {{1, square(20, 20, 60), 0.25, false, "it looks like the board"}};
   must(proposals.add(proposal));
+  proposal.asked.clear();
   VENEER_ASSERT_OK(proposals.refuse(must(proposals.add(proposal)), "local:1000", "dust", kLater));
   must(proposals.add(proposal));
   proposal.panel = split, proposal.after = 4, proposal.lost = SquareMillimetres(900);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "db/leases.h"
+#include "db/materials.h"
 #include "tests/db/everything.h"
 #include "tests/db/old_rows.h"
 
@@ -93,6 +94,15 @@ TEST_P(GrownSchema, SaysWhatItSaidBefore) {
                                               point<PanelFrame>(69, 9), point<PanelFrame>(60, 9)}));
     EXPECT_NEAR(led->lead_in.area().count(), 1.2 * 0.3, 0.003 * 0.3 + 1e-9) << "but for 3 um where it meets the band";
     EXPECT_NEAR(kerf_of(*led).area().count(), 9.6 * 9.6 - 81, 0.003 * 0.3 + 1e-9);
+  }
+  const auto zones = must(Materials(database).zones({"P-0001"}));
+  ASSERT_EQ(!zones.empty(), version >= 2);
+  if (version >= 2) {
+    const Ring<PanelFrame> hull = {point<PanelFrame>(0, 0), point<PanelFrame>(200, 0), point<PanelFrame>(200, 280),
+                                   point<PanelFrame>(0, 280)};
+    EXPECT_EQ(zones[0].shape.rings(), Region<PanelFrame>(hull).rings()) << "the ring around its strip";
+    EXPECT_EQ(zones[0].material, "oak");
+    EXPECT_EQ(zones[0].version, 1);
   }
   for (const auto& booked : live) {
     EXPECT_TRUE(booked.id.value >= 24 || (booked.lead_in.empty() && booked.outline.size() == 3)) << booked.id.value;

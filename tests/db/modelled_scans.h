@@ -32,14 +32,15 @@ class ModelledScans : public ModelledPanels {
     ModelPanel& known = known_[panel];
     const ModelScan scan = next_scan();
     const FiducialRecord tag = some_tag();
-    const LaterScan brings{record_of(scan),
-                           after,
-                           {{1, square(0, 0, 40), ""}, {2, square(50, 0, 40), "maple"}},
-                           std::nullopt,
-                           false,
-                           {},
-                           {raw_scan(panel, Face::kShow)},
-                           {tag}};
+    const LaterScan brings{
+        record_of(scan),
+        after,
+        {{1, Region<PanelFrame>(square(0, 0, 40)), ""}, {2, Region<PanelFrame>(square(50, 0, 40)), "maple"}},
+        std::nullopt,
+        false,
+        {},
+        {raw_scan(panel, Face::kShow)},
+        {tag}};
     const auto version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
     RC_ASSERT(version.ok() == (may && !known.retired && after == known.mask() && tag.tag_id == next_tag_));
     if (!version.ok()) return;
@@ -67,7 +68,8 @@ class ModelledScans : public ModelledPanels {
   }
   void enter_zones() {
     const int panel = any_panel();
-    VENEER_EXPECT_OK(Materials(cell_.database()).add_zones(panels_[panel], {{1, square(0, 0, 40), "elm"}}));
+    VENEER_EXPECT_OK(
+        Materials(cell_.database()).add_zones(panels_[panel], {{1, Region<PanelFrame>(square(0, 0, 40)), "elm"}}));
     if (known_[panel].zones.empty()) known_[panel].zones = {"elm"};
   }
   void look_at_a_face() {
@@ -259,8 +261,9 @@ class ModelledScans : public ModelledPanels {
     }
     if (panels_.size() == kMostPanels) return;
     const PanelId id = must(cell_.panels().next_panel_id());
-    RC_ASSERT(cell_.panels().add(sheet(id), {}, {}, accepted, {{1, square(0, 0, 40), "oak"}}).ok() ==
-              !proposal.verdict);
+    RC_ASSERT(
+        cell_.panels().add(sheet(id), {}, {}, accepted, {{1, Region<PanelFrame>(square(0, 0, 40)), "oak"}}).ok() ==
+        !proposal.verdict);
     if (proposal.verdict) return;
     know_panel(id).zones = {"oak"};
     proposal.verdict = ProposalVerdict::kAccepted;

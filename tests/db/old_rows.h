@@ -196,6 +196,12 @@ UPDATE runs SET ended_at = 't29', result = 'stopped' WHERE id = 5;
 UPDATE jobs SET state = 'stopped', changed_at = 't29' WHERE id = 7;
 UPDATE allocations SET state = 'scrap', changed_at = 't30' WHERE id = 30;
 INSERT INTO redos (job, plan, at) VALUES (7, 23, 't30');)sql"},
+    {37, R"sql(
+INSERT INTO zone_confidences (panel, number, confidence) VALUES ('P-0001', 1, 0.75);
+INSERT INTO zones (panel, number, outline_um, material) VALUES ('P-0001', 2, '~0,0 9000,0 0,9000', '');
+INSERT INTO zone_versions (panel, number, version, outline_um, who, at) VALUES ('P-0001', 2, 2, '~', 'uid 7', 't31');
+INSERT INTO asked_strips (proposal, number, outline_um, confidence, taken, reason)
+SELECT id, 1, '[[0,0],[9000,0],[9000,9000],[0,9000]]', 0.25, 0, 'one of its sides cannot be seen' FROM proposals;)sql"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.

@@ -8,6 +8,7 @@
 #include "db/masks.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -48,6 +49,32 @@ TEST_F(ProposalsTest, AreKeptAsTheyWere) {
   EXPECT_FALSE(read.decision);
   EXPECT_THAT(must(proposals().spent_files()), IsEmpty());
   EXPECT_EQ(proposals().find({9}).error().code, ErrorCode::kNotFound);
+  expect_sound();
+}
+
+TEST_F(ProposalsTest, KeepTheStripsThatSomebodyIsAskedAbout) {
+  ProposalRecord asking = proposal({301});
+  asking.asked = {{1,
+                   {point<PanelFrame>(5, 5), point<PanelFrame>(15.5, 5), point<PanelFrame>(15.5, 90)},
+                   0.25,
+                   false,
+                   "it looks like the board"},
+                  {2,
+                   {point<PanelFrame>(20, 5), point<PanelFrame>(30, 5), point<PanelFrame>(30, 90)},
+                   0.75,
+                   true,
+                   "14 % of it does not look like the rest"}};
+  const ProposalId id = must(proposals().add(asking)), other = must(proposals().add(proposal({401})));
+  const auto read = must(proposals().find(id)).asked;
+  ASSERT_THAT(read, SizeIs(2));
+  EXPECT_EQ(read[0].number, 1);
+  EXPECT_EQ(read[0].outline, asking.asked[0].outline);
+  EXPECT_EQ(read[0].confidence, 0.25);
+  EXPECT_FALSE(read[0].taken);
+  EXPECT_TRUE(read[1].taken);
+  EXPECT_EQ(read[1].reason, "14 % of it does not look like the rest");
+  EXPECT_THAT(must(proposals().find(other)).asked, IsEmpty());
+  EXPECT_FALSE(execute(cell_.database(), "UPDATE asked_strips SET taken = 1").ok());
   expect_sound();
 }
 

@@ -51,7 +51,9 @@ Status stock(const fs::path& data) {
     panel.created_at = kThen;
     if (Status added = r.panels.add(panel, {}, {}); !added) return added;
     const Ring<PanelFrame> half = {point<PanelFrame>(0, 0), point<PanelFrame>(45, 0), point<PanelFrame>(45, 60)};
-    return r.materials.add_zones(panel.id, {{1, half, "walnut"}, {2, half, ""}, {3, half, "maple"}});
+    return r.materials.add_zones(panel.id, {{1, Region<PanelFrame>(half), "walnut"},
+                                            {2, Region<PanelFrame>(half), ""},
+                                            {3, Region<PanelFrame>(half), "maple"}});
   });
 }
 

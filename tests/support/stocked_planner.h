@@ -59,7 +59,7 @@ class StockedPlanner : public ::testing::Test {
   // A strip of the panel, over all its height, is of this wood.
   void add_zone(const std::string& panel, Millimetres left, Millimetres right, const std::string& material) {
     const Ring<PanelFrame> outline{{left, 0_mm}, {right, 0_mm}, {right, 30_mm}, {left, 30_mm}};
-    zones_[panel].push_back({static_cast<int>(zones_[panel].size()) + 1, outline, material});
+    zones_[panel].push_back({static_cast<int>(zones_[panel].size()) + 1, Region<PanelFrame>(outline), material});
   }
   void store_zones() {
     ASSERT_TRUE(database_->call([&](daemon::Repositories& r) -> Status {

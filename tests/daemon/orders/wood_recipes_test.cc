@@ -31,7 +31,9 @@ WoodRecipes three_strips() {
           {{"maple", db::Operation::kEngrave, 120_mm_s, PowerFraction(0.1), 2, false, std::nullopt, ""},
            {"walnut", db::Operation::kCut, 9_mm_s, PowerFraction(0.9), 3, false,
             db::KerfRecord{Millimetres(0.4), Millimetres(0.3)}, ""}},
-          {{1, box(0, 0, 100, 300), "walnut"}, {2, box(101, 0, 100, 300), ""}, {3, box(202, 0, 100, 300), "maple"}}};
+          {{1, Region<PanelFrame>(box(0, 0, 100, 300)), "walnut"},
+           {2, Region<PanelFrame>(box(101, 0, 100, 300)), ""},
+           {3, Region<PanelFrame>(box(202, 0, 100, 300)), "maple"}}};
 }
 
 TEST(WoodRecipes, APieceTakesTheRecipeOfTheZoneItLiesIn) {

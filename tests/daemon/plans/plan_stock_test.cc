@@ -231,7 +231,7 @@ TEST_F(PlanStockTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
   wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
   add_panel("P-0001", 255, wood);
   add_zone("P-0001", 0_mm, Millimetres(10.2), "walnut");
-  add_zone("P-0001", Millimetres(10.1), Millimetres(20.4), "maple");  // outlines are hulls: they may reach into others
+  add_zone("P-0001", Millimetres(10.1), Millimetres(20.4), "maple");  // hulls of older schemas reach into others
   store_zones();
   JobRequest request = two_tone_job();
   request.woods = {"maple"};

@@ -23,7 +23,8 @@ TEST_F(PanelRemnants, TellsWhatIsLeftOfAPanel) {
   until_what_is_left_is_booked("P-0002");
   change([](Repositories& r) {
     // The left third is walnut, nobody has said what the rest is of.
-    return r.materials.add_zones({"P-0002"}, {{1, strip(0, 10), "walnut"}, {2, strip(10, 30), ""}});
+    return r.materials.add_zones(
+        {"P-0002"}, {{1, Region<PanelFrame>(strip(0, 10)), "walnut"}, {2, Region<PanelFrame>(strip(10, 30)), ""}});
   });
   const json fresh = get("/panels/P-0002")["remnant"];
   ASSERT_EQ(fresh["woods"].size(), 2U) << fresh.dump();

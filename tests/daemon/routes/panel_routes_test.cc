@@ -143,8 +143,9 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_EQ(post("/panels/P-0009/facts", {{"shelf", "A3"}}).status, 404);
   EXPECT_EQ(get("/panels/P-0002")["facts"]["shelf"], "A3");
   change([](Repositories& r) {
-    return r.materials.add_zones({"P-0002"},
-                                 {{1, strip(0, 10), "walnut"}, {2, strip(10, 20), ""}, {3, strip(20, 30), "maple"}});
+    return r.materials.add_zones({"P-0002"}, {{1, Region<PanelFrame>(strip(0, 10)), "walnut"},
+                                              {2, Region<PanelFrame>(strip(10, 20)), ""},
+                                              {3, Region<PanelFrame>(strip(20, 30)), "maple"}});
   });
   const json listed = get("/panels")["panels"];
   EXPECT_EQ(listed[0]["shelf"], nullptr);

@@ -93,7 +93,8 @@ TEST_F(PanelWood, FindsThePanelsThatHaveTheWoodOneLooksFor) {
     const auto version = r.panels.add_mask(
         {"P-0002"}, {0, walnut_and_maple->file, mask->file, walnut_and_maple->sha256, kThen, kWhole}, 1);
     if (!version) return version.error();
-    return r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "walnut"}, {2, strip(15, 31), "maple"}});
+    return r.materials.add_zones(
+        {"P-0002"}, {{1, Region<PanelFrame>(strip(0, 15)), "walnut"}, {2, Region<PanelFrame>(strip(15, 31)), "maple"}});
   });
   const auto found = [&](const std::string& query) {
     const json reply = get("/panels?" + query);
@@ -148,7 +149,9 @@ TEST_F(PanelWood, ManyPanelsAreListedAndSearchedWithAsFewQuestionsAsTwo) {
     return db::StatementsOfReaders::count();
   };
   const std::string search = "/panels?wood=maple&patch_mm=6";
-  change([&](Repositories& r) { return r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "maple"}}); });
+  change([&](Repositories& r) {
+    return r.materials.add_zones({"P-0002"}, {{1, Region<PanelFrame>(strip(0, 15)), "maple"}});
+  });
   EXPECT_EQ(asked("/panels"), 12);
   EXPECT_EQ(asked(search), 14);
   EXPECT_EQ(asked("/panels?text=p-00"), 14);
@@ -158,7 +161,8 @@ TEST_F(PanelWood, ManyPanelsAreListedAndSearchedWithAsFewQuestionsAsTwo) {
       if (!more) return more.error();
       more->id = {id};
       if (Status added = r.panels.add(*more, {}, {}); !added) return added;
-      if (Status named = r.materials.add_zones({id}, {{1, strip(0, 15), "maple"}}); !named) return named;
+      if (Status named = r.materials.add_zones({id}, {{1, Region<PanelFrame>(strip(0, 15)), "maple"}}); !named)
+        return named;
     }
     return Ok();
   });
@@ -171,7 +175,9 @@ TEST_F(PanelWood, ManyPanelsAreListedAndSearchedWithAsFewQuestionsAsTwo) {
 // As the shelf of the console finds them.
 TEST_F(PanelWood, PanelsAreFoundByNumberNameShelfAndWoods) {
   change([&](Repositories& r) -> Status {
-    if (Status named = r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "Juglans nigra"}}); !named) return named;
+    if (Status named = r.materials.add_zones({"P-0002"}, {{1, Region<PanelFrame>(strip(0, 15)), "Juglans nigra"}});
+        !named)
+      return named;
     return r.facts.set_panel({"P-0002"}, {"Rack B7", {}, {}, "local:1000", kThen}, {});
   });
   const auto found = [&](const std::string& query) {

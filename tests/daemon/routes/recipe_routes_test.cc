@@ -52,7 +52,10 @@ TEST_F(RecipeRoutes, APersonNamesTheWoodOfAZone) {
     const auto strip = [](double x) {
       return Ring<PanelFrame>{point<PanelFrame>(x, 0), point<PanelFrame>(x + 90, 0), point<PanelFrame>(x + 90, 200)};
     };
-    EXPECT_TRUE(r.materials.add_zones(panel.id, {{1, strip(0), ""}, {2, strip(100), ""}}).ok());
+    EXPECT_TRUE(
+        r.materials
+            .add_zones(panel.id, {{1, Region<PanelFrame>(strip(0)), ""}, {2, Region<PanelFrame>(strip(100)), ""}})
+            .ok());
     return 0;
   });
   const auto named = ask("POST", "/api/v1/panels/P-0001/material", {{"material", "walnut"}, {"zone", 2}});
@@ -61,6 +64,14 @@ TEST_F(RecipeRoutes, APersonNamesTheWoodOfAZone) {
   EXPECT_TRUE(zones[0]["material"].is_null());
   EXPECT_EQ(zones[1]["material"], "walnut");
   EXPECT_NEAR(zones[1]["area_mm2"].get<double>(), 9000, 1e-6);
+  const auto drawn =
+      ask("POST", "/api/v1/panels/P-0001/zones", {{"zone", 2}, {"outline_mm", {100, 0, 150, 0, 150, 60, 100, 60}}});
+  ASSERT_EQ(drawn.status, 200) << drawn.body;
+  EXPECT_EQ(body_of(drawn)["zone"], 2);
+  EXPECT_NEAR(body_of(drawn)["zones"][1]["area_mm2"].get<double>(), 3000, 1e-6);
+  EXPECT_EQ(body_of(drawn)["zones"][1]["version"], 2);
+  EXPECT_EQ(ask("POST", "/api/v1/panels/P-0001/zones", {{"outline_mm", {100, 0, 150, 0}}}).status, 400);
+  EXPECT_EQ(ask("POST", "/api/v1/panels/P-0001/zones", {{"outline_mm", {900, 0, 950, 0, 950, 60}}}).status, 400);
   EXPECT_EQ(ask("POST", "/api/v1/panels/P-0001/material", {{"material", "oak"}, {"zone", 7}}).status, 404);
   EXPECT_EQ(ask("POST", "/api/v1/panels/P-0009/material", {{"material", "oak"}}).status, 404);
   EXPECT_EQ(ask("POST", "/api/v1/panels/P-0001/material", {{"wood", "oak"}}).status, 400);

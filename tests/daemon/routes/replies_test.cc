@@ -83,7 +83,10 @@ class Replies : public testing::RoutedCell {
     db::FiducialRecord hole = tag;
     hole.kind = db::FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners.resize(1);
     if (Status added = r.panels.add(panel, {scan}, {tag, hole}); !added) return added;
-    if (Status zones = r.materials.add_zones(panel.id, {{1, square, "walnut"}, {2, square, ""}}); !zones) return zones;
+    if (Status zones = r.materials.add_zones(
+            panel.id, {{1, Region<PanelFrame>(square), "walnut"}, {2, Region<PanelFrame>(square), ""}});
+        !zones)
+      return zones;
 
     for (const char* origin : {"France", "Italy"})
       if (Status set = r.facts.set_material({"walnut", "Juglans regia", origin, "Miller", "III", "uid 1000", kAt});
@@ -144,6 +147,11 @@ class Replies : public testing::RoutedCell {
     seen.who = "uid 1000", seen.made_at = kAt, seen.map_file = seen.mask_file = seen.read_file = file;
     seen.read_sha256 = hash, seen.scan_files = {file}, seen.tags = {301}, seen.width = 240_mm, seen.height = 160_mm;
     seen.warnings_json = R"([{"name":"size","text":"the sheet is not round"}])";
+    seen.asked = {{1,
+                   {point<PanelFrame>(5, 5), point<PanelFrame>(15, 5), point<PanelFrame>(15, 90)},
+                   0.25,
+                   false,
+                   "it looks like the board"}};
     for (const bool decided : {true, false}) {
       const auto proposed = r.proposals.add(seen);
       if (!proposed) return proposed.error();

@@ -147,7 +147,9 @@ TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
 TEST_F(RemnantClerkTest, CountsWhatAnySearchMayAskFor) {
   {
     Life stay(data());
-    stay.with([](Repositories& r) { return r.materials.add_zones(kMaple, {{1, panel_square(1, 1, 18), "maple"}}); });
+    stay.with([](Repositories& r) {
+      return r.materials.add_zones(kMaple, {{1, Region<PanelFrame>(panel_square(1, 1, 18)), "maple"}});
+    });
     stay.clerk.book_due();
   }
   lose_pictures();

@@ -157,6 +157,48 @@ TEST_F(ScanProposalsTest, WarningsAreOverruledByTheirNames) {
   EXPECT_THAT(stock(), SizeIs(1));
 }
 
+TEST_F(ScanProposalsTest, StripsThatAreAskedAboutAreWoodOrNotAsSomebodySays) {
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind != RegisterScans::kKind) return;
+    const auto asked = [](double left, double right, bool taken) {
+      calib::AskedStrip strip;
+      strip.outline = {point<PanelFrame>(left, 28), point<PanelFrame>(right, 28), point<PanelFrame>(right, 70),
+                       point<PanelFrame>(left, 70)};
+      strip.confidence = 0.4, strip.taken = taken, strip.reason = "it looks like the board";
+      return strip;
+    };
+    answer["asked"] = std::vector<calib::AskedStrip>{asked(12, 22, false), asked(24, 46, true)};
+    answer["warnings"] = std::vector<ScanWarning>{{"strip-1", "a strip is left out"}, {"strip-2", "some is left out"}};
+  };
+  const ScanOutcome seen = must_scan();
+  ASSERT_TRUE(seen.proposal);
+  ASSERT_THAT(waiting().front().asked, SizeIs(2));
+  EXPECT_EQ(waiting().front().asked[1].outline.front(), point<PanelFrame>(24, 28));
+  EXPECT_FALSE(proposals_->accept(*seen.proposal, {"strip-2"}, "uid 7", {{"strip-3"}, {}}).ok()) << "no such strip";
+  EXPECT_TRUE(stock().empty());
+
+  const auto accepted = proposals_->accept(*seen.proposal, {}, "uid 7", {{"strip-1"}, {"strip-2"}});
+  ASSERT_TRUE(accepted.ok()) << accepted.error().message;
+  EXPECT_TRUE(is_usable(17, 40)) << "it was left out";
+  EXPECT_FALSE(is_usable(12.2, 40)) << "the margin from its side";
+  EXPECT_FALSE(is_usable(30, 40)) << "it was taken";
+  const auto edits = *r().masks.counting(kFirst);
+  ASSERT_THAT(edits, SizeIs(2));
+  EXPECT_TRUE(edits[0].give);
+  EXPECT_EQ(edits[0].note, "strip-1");
+  EXPECT_EQ(edits[1].who, "uid 7");
+  const auto zones = *r().materials.zones(kFirst);
+  EXPECT_THAT(zones, SizeIs(seen.zones)) << "one less, one more";
+  EXPECT_TRUE(zones.back().shape.contains(point<PanelFrame>(17, 40)));
+  EXPECT_EQ(zones.back().confidence, 0.4);
+  expect_true_book();
+
+  workers_.spoil = nullptr;
+  must_scan(true);
+  EXPECT_TRUE(is_usable(17, 40)) << "a layer over what later scans see";
+  EXPECT_FALSE(is_usable(30, 40));
+}
+
 TEST_F(ScanProposalsTest, ASheetThatStandsOffTheGlassIsLookedAt) {
   cv::Mat picture = cv::imread(scanner_.file.string());
   cv::GaussianBlur(picture, picture, {}, 0.3 * scanner_.nominal.px_per_mm);

@@ -536,11 +536,21 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
        }},
       {"a zone beyond all measure",
        [](json& a) {
-         a["zones"][0]["outline"][0] = {1e18, 0};
+         a["zones"][0]["shape"][0][0] = {1e18, 0};
        }},
       {"a zone of countless points",
        [](json& a) {
-         a["zones"][0]["outline"] = json::array_t(20'000, json::array({1, 1}));
+         a["zones"][0]["shape"][0] = json::array_t(20'000, json::array({1, 1}));
+       }},
+      {"a zone of many metres",
+       [](json& a) {
+         a["zones"][0]["shape"][0][0] = {90'000'000, 0};
+       }},
+      {"a strip as sure as nothing can be",
+       [](json& a) {
+         calib::AskedStrip strip;
+         strip.confidence = 2, strip.reason = "it looks like the board";
+         a["asked"] = std::vector<calib::AskedStrip>{strip};
        }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
       {"a suspect that nobody asked for", [](json& a) { a["suspects_gone"] = {0.5}; }},

@@ -199,7 +199,7 @@ TEST_F(StockMemoryTest, KeepsWhatNeedsNoMapWhereThatCannotBeRead) {
 // Who searches a thousand panels would ask the database a thousand times.
 TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
   Life stay(data());
-  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, panel_square(0, 0, 20), "maple"}}).ok());
+  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, Region<PanelFrame>(panel_square(0, 0, 20)), "maple"}}).ok());
   ASSERT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 6);
   EXPECT_EQ(db::statements_of(stay.database, [&] { must(stay.r.materials.zones({"P-0001"})); }), 1) << "it is counted";
   const auto asked = must(stay.remnants.ask(stay.r));
@@ -218,7 +218,7 @@ TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
 // The wood's name may be another one than when all were asked for.
 TEST_F(StockMemoryTest, ASearchCountsByTheZonesAsTheyAre) {
   Life stay(data());
-  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, panel_square(0, 0, 20), "maple"}}).ok());
+  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, {{1, Region<PanelFrame>(panel_square(0, 0, 20)), "maple"}}).ok());
   const auto asked = must(stay.remnants.ask(stay.r));
   const WoodWanted maple{"maple", {}, Millimetres(8)};
   ASSERT_TRUE(stay.r.materials.set_material({"P-0001"}, 1, "walnut").ok());
@@ -231,7 +231,8 @@ TEST_F(StockMemoryTest, KeepsEveryWoodOfAPanelOfManyWoods) {
   Life stay(data());
   std::vector<db::ZoneRecord> zones;
   for (int i = 0; i < 24; ++i)
-    zones.push_back({i + 1, panel_square(1.2 * i, 1, 1), std::string("wood ") + static_cast<char>('a' + i)});
+    zones.push_back(
+        {i + 1, Region<PanelFrame>(panel_square(1.2 * i, 1, 1)), std::string("wood ") + static_cast<char>('a' + i)});
   ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, zones).ok());
   EXPECT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 3 * (24 + 1));
   EXPECT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 0);
