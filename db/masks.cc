@@ -252,6 +252,17 @@ Result<MaskEditId> Masks::add(const PanelId& panel, const MaskEdit& edit, const 
   });
 }
 
+Status Masks::add_behind(const PanelId& panel, const std::function<Status()>& enter,
+                         const std::vector<PaintedEdit>& edits) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (Status entered = enter(); !entered.ok()) return entered;
+    for (const PaintedEdit& painted : edits)
+      if (const auto added = add(panel, painted.edit, painted.made, newest_mask(connection, panel)); !added.ok())
+        return added.error();
+    return Ok();
+  });
+}
+
 Status Masks::remove(const PanelId& panel, MaskEditId edit, const std::string& who, const std::string& at,
                      const MaskRecord& made, int after) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,12 @@ struct MaskEdit {
   Region<PanelFrame> shape;  // never empty
   std::string who, note, at;
   std::optional<Removal> removal;
+};
+
+// An edit, and the mask as it is with that one and all before it.
+struct PaintedEdit {
+  MaskEdit edit;
+  MaskRecord made;
 };
 
 // Of one panel: whoever scans it again has all that count drawn again. What is given or withheld by more of them is
@@ -54,7 +61,10 @@ class Masks {
   // The edit, and the version of the mask that was `made` with it, in one transaction; the audit log says who painted
   // how much. kConflict when another version than `after` counts by now, or the panel is retired.
   Result<MaskEditId> add(const PanelId& panel, const MaskEdit& edit, const MaskRecord& made, int after);
-  // The same without one of them. kNotFound when the panel has no such edit; kConflict too when it was taken back.
+  // What `enter` writes of the panel, a scan say, and these edits behind it, in their order: one transaction, of which
+  // nothing is written when a part of it fails. As add() refuses, and as `enter` does.
+  Status add_behind(const PanelId& panel, const std::function<Status()>& enter, const std::vector<PaintedEdit>& edits);
+  // The mask without one of them. kNotFound when the panel has no such edit; kConflict too when it was taken back.
   Status remove(const PanelId& panel, MaskEditId edit, const std::string& who, const std::string& at,
                 const MaskRecord& made, int after);
 

@@ -12,7 +12,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, k
                                    edge_margin, round_margin)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanView, tile, warnings)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, asked, usable, differences,
-                                   suspects_gone, lost, gained, warnings, new_tags, left_out)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, asked, edge_margin,
+                                   round_margin, usable, differences, suspects_gone, lost, gained, warnings, new_tags,
+                                   left_out)
 
 }  // namespace veneer::daemon

@@ -275,6 +275,7 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   out.rms = registration->rms, out.max = registration->max;
   out.fiducials = registration->fiducials;
   out.sheet = registration->sheet;
+  out.edge_margin = order.edge_margin, out.round_margin = order.round_margin;
   for (std::size_t i = 0; i < order.views.size(); ++i)
     out.lattices.push_back(lattice_text(registration->tiles[i], order.views[i].width_px, order.views[i].height_px));
   out.new_tags = registration->new_tags;

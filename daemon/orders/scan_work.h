@@ -70,7 +70,8 @@ struct PanelRead {
   Box<PanelFrame> sheet;
   std::vector<std::string> lattices;  // of each tile: lattice_text()
   std::vector<db::ZoneRecord> zones;
-  std::vector<calib::AskedStrip> asked;  // the first of them is that of the warning strip-1
+  std::vector<calib::AskedStrip> asked;             // the first of them is that of the warning strip-1
+  Millimetres edge_margin{0.5}, round_margin{0.7};  // that its mask keeps, as in the order
   SquareMillimetres usable{0};
   std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
   std::vector<double> suspects_gone;  // of the inside of each suspect, in the same order: the share that is missing

@@ -18,26 +18,6 @@ namespace {
 // As the mask itself keeps where nothing else is configured ([mask]): what a hand gives may be nearer than that.
 constexpr Millimetres kFiducialMargin{1.5}, kEdgeMargin{0.5}, kHoleRadius{3};
 
-std::vector<Region<PanelFrame>> margins_of(const std::vector<db::FiducialRecord>& fiducials) {
-  std::vector<Region<PanelFrame>> out;
-  for (const auto& fiducial : fiducials) {
-    // The other face's tags are in nobody's way.
-    if (fiducial.kind == db::FiducialKind::kTag && fiducial.face == Face::kBack) continue;
-    if (fiducial.kind == db::FiducialKind::kTag) {
-      out.push_back(offset(unite(Region<PanelFrame>(fiducial.corners), {}), kFiducialMargin));
-      continue;
-    }
-    const auto& c = fiducial.corners.front();
-    const Millimetres r = kHoleRadius;
-    const Region<PanelFrame> middle(Ring<PanelFrame>{{c.x - r * 0.1, c.y - r * 0.1},
-                                                     {c.x + r * 0.1, c.y - r * 0.1},
-                                                     {c.x + r * 0.1, c.y + r * 0.1},
-                                                     {c.x - r * 0.1, c.y + r * 0.1}});
-    out.push_back(offset(middle, r + kFiducialMargin, Corners::kRound));
-  }
-  return out;
-}
-
 Raster<PanelFrame> like(const Raster<PanelFrame>& mask, unsigned char value) {
   return {cv::Mat(mask.pixels.size(), CV_8UC1, cv::Scalar(value)), mask.resolution, mask.origin};
 }
@@ -136,6 +116,11 @@ Result<db::MaskRecord> repainted(const PanelLibrary& library, const db::MaskReco
   return db::MaskRecord{0, seen.map_file, made->file, seen.map_hash, utc_timestamp(), made->usable, seen.seen_file};
 }
 
+// Of rings that may cross themselves, as a hand draws them.
+Region<PanelFrame> on_panel(const Region<PanelFrame>& shape, const db::PanelRecord& panel) {
+  return intersect(unite(shape, {}), whole_panel(panel.width, panel.height));
+}
+
 Result<EditedMask> done(const PanelLibrary& library, const Before& before, const db::MaskRecord& made) {
   const auto usable = library.usable_area(before.panel);
   if (!usable) return usable.error();
@@ -153,12 +138,32 @@ Result<Region<PanelFrame>> outlined(const Ring<PanelFrame>& corners) {
   return Region<PanelFrame>(corners);
 }
 
+std::vector<Region<PanelFrame>> spared_by(const std::vector<db::FiducialRecord>& fiducials) {
+  std::vector<Region<PanelFrame>> out;
+  for (const auto& fiducial : fiducials) {
+    // The other face's tags are in nobody's way.
+    if (fiducial.kind == db::FiducialKind::kTag && fiducial.face == Face::kBack) continue;
+    if (fiducial.kind == db::FiducialKind::kTag) {
+      out.push_back(offset(unite(Region<PanelFrame>(fiducial.corners), {}), kFiducialMargin));
+      continue;
+    }
+    const auto& c = fiducial.corners.front();
+    const Millimetres r = kHoleRadius;
+    const Region<PanelFrame> middle(Ring<PanelFrame>{{c.x - r * 0.1, c.y - r * 0.1},
+                                                     {c.x + r * 0.1, c.y - r * 0.1},
+                                                     {c.x + r * 0.1, c.y + r * 0.1},
+                                                     {c.x - r * 0.1, c.y + r * 0.1}});
+    out.push_back(offset(middle, r + kFiducialMargin, Corners::kRound));
+  }
+  return out;
+}
+
 Result<MaskPaint> paint_of(Repositories& r, const PanelId& panel) {
   auto edits = r.masks.counting(panel);
   if (!edits) return edits.error();
   const auto fiducials = r.panels.fiducials(panel);
   if (!fiducials) return fiducials.error();
-  MaskPaint out{std::move(*edits), margins_of(*fiducials), {}};
+  MaskPaint out{std::move(*edits), spared_by(*fiducials), {}};
   const auto differences = r.differences.of(panel);
   if (!differences) return differences.error();
   for (const auto& difference : *differences)
@@ -203,6 +208,24 @@ Result<PanelLibrary::PaintedMask> painted_mask(const PanelLibrary& library, cons
   return out;
 }
 
+Result<std::vector<db::PaintedEdit>> painted_edits(const PanelLibrary& library, const db::PanelRecord& panel,
+                                                   const db::MaskRecord& scan, MaskPaint paint,
+                                                   const std::vector<db::MaskEdit>& edits) {
+  db::MaskRecord seen = scan;
+  if (seen.seen_file.empty()) seen.seen_file = seen.mask_file;
+  std::vector<db::PaintedEdit> out;
+  for (db::MaskEdit edit : edits) {
+    edit.shape = on_panel(edit.shape, panel);
+    if (edit.shape.empty()) continue;
+    paint.edits.push_back(edit);
+    if (const Status bounded = check_bounds(panel.id, paint.edits); !bounded) return bounded.error();
+    auto made = repainted(library, seen, panel.id, paint);
+    if (!made) return made.error();
+    out.push_back({std::move(edit), std::move(*made)});
+  }
+  return out;
+}
+
 Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
                              const PanelId& panel, const db::MaskEdit& wanted, std::optional<int> painted_on) {
   const auto before = read_before(r, panel);
@@ -214,8 +237,7 @@ Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const Pa
                     "whether it still fits, then save it again",
                     *painted_on, panel.value, before->panel.mask_version)};
   db::MaskEdit edit = wanted;
-  // Of rings that may cross themselves, as a hand draws them.
-  edit.shape = intersect(unite(wanted.shape, {}), whole_panel(before->panel.width, before->panel.height));
+  edit.shape = on_panel(wanted.shape, before->panel);
   if (edit.shape.empty())
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the outline holds nothing of panel {}: give its corners in mm from the lower left corner "

@@ -22,6 +22,8 @@ struct MaskPaint {
   std::vector<Region<PanelFrame>> gone;    // nor this: a scan found no wood there, and nobody has decided
 };
 
+// The places of these that are never given.
+std::vector<Region<PanelFrame>> spared_by(const std::vector<db::FiducialRecord>& fiducials);
 // What counts for the panel now. `gone` is what is open now.
 Result<MaskPaint> paint_of(Repositories& r, const PanelId& panel);
 
@@ -32,6 +34,12 @@ Raster<PanelFrame> painted(const Raster<PanelFrame>& seen, const MaskPaint& pain
 // mask with all edits but the last, only that one is drawn.
 Result<PanelLibrary::PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel,
                                                const std::string& seen_file, const MaskPaint& paint);
+
+// Edits that enter with a scan (db/masks.h), drawn one after the other over `scan`, a mask of a panel of this width and
+// height, and `paint`; what lies beside the panel is none of them. kConflict: more than a panel's mask takes.
+Result<std::vector<db::PaintedEdit>> painted_edits(const PanelLibrary& library, const db::PanelRecord& panel,
+                                                   const db::MaskRecord& scan, MaskPaint paint,
+                                                   const std::vector<db::MaskEdit>& edits);
 
 // What an outline holds that may cross itself, as a hand draws it; each crossing is a corner. kInvalidArgument when it
 // does so more often than a hand would: a thousand lines over one another have half a million crossings.

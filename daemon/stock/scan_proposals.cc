@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <utility>
@@ -167,6 +168,25 @@ ScanOutcome told(const SeenSheet& seen) {
   return out;
 }
 
+// Of a panel that keeps the zones it has: strips that are wood, and in none of them, in the place of what was asked.
+void tell_of_no_zones(const PanelId& panel, const std::vector<db::ZoneRecord>& zones,
+                      const std::vector<db::MaskEdit>& edits, std::vector<ScanWarning>& warnings) {
+  constexpr SquareMillimetres kSliver{1};
+  if (zones.empty()) return;
+  for (const db::MaskEdit& edit : edits) {
+    if (!edit.give) continue;
+    Region<PanelFrame> left = edit.shape;
+    for (const db::ZoneRecord& zone : zones) left = subtract(left, zone.shape);
+    if (left.area() <= kSliver) continue;
+    const auto asked = std::ranges::find(warnings, edit.note, &ScanWarning::name);
+    if (asked != warnings.end())
+      asked->text = fmt::format(
+          "it is usable now, and in none of the zones of panel {0}, which stay as they were: draw "
+          "one there with `veneerctl panel zone {0}`",
+          panel.value);
+  }
+}
+
 // Where a part lay in the panel that it was sawn from; nothing of a sheet that is none.
 Result<std::optional<db::PartRecord>> part_of(const SeenSheet& seen) {
   if (!seen.parent) return std::optional<db::PartRecord>();
@@ -244,7 +264,7 @@ std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face
 Result<ScanOutcome> ScanProposals::propose(SeenSheet seen, const std::string& who) {
   if (seen.panel) {
     tell_changed_wood(*seen.panel, seen.read);
-    if (!wants_a_look(seen.read)) return enter(std::move(seen), std::nullopt);
+    if (!wants_a_look(seen.read)) return enter(std::move(seen), std::nullopt, {});
   }
   if (const auto part = part_of(seen); !part) return part.error();
   const std::string text = json(seen).dump(-1, ' ', false, json::error_handler_t::replace);
@@ -293,7 +313,10 @@ Result<SeenSheet> ScanProposals::read_back(const db::ProposalRecord& proposal) c
   if (sha256_hex(std::as_bytes(std::span(*text))) != proposal.read_sha256) return spoilt;
   try {
     json seen = json::parse(*text);
-    seen.at("read").emplace("asked", json::array());  // of a scan that waited while the program became this one
+    // Of a scan that waited while the program became this one.
+    json& read = seen.at("read");
+    read.emplace("asked", json::array());
+    read.emplace("edge_margin", PanelRead{}.edge_margin), read.emplace("round_margin", PanelRead{}.round_margin);
     return seen.get<SeenSheet>();
   } catch (const json::exception&) {
     return spoilt;
@@ -318,33 +341,12 @@ Result<ScanOutcome> ScanProposals::accept(db::ProposalId proposal, const std::ve
   auto said = answer_strips(seen->read, answers);
   if (!said) return said.error();
   seen->read.zones = std::move(said->zones);
-  auto outcome = enter(std::move(*seen), db::Acceptance{proposal, answered, who});
+  auto outcome = enter(std::move(*seen), db::Acceptance{proposal, answered, who}, std::move(said->edits));
   if (!outcome) return outcome;
-  if (outcome->panel) paint(*outcome->panel, std::move(said->edits), who, *outcome);
   remove_spent();
   log_->info("proposal {} was accepted by {}{}", proposal.value, who,
              answered.empty() ? "" : fmt::format(", who overruled {}", fmt::join(answered, ", ")));
   return outcome;
-}
-
-// As if each had been painted on the panel's page once the scan was in stock.
-void ScanProposals::paint(const PanelId& panel, std::vector<db::MaskEdit> edits, const std::string& who,
-                          ScanOutcome& outcome) {
-  for (db::MaskEdit& edit : edits) {
-    edit.who = who, edit.at = utc_timestamp();
-    std::unique_ptr<DatabaseReader> reader;
-    const auto made =
-        database_.read(reader, [&](Repositories& r) { return edit_mask(r, database_, library_, panel, edit); });
-    if (made) {
-      outcome.usable = made->usable;
-      continue;
-    }
-    outcome.warnings.push_back(
-        {edit.note, fmt::format("what was said of {} is not in the mask of panel {}, for {}; paint it there yourself: "
-                                "`veneerctl panel mask {}`",
-                                edit.note, panel.value, made.error().message, panel.value)});
-    log_->warn("panel {}: {}", panel.value, outcome.warnings.back().text);
-  }
 }
 
 Status ScanProposals::refuse(db::ProposalId proposal, const std::string& note, const std::string& who) {
@@ -376,16 +378,19 @@ Status ScanProposals::move_pictures(SeenSheet& seen, const PanelId& panel) const
   return sync_folders(library_.path_of("panels/" + panel.value));
 }
 
-Result<ScanOutcome> ScanProposals::enter(SeenSheet seen, const std::optional<db::Acceptance>& of) {
-  if (seen.panel) return enter_again(seen, of);
+Result<ScanOutcome> ScanProposals::enter(SeenSheet seen, const std::optional<db::Acceptance>& of,
+                                         std::vector<db::MaskEdit> edits) {
+  for (db::MaskEdit& edit : edits) edit.who = of ? of->who : "", edit.at = utc_timestamp();
+  if (seen.panel) return enter_again(seen, of, edits);
   const auto id = database_.call([](Repositories& r) { return r.panels.next_panel_id(); });
   if (!id) return id.error();
   if (const Status moved = move_pictures(seen, *id); !moved) return moved.error();
-  return enter_new(seen, *id, of);
+  return enter_new(seen, *id, of, edits);
 }
 
 Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelId& id,
-                                             const std::optional<db::Acceptance>& of) {
+                                             const std::optional<db::Acceptance>& of,
+                                             const std::vector<db::MaskEdit>& edits) {
   const auto part = part_of(seen);
   if (!part) return part.error();
   db::PanelRecord panel;
@@ -401,9 +406,13 @@ Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelI
   panel.parent = seen.parent;
   const auto scans = scan_records(id, Face::kShow, seen.tiles, seen.read);
   const auto fiducials = to_records(seen.read.fiducials, Face::kShow);
+  const auto painted = painted_edits(
+      library_, panel, {0, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at, panel.usable},
+      {{}, spared_by(fiducials), {}}, edits);
+  if (!painted) return painted.error();
   std::size_t carried = 0;
   std::vector<db::ZoneRecord> zones = seen.read.zones;
-  const Status added = database_.call([&](Repositories& r) -> Status {
+  const auto add = [&](Repositories& r) -> Status {
     if (!*part) return r.panels.add(panel, scans, fiducials, of, zones);
     const auto before = r.materials.zones(*panel.parent);
     if (!before) return before.error();
@@ -411,10 +420,15 @@ Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelI
     if (Status entered = r.panels.add_part(panel, scans, fiducials, **part, of, zones); !entered) return entered;
     if (const auto live = r.ledger.live_states(panel.id)) carried = live->size();
     return Ok();
+  };
+  const Status added = database_.call([&](Repositories& r) {
+    return r.masks.add_behind(
+        panel.id, [&] { return add(r); }, *painted);
   });
   if (!added) return added.error();
-  library_.make_small(seen.map_file, seen.mask_file);
+  library_.make_small(seen.map_file, painted->empty() ? seen.mask_file : painted->back().made.mask_file);
   ScanOutcome outcome = told(seen);
+  if (!painted->empty()) outcome.usable = painted->back().made.usable.value_or(outcome.usable);
   outcome.panel = id;
   outcome.carried = carried;
   outcome.zones = zones.size();
@@ -429,7 +443,8 @@ Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelI
   return outcome;
 }
 
-Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of) {
+Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of,
+                                               const std::vector<db::MaskEdit>& edits) {
   const PanelId& panel = *seen.panel;
   const auto scans = scan_records(panel, Face::kShow, seen.tiles, seen.read);
   ScanOutcome outcome = told(seen);
@@ -440,17 +455,24 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     for (const calib::Difference& difference : *seen.read.differences)
       if (difference.kind == calib::DifferenceKind::kGoneNotBooked) gone.push_back(difference.shape);
   std::unique_ptr<DatabaseReader> reader;  // many outlines: no cut waits for them
-  const auto paint = database_.read(reader, [&](Repositories& r) { return paint_of(r, panel); });
+  auto paint = database_.read(reader, [&](Repositories& r) { return paint_of(r, panel); });
   if (!paint) return paint.error();
+  const auto before = database_.read(reader, [&](Repositories& r) { return r.panels.find(panel); });
+  if (!before) return before.error();
+  const auto new_tags = new_tag_records(seen.read, Face::kShow);
+  std::ranges::move(spared_by(new_tags), std::back_inserter(paint->spared));
+  paint->gone = gone;
   if (!paint->edits.empty()) {
-    const auto painted = painted_mask(library_, panel, seen.mask_file, {paint->edits, paint->spared, gone});
+    const auto painted = painted_mask(library_, panel, seen.mask_file, *paint);
     if (!painted) return painted.error();
     made.mask_file = painted->file, made.usable = painted->usable, made.seen_file = seen.mask_file;
   }
+  const auto painted = painted_edits(library_, *before, made, *paint, edits);
+  if (!painted) return painted.error();
   std::optional<std::vector<FoundDifference>> differences;
-  const Status written = database_.call([&](Repositories& r) -> Status {
-    db::LaterScan scan{made,           seen.after, seen.read.zones, std::nullopt,
-                       seen.later_map, {},         scans,           new_tag_records(seen.read, Face::kShow)};
+  const auto enter = [&](Repositories& r) -> Status {
+    if (const auto zones = r.materials.zones(panel)) tell_of_no_zones(panel, *zones, edits, outcome.warnings);
+    db::LaterScan scan{made, seen.after, seen.read.zones, std::nullopt, seen.later_map, {}, scans, new_tags};
     if (seen.read.differences) {
       auto named = with_pieces(r, panel, *seen.read.differences);
       if (!named) return named.error();
@@ -467,8 +489,13 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     // Those that it had, whatever strips the eye makes of wood that pieces were cut from.
     if (const auto zones = r.materials.zones(panel)) outcome.zones = zones->size();
     return Ok();
+  };
+  const Status written = database_.call([&](Repositories& r) {
+    return r.masks.add_behind(
+        panel, [&] { return enter(r); }, *painted);
   });
   if (!written) return written.error();
+  if (!painted->empty()) made = painted->back().made;
   library_.drop_index(panel);
   library_.make_small(made.map_file, made.mask_file);
   outcome.usable = made.usable.value_or(seen.read.usable);

@@ -101,17 +101,20 @@ class ScanProposals {
   // kNotFound; kConflict when it was decided before, or stock has changed since; kRefused when a warning is not among
   // the `overruled`, and is no strip that is answered: the sentence names it. kInvalidArgument: it has no warning of a
   // name that is overruled, or asks about no such strip. What follows from the answers are edits of the mask
-  // (mask_painter.h), each a version of it behind the first; a warning tells of one that could not be made.
+  // (db/masks.h), each a version of it behind the scan's, and enters with it. A warning tells of a strip that is wood
+  // and no zone: a panel that has zones keeps them.
   Result<ScanOutcome> accept(db::ProposalId proposal, const std::vector<std::string>& overruled, const std::string& who,
                              const StripAnswers& answers = {});
   Status refuse(db::ProposalId proposal, const std::string& note, const std::string& who);
 
  private:
   Result<SeenSheet> read_back(const db::ProposalRecord& proposal) const;
-  Result<ScanOutcome> enter(SeenSheet seen, const std::optional<db::Acceptance>& of);
-  Result<ScanOutcome> enter_new(const SeenSheet& seen, const PanelId& id, const std::optional<db::Acceptance>& of);
-  Result<ScanOutcome> enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of);
-  void paint(const PanelId& panel, std::vector<db::MaskEdit> edits, const std::string& who, ScanOutcome& outcome);
+  // `edits`: that enter behind it.
+  Result<ScanOutcome> enter(SeenSheet seen, const std::optional<db::Acceptance>& of, std::vector<db::MaskEdit> edits);
+  Result<ScanOutcome> enter_new(const SeenSheet& seen, const PanelId& id, const std::optional<db::Acceptance>& of,
+                                const std::vector<db::MaskEdit>& edits);
+  Result<ScanOutcome> enter_again(const SeenSheet& seen, const std::optional<db::Acceptance>& of,
+                                  const std::vector<db::MaskEdit>& edits);
   Status move_pictures(SeenSheet& seen, const PanelId& panel) const;
   void remove_spent();
 

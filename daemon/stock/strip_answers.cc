@@ -6,8 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "calib/veneer_mask.h"
-
 namespace veneer::daemon {
 namespace {
 
@@ -28,11 +26,10 @@ PanelRegion place_of(const calib::AskedStrip& strip) {
   return PanelRegion(Ring<PanelFrame>(strip.outline.begin(), strip.outline.end()));
 }
 
-PanelRegion usable_of(const calib::AskedStrip& strip) {
-  const calib::MaskOptions margins;
+PanelRegion usable_of(const calib::AskedStrip& strip, const PanelRead& margins) {
   PanelRegion out = offset(place_of(strip), -margins.edge_margin);
   for (const calib::ScrewHole& hole : strip.round)
-    out = subtract(out, disc(hole.centre, hole.diameter / 2 + margins.screw_margin));
+    out = subtract(out, disc(hole.centre, hole.diameter / 2 + margins.round_margin));
   return out;
 }
 
@@ -76,9 +73,9 @@ Result<AnsweredStrips> answer_strips(const PanelRead& read, const StripAnswers& 
     const calib::AskedStrip& strip = read.asked[i];
     const std::string name = fmt::format("strip-{}", i + 1);
     if (std::ranges::count(answers.wood, name) > 0 && !strip.taken) {
-      PanelRegion usable = usable_of(strip);
-      if (usable.empty()) continue;
-      if (PanelRegion zone = without_zones(without_zones(usable, read.zones), found); zone.area() > kSliver)
+      PanelRegion usable = without_zones(usable_of(strip, read), read.zones);
+      if (usable.area() <= kSliver) continue;
+      if (PanelRegion zone = without_zones(usable, found); zone.area() > kSliver)
         found.push_back({++number, std::move(zone), "", strip.confidence});
       out.edits.push_back(edit_of(true, std::move(usable), name));
     } else if (std::ranges::count(answers.no_wood, name) > 0) {

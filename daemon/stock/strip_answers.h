@@ -20,8 +20,9 @@ struct AnsweredStrips {
   // Of the scan, but for those that mostly lie in a strip which is no wood; behind them, with numbers of their own,
   // strips that were left out and are wood.
   std::vector<db::ZoneRecord> zones;
-  // A strip that was left out is given, but for the mask's own margin from its sides and from round holes in it. One
-  // that is no wood is withheld, but for what the scan took for wood of others. What is as the scan saw it has none.
+  // A strip that was left out is given, but for the margins that the scan's mask keeps from sides and round holes. One
+  // that is no wood is withheld. Neither reaches into what the scan took for wood of others, nor does a gift into the
+  // screws and cracks there. What is as the scan saw it has none.
   std::vector<db::MaskEdit> edits;
 };
 // kInvalidArgument: the scan asks about no strip of such a name, or one is called wood and no wood.

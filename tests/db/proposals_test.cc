@@ -145,6 +145,25 @@ TEST_F(ProposalsTest, OfAKnownPanelKeepItOutOfPlansUntilTheyAreDecided) {
 
 MaskRecord painted(const char* file) { return {0, "map", file, "hash", kLater, SquareMillimetres(9), "seen"}; }
 
+TEST_F(ProposalsTest, WhatIsPaintedBehindAScanEntersWithItOrNotAtAll) {
+  const ProposalId id = must(proposals().add(proposal({301})));
+  PanelRecord panel = sheet(must(cell_.panels().next_panel_id()));
+  MaskEdit edit;
+  edit.shape = rectangle(10, 10, 4, 3), edit.who = "uid 7", edit.note = "strip-1", edit.at = kNow;
+  const auto enter = [&] { return cell_.panels().add(panel, {}, {}, Acceptance{id, {"strip-1"}, "uid 7"}); };
+  MaskEdit nobodys = edit;
+  nobodys.who = "";
+  EXPECT_FALSE(masks().add_behind(panel.id, enter, {{edit, painted("one")}, {nobodys, painted("two")}}).ok());
+  EXPECT_EQ(cell_.panels().find(panel.id).error().code, ErrorCode::kNotFound);
+  EXPECT_FALSE(must(proposals().find(id)).decision);
+  VENEER_ASSERT_OK(masks().add_behind(panel.id, enter, {{edit, painted("one")}, {edit, painted("two")}}));
+  EXPECT_EQ(must(cell_.panels().find(panel.id)).mask_version, 3);
+  EXPECT_EQ(must(cell_.panels().find(panel.id)).mask_file, "two");
+  EXPECT_EQ(must(proposals().find(id)).decision->mask_version, 1);
+  EXPECT_THAT(must(masks().counting(panel.id)), SizeIs(2));
+  expect_sound();
+}
+
 TEST_F(ProposalsTest, EditsOfAMaskAreALayerWithVersions) {
   const PanelId panel = cell_.new_panel();
   MaskEdit edit;

@@ -84,7 +84,7 @@ class Replies : public testing::RoutedCell {
     hole.kind = db::FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners.resize(1);
     if (Status added = r.panels.add(panel, {scan}, {tag, hole}); !added) return added;
     if (Status zones = r.materials.add_zones(
-            panel.id, {{1, Region<PanelFrame>(square), "walnut"}, {2, Region<PanelFrame>(square), ""}});
+            panel.id, {{1, Region<PanelFrame>(square), "walnut", 0.9}, {2, Region<PanelFrame>(square), ""}});
         !zones)
       return zones;
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -14,6 +15,7 @@
 #include "daemon/stock/panel_merge.h"
 #include "daemon/stock/scan_service.h"
 #include "daemon/stock/stock_memory.h"
+#include "tests/db/stray_sql.h"
 #include "tests/support/one_picture.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
@@ -61,6 +63,23 @@ class ScanProposalsTest : public ::testing::Test {
     auto seen = scan(request);
     EXPECT_TRUE(seen.ok()) << seen.error().message;
     return seen ? *seen : ScanOutcome{};
+  }
+  // One that is left out, where the board is, and the first that was taken.
+  void ask_about_strips(std::vector<ScanWarning> further = {}) {
+    workers_.spoil = [further](const std::string& kind, nlohmann::json& answer) {
+      if (kind != RegisterScans::kKind) return;
+      const auto asked = [](double left, double right, bool taken) {
+        calib::AskedStrip strip;
+        strip.outline = {point<PanelFrame>(left, 28), point<PanelFrame>(right, 28), point<PanelFrame>(right, 70),
+                         point<PanelFrame>(left, 70)};
+        strip.confidence = 0.4, strip.taken = taken, strip.reason = "it looks like the board";
+        return strip;
+      };
+      std::vector<ScanWarning> warnings{{"strip-1", "a strip is left out"}, {"strip-2", "some is left out"}};
+      warnings.insert(warnings.end(), further.begin(), further.end());
+      answer["asked"] = std::vector<calib::AskedStrip>{asked(12, 22, false), asked(24, 46, true)};
+      answer["warnings"] = warnings;
+    };
   }
   Repositories& r() { return reader_->repositories(); }
   std::vector<db::PanelRecord> stock() { return *r().panels.in_stock(); }
@@ -158,18 +177,7 @@ TEST_F(ScanProposalsTest, WarningsAreOverruledByTheirNames) {
 }
 
 TEST_F(ScanProposalsTest, StripsThatAreAskedAboutAreWoodOrNotAsSomebodySays) {
-  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
-    if (kind != RegisterScans::kKind) return;
-    const auto asked = [](double left, double right, bool taken) {
-      calib::AskedStrip strip;
-      strip.outline = {point<PanelFrame>(left, 28), point<PanelFrame>(right, 28), point<PanelFrame>(right, 70),
-                       point<PanelFrame>(left, 70)};
-      strip.confidence = 0.4, strip.taken = taken, strip.reason = "it looks like the board";
-      return strip;
-    };
-    answer["asked"] = std::vector<calib::AskedStrip>{asked(12, 22, false), asked(24, 46, true)};
-    answer["warnings"] = std::vector<ScanWarning>{{"strip-1", "a strip is left out"}, {"strip-2", "some is left out"}};
-  };
+  ask_about_strips();
   const ScanOutcome seen = must_scan();
   ASSERT_TRUE(seen.proposal);
   ASSERT_THAT(waiting().front().asked, SizeIs(2));
@@ -197,6 +205,56 @@ TEST_F(ScanProposalsTest, StripsThatAreAskedAboutAreWoodOrNotAsSomebodySays) {
   must_scan(true);
   EXPECT_TRUE(is_usable(17, 40)) << "a layer over what later scans see";
   EXPECT_FALSE(is_usable(30, 40));
+}
+
+TEST_F(ScanProposalsTest, AnAnswerThatCannotBeWrittenEntersNothing) {
+  ask_about_strips();
+  const ScanOutcome seen = must_scan();
+  ASSERT_TRUE(seen.proposal);
+  // As a power cut between the two would.
+  ASSERT_EQ(
+      db::stray(folder_ / "test.db",
+                "CREATE TRIGGER fault BEFORE INSERT ON mask_edits BEGIN SELECT RAISE(ABORT, 'no more power'); END"),
+      "");
+  const auto accepted = proposals_->accept(*seen.proposal, {}, "uid 7", {{}, {"strip-1", "strip-2"}});
+  ASSERT_FALSE(accepted.ok());
+  EXPECT_THAT(accepted.error().message, HasSubstr("no more power"));
+  EXPECT_TRUE(stock().empty()) << "what is no wood could be planned from";
+  EXPECT_THAT(waiting(), SizeIs(1));
+}
+
+TEST_F(ScanProposalsTest, AGivenStripKeepsTheMarginsOfTheConfiguration) {
+  config_.mask.edge_margin = 2_mm;
+  ask_about_strips();
+  const ScanOutcome seen = must_scan();
+  config_.mask.edge_margin = 0.5_mm;
+  const auto accepted = proposals_->accept(*seen.proposal, {"strip-2"}, "uid 7", {{"strip-1"}, {}});
+  ASSERT_TRUE(accepted.ok()) << accepted.error().message;
+  EXPECT_FALSE(is_usable(13.5, 40)) << "that the scan was made with";
+  EXPECT_TRUE(is_usable(14.5, 40));
+  EXPECT_NEAR(accepted->usable.count(), usable_pixels() / std::pow(kMapResolution.px_per_mm, 2), 1);
+}
+
+TEST_F(ScanProposalsTest, AStripThatIsWoodOfAPanelThatKeepsItsZonesIsToldToBeNone) {
+  ASSERT_TRUE(must_scan(true).panel);
+  const auto zones = r().materials.zones(kFirst)->size();
+  ask_about_strips({{"unproven-1", "nobody could tell"}});
+  lay(sheet_, 2.1);
+  const ScanOutcome seen = must_scan();
+  ASSERT_TRUE(seen.proposal);
+  std::vector<std::string> all{"strip-2"};
+  for (const auto& warning : seen.warnings)
+    if (!warning.name.starts_with("strip-")) all.push_back(warning.name);
+  const auto accepted = proposals_->accept(*seen.proposal, all, "uid 7", {{"strip-1"}, {}});
+  ASSERT_TRUE(accepted.ok()) << accepted.error().message;
+  EXPECT_TRUE(is_usable(17, 40));
+  EXPECT_EQ(r().materials.zones(kFirst)->size(), zones);
+  EXPECT_THAT(accepted->warnings, Contains(Field(&ScanWarning::text, HasSubstr("in none of the zones"))));
+  EXPECT_THAT(*r().masks.counting(kFirst), SizeIs(1));
+  // The scan's own version is the one that was accepted; the answer is behind it.
+  EXPECT_EQ(r().proposals.find(*seen.proposal)->decision->mask_version, 2);
+  EXPECT_EQ(r().panels.find(kFirst)->mask_version, 3);
+  expect_true_book();
 }
 
 TEST_F(ScanProposalsTest, ASheetThatStandsOffTheGlassIsLookedAt) {

@@ -49,6 +49,36 @@ TEST(StripAnswers, AStripThatWasLeftOutAndIsWoodIsGivenAndBecomesAZone) {
   EXPECT_TRUE(holds(said->zones[2].shape, 65, 20));
 }
 
+TEST(StripAnswers, AGivenStripKeepsTheMarginsOfTheScan) {
+  PanelRead seen = read();
+  seen.asked[1].round = {{point<PanelFrame>(65, 50), Millimetres(4)}};
+  seen.edge_margin = Millimetres(2), seen.round_margin = Millimetres(3);
+  const auto said = answer_strips(seen, {{"strip-2"}, {}});
+  ASSERT_TRUE(said.ok());
+  ASSERT_THAT(said->edits, SizeIs(1));
+  EXPECT_FALSE(holds(said->edits[0].shape, 56.8, 20));
+  EXPECT_TRUE(holds(said->edits[0].shape, 57.2, 20));
+  EXPECT_FALSE(holds(said->edits[0].shape, 65, 54.8));
+  EXPECT_TRUE(holds(said->edits[0].shape, 65, 55.2));
+}
+
+TEST(StripAnswers, AGivenStripGivesNothingOfTheStripsBesideIt) {
+  PanelRead seen = read();
+  seen.asked[1] = asked(20, 75, false);  // reaches over both, and over their screws and cracks
+  const auto said = answer_strips(seen, {{"strip-2"}, {}});
+  ASSERT_TRUE(said.ok());
+  ASSERT_THAT(said->edits, SizeIs(1));
+  EXPECT_FALSE(holds(said->edits[0].shape, 22, 50));
+  EXPECT_FALSE(holds(said->edits[0].shape, 40, 50));
+  EXPECT_TRUE(holds(said->edits[0].shape, 27, 50));
+  EXPECT_TRUE(holds(said->edits[0].shape, 65, 50));
+  seen.asked[1] = asked(31, 49, false);  // all of it is another strip's
+  const auto nothing = answer_strips(seen, {{"strip-2"}, {}});
+  ASSERT_TRUE(nothing.ok());
+  EXPECT_THAT(nothing->edits, SizeIs(0));
+  EXPECT_THAT(nothing->zones, SizeIs(2));
+}
+
 TEST(StripAnswers, AStripThatWasTakenAndIsNoWoodIsWithheldAndIsNoZone) {
   const auto said = answer_strips(read(), {{}, {"strip-1"}});
   ASSERT_TRUE(said.ok());
