@@ -263,6 +263,8 @@ export const said = {
   "{1} % of it does not look like the rest": "{1} % davon sehen nicht aus wie der Rest",
   "it is no larger than a tag, and may be one that is too dirty to be read": "es ist nicht größer als eine Marke und kann eine sein, die zu schmutzig zum Lesen ist",
   "the board is not the same all around the sheet": "der Träger ist nicht rundum derselbe",
+  "{1} % of the wood is shown so light that its grain is lost: lower the scanner's brightness, or let its lamp settle, and scan again": "{1} % des Holzes sind so hell, dass die Maserung verloren ist: Verringern Sie die Helligkeit des Scanners oder lassen Sie seine Lampe zur Ruhe kommen, und scannen Sie noch einmal",
+  "{1} % of the wood is shown so dark that its grain is lost: raise the scanner's brightness, see that its lamp burns, and scan again": "{1} % des Holzes sind so dunkel, dass die Maserung verloren ist: Erhöhen Sie die Helligkeit des Scanners, sehen Sie nach seiner Lampe und scannen Sie noch einmal",
   "one of its sides cannot be seen": "eine seiner Seiten ist nicht zu sehen",
   "it looks like the board": "es sieht aus wie der Träger",
   "a band of it from end to end looks like the board": "ein Band darin sieht von einem Ende zum anderen aus wie der Träger",

@@ -16,6 +16,8 @@ namespace {
 
 constexpr const char* kUnproven = "unproven-";
 constexpr const char* kLight = "light";
+constexpr const char* kOverexposed = "overexposed";
+constexpr const char* kUnderexposed = "underexposed";
 constexpr const char* kLostMap = "lost-map";
 
 // How much longer than printed things are along the scanner's x and y; nothing where the tags lie so that they do not
@@ -343,6 +345,22 @@ std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>&
   }
   return out;
 }
+
+std::vector<ScanWarning> doubts_of_exposure(const calib::Exposure& exposure) {
+  constexpr double kMost = 0.02;  // none of the woods that were scanned has a thousandth of it
+  std::vector<ScanWarning> out;
+  if (exposure.blown > kMost)
+    out.push_back({kOverexposed, fmt::format("{:.0f} % of the wood is shown so light that its grain is lost: lower the "
+                                             "scanner's brightness, or let its lamp settle, and scan again",
+                                             100 * exposure.blown)});
+  if (exposure.sunk > kMost)
+    out.push_back({kUnderexposed, fmt::format("{:.0f} % of the wood is shown so dark that its grain is lost: raise the "
+                                              "scanner's brightness, see that its lamp burns, and scan again",
+                                              100 * exposure.sunk)});
+  return out;
+}
+
+bool is_of_exposure(std::string_view name) { return name == kOverexposed || name == kUnderexposed; }
 
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask) {
   std::vector<ScanWarning> out;

@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "base/units.h"
+#include "calib/exposure.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
 #include "calib/tag_sharpness.h"
@@ -37,6 +38,10 @@ Result<std::vector<ScanWarning>> doubts_of_resolution(const std::string& scan, d
 std::vector<ScanWarning> doubts_of_sharpness(const std::string& scan, const std::vector<calib::TagSharpness>& tags,
                                              ScanResolution nominal);
 bool is_of_sharpness(std::string_view name);
+
+// overexposed, underexposed: more than 2 % of the wood is too light, or too dark, for its grain to be told.
+std::vector<ScanWarning> doubts_of_exposure(const calib::Exposure& exposure);
+bool is_of_exposure(std::string_view name);
 
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);

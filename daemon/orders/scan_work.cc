@@ -94,6 +94,8 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
 Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
                    PanelRead& out) {
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
+  std::ranges::move(doubts_of_exposure(calib::measure_exposure(map.pixels, mask.usable.pixels)),
+                    std::back_inserter(out.warnings));
   out.zones = zones_of(mask), out.asked = mask.asked;
   out.usable = wood_area(mask.usable);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);

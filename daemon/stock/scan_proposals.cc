@@ -148,7 +148,7 @@ void tell_changed_wood(const PanelId& panel, PanelRead& read) {
 bool wants_a_look(const PanelRead& read) {
   return std::ranges::any_of(read.warnings, [](const ScanWarning& warning) {
     return warning.name == "lost-wood" || warning.name == "gained-wood" || is_of_sharpness(warning.name) ||
-           is_unproven(warning);
+           is_of_exposure(warning.name) || is_unproven(warning);
   });
 }
 

@@ -99,6 +99,19 @@ TEST(ScanDoubts, OfTagsThatAreSeenLessSharplyThanFlatOnesTheWorstIsNamed) {
   EXPECT_THAT(three[0].text, HasSubstr("and 2 more"));
 }
 
+TEST(ScanDoubts, WoodThatIsTooLightOrTooDarkIsTold) {
+  EXPECT_THAT(doubts_of_exposure({0.019, 0.019}), IsEmpty());
+  const auto light = doubts_of_exposure({0.31, 0});
+  ASSERT_EQ(light.size(), 1U);
+  EXPECT_EQ(light[0].name, "overexposed");
+  EXPECT_THAT(light[0].text, HasSubstr("31 % of the wood is shown so light"));
+  const auto dark = doubts_of_exposure({0, 0.05});
+  ASSERT_EQ(dark.size(), 1U);
+  EXPECT_EQ(dark[0].name, "underexposed");
+  EXPECT_TRUE(is_of_exposure(light[0].name) && is_of_exposure(dark[0].name));
+  EXPECT_FALSE(is_of_exposure("dust"));
+}
+
 TEST(ScanDoubts, AScanInNoLampsLightIsLookedAt) {
   calib::Reconciliation compared;
   EXPECT_THAT(doubts_of_comparison(compared), IsEmpty());
