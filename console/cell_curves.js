@@ -4,7 +4,7 @@
 import {h, svg} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {changed} from "./model.js";
-import {button, inEnglish} from "./parts.js";
+import {button, cellSays} from "./parts.js";
 import {brushKey} from "./brush_keys.js";
 import {drawPart, pictureKey, smallPicture} from "./sketch.js";
 import {hasCountsOf, sizeOf} from "./grid_lines.js";
@@ -363,7 +363,7 @@ export function cellControls(among, aspect) {
       onpointerdown: down, onpointermove: move, onpointerup: up, onpointercancel: up}),
     !fault && h("p.dim", {role: "status", id: "cells-state"}, state),
     h("p.dim", {role: "status", id: "cells-said"}, said),
-    fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("lines.again"), act(() => live.again()))),
+    fault && h("p.fault", {}, "▲ ", cellSays(asSentence(fault)), " ", button(t("lines.again"), act(() => live.again()))),
     h("div.choices", {role: "group", "aria-label": t("cells.tool")},
       choice("draw", tool === "draw", () => { tool = "draw"; }), choice("erase", tool === "erase", () => { endOpen(); tool = "erase"; }, {disabled: !count && tool === "draw"})),
     h("div.commands", {},

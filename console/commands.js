@@ -3,7 +3,7 @@ import {asSentence, t} from "./words.js";
 import {ask} from "./link.js";
 import {askStatus, changed, databaseSound, followStatus, isOver, isStale, mayChange, model, operates} from "./model.js";
 
-import {inEnglish} from "./parts.js";
+import {cellSays} from "./parts.js";
 
 const refusal = document.getElementById("refusal");
 
@@ -11,7 +11,7 @@ const refusal = document.getElementById("refusal");
 export function showRefusal(sentence, spoken = "en") {
   refusal.lang = spoken;
   const own = spoken !== "en" || !sentence;
-  refusal.replaceChildren(...(Array.isArray(sentence) ? sentence : own ? [sentence ? asSentence(sentence) : ""] : [inEnglish(asSentence(sentence))].flat()));
+  refusal.replaceChildren(...(Array.isArray(sentence) ? sentence : own ? [sentence ? asSentence(sentence) : ""] : [cellSays(asSentence(sentence))].flat()));
   refusal.hidden = !sentence;
   if (sentence) refusal.scrollIntoView({block: "nearest"});
 }

@@ -3,7 +3,7 @@
 import {h, svg} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {changed, mayChange, mayDo} from "./model.js";
-import {hint, inEnglish} from "./parts.js";
+import {hint, cellSays} from "./parts.js";
 import {middleOf} from "./outlines.js";
 
 const kSeen = "seen", kWood = "wood", kNoWood = "no_wood";  // answers; the last two of strips alone
@@ -56,7 +56,7 @@ export function doubtRows(seen) {
     h("ul.list.doubts", {"aria-label": t("doubts")}, ...seen.warnings.map(({name, text}) => {
       const strip = stripOf(seen, name);
       return h("li", {"data-key": name, class: open.some((one) => one.name === name) ? "bad" : ""},
-        h("div", {}, strip && h("b", {}, t("strip.name", {n: numberOf(name), sure: Math.round(100 * strip.confidence)})), h("p", {}, "▲ ", inEnglish(asSentence(text))),
+        h("div", {}, strip && h("b", {}, t("strip.name", {n: numberOf(name), sure: Math.round(100 * strip.confidence)})), h("p", {}, "▲ ", cellSays(asSentence(text))),
           strip ? choice(seen, name) : tick(seen, name)));
     })),
     !mayOverrule(seen) && h("p.viewer", {}, t("doubts.maintainer")),

@@ -4,7 +4,7 @@ import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {beginAnew, recall, remember} from "./link.js";
 import {isStale, model} from "./model.js";
 import {chosenInstead, clearing, kSteps, mayClear} from "./commands.js";
-import {button, inEnglish, link} from "./parts.js";
+import {button, cellSays, link} from "./parts.js";
 import {loadPictures} from "./pictures.js";
 import {inOwnWords} from "./said.js";
 import {countOf} from "./alarms.js";
@@ -51,7 +51,7 @@ export function showFrame(screens, current) {
   $("state").className = `state ${look}`;
   const said = [["state-mark", mark], ["state-word", cell.state]];
   $("state-reason").lang = language;
-  put($("state-reason"), cell.reason ? inEnglish(asSentence(cell.reason)) : reasonOf(cell));
+  put($("state-reason"), cell.reason ? cellSays(asSentence(cell.reason)) : reasonOf(cell));
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
   document.title = `${cell.state} – ${screen}`;
   showNext(cell.next_step);
@@ -59,7 +59,7 @@ export function showFrame(screens, current) {
 
 // The cell's sentence names what is meant; where this page cannot say it in its own language, it says before it what is to be done.
 const saidNext = (next) =>
-  language === "en" || inOwnWords(next.sentence) ? [inEnglish(next.sentence)] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, inEnglish(next.sentence))];
+  language === "en" || inOwnWords(next.sentence) ? [cellSays(next.sentence)] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, cellSays(next.sentence))];
 // Of the job that was chosen on this page, as its Start is.
 const ownNext = (next, job) => t(`next.${next.step}_chosen`, {n: job.id, name: job.name});
 

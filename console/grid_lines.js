@@ -3,7 +3,7 @@
 import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {changed} from "./model.js";
-import {button, inEnglish} from "./parts.js";
+import {button, cellSays} from "./parts.js";
 import {drawPart, pictureKey, smallPicture} from "./sketch.js";
 import {liveLines} from "./live_lines.js";
 
@@ -304,7 +304,7 @@ export function lineControls(file) {
       onpointerdown: down, onpointermove: move, onpointerup: up, onpointercancel: up, ondblclick: double}),
     !fault && h("p.dim", {role: "status", id: "lines-state"}, t(coming ? "lines.coming" : finer ? "lines.finer" : "lines.done")),
     h("p.dim", {role: "status", id: "lines-said"}, said),
-    fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("lines.again"), () => { ++version; live.again(); changed(); })),
+    fault && h("p.fault", {}, "▲ ", cellSays(asSentence(fault)), " ", button(t("lines.again"), () => { ++version; live.again(); changed(); })),
     elsewhere(file) > 0 && !pins().size && h("p.warn", {}, `▲ ${t("lines.elsewhere")}`),
     pins().size > 0 && h("div.commands", {}, button(t("lines.free_all", {n: pins().size}), freeAll, {id: "lines-free"})));
 }

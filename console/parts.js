@@ -15,7 +15,7 @@ export const button = (label, act, {disabled = false, next = false, wide = false
 
 // What the cell says is English: told in the page's words where they are known, else read as what it is. What it says to do leads to
 // where that is.
-export function inEnglish(text) {
+export function cellSays(text) {
   if (!text) return text;
   const own = inOwnWords(text), parts = byPage(own ?? text);
   if (language !== "en" && own === null) return h("span", {lang: "en"}, ...parts.map((part) => (part.href ? link(part.href, part.text, {lang: language}) : part.text ? h("span", {lang: language}, part.text) : part)));
@@ -24,7 +24,7 @@ export function inEnglish(text) {
 // An entry of the catalogue, with what the cell says in the place of {name}.
 export function tWith(key, name, said) {
   const [before, after] = t(key).split(`{${name}}`);
-  return [before, inEnglish(said), after];
+  return [before, cellSays(said), after];
 }
 
 // "needs an operator"; nothing when this role may.
@@ -65,12 +65,12 @@ export function later(fetch) {
 }
 
 // Why a button is shut off by a link of the chain, and what to do; nothing when none is.
-export const blockedHint = (link) => link && h("p.warn", {"data-blocked": link.name, role: "status"}, `▲ ${t(`interlock.${link.name}`)}: `, inEnglish(asSentence(link.sentence)), " ", inEnglish(link.remedy));
+export const blockedHint = (link) => link && h("p.warn", {"data-blocked": link.name, role: "status"}, `▲ ${t(`interlock.${link.name}`)}: `, cellSays(asSentence(link.sentence)), " ", cellSays(link.remedy));
 
 export function taskRow(task, cancel = null) {
   const failed = task.state === "failed" && task.error;
   return h("li.task", {"data-key": `task-${task.id}`},
-    h("span", {}, failed && "▲ ", inEnglish(failed ? task.error.message : task.text || task.kind)),
+    h("span", {}, failed && "▲ ", cellSays(failed ? task.error.message : task.text || task.kind)),
     task.state === "running" && bar(task.progress || 0, {label: task.text || task.kind}),
     task.state === "running" && cancel && button(t("task.cancel"), cancel));
 }
@@ -80,14 +80,14 @@ export function jobWords(job) {
   const current = model.cell && model.cell.job && model.cell.job.id === job.id;
   const {cut, suspect} = current ? model.cell.job : job;
   const now = current ? model.cell.job.now : job.now;
-  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", now ? inEnglish(now) : t(`job.${job.state}`), t("job.cut", {cut, n: job.pieces})];
+  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", now ? cellSays(now) : t(`job.${job.state}`), t("job.cut", {cut, n: job.pieces})];
   if (suspect) words.push(`▲ ${t("job.suspect", {n: suspect})}`);
   if (job.state === "incomplete") words.push(`▲ ${t("job.missing", {n: job.missing})}`);
   return words.filter(Boolean).flatMap((word, at) => (at ? [", ", word] : [word]));
 }
 
 export const nowWords = (job) => (language === "en" ? asSentence([job.now, leftWords(job)].filter(Boolean).join(", "))
-  : [inEnglish(asSentence(job.now)), " ", asSentence(leftWords(job))]);
+  : [cellSays(asSentence(job.now)), " ", asSentence(leftWords(job))]);
 
 export const leftWords = (job) => (typeof job.eta_s === "number" ? t("left", {span: span(job.eta_s)}) : "");
 

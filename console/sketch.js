@@ -4,7 +4,7 @@ import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {ask} from "./link.js";
 import {changed} from "./model.js";
-import {button, inEnglish} from "./parts.js";
+import {button, cellSays} from "./parts.js";
 
 const kSettleMs = 120;      // a hand on a slider says many things a second
 const kPatienceMs = 40000;  // the first sketch after wood has changed reads that wood whole
@@ -136,7 +136,7 @@ export function sketchCard(file, old = "") {
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
       h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
     (old || (mine && fault)) && h("p.fault", {id: "sketch-old"}, "▲ ", mine && t("sketch.before"), " ", old && h("span.sketch-why", {}, old)),
-    fault && h("p.fault", {}, "▲ ", inEnglish(asSentence(fault)), " ", button(t("sketch.again"), () => { refused = null; drawNext(); })),
+    fault && h("p.fault", {}, "▲ ", cellSays(asSentence(fault)), " ", button(t("sketch.again"), () => { refused = null; drawNext(); })),
     mine && figures(mine),
     mine && button(t(large ? "sketch.smaller" : "sketch.bigger"), () => { large = !large; changed(); }, {id: "sketch-size", "aria-expanded": String(large)}),
     h("p.dim", {}, t("sketch.rough")));
@@ -148,4 +148,4 @@ const figures = ({sketch, layout, patch_mm}) => h("div.sketch-figures", {},
   sketch.layout !== layout && h("p.dim", {}, t("sketch.in_squares")),
   sketch.unfilled > 0 && h("p", {}, `▲ ${t("sketch.short", {n: sketch.unfilled})}`),
   sketch.patch_mm > 1.001 * patch_mm && h("p.dim", {}, t("sketch.larger", {patch: sketch.patch_mm.toFixed(1)})),
-  ...sketch.left_out.map((sentence) => h("p.dim", {}, inEnglish(asSentence(sentence)))));
+  ...sketch.left_out.map((sentence) => h("p.dim", {}, cellSays(asSentence(sentence)))));

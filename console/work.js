@@ -5,7 +5,7 @@ import {asSentence, t} from "./words.js";
 import {get, headersOf, pause, untilStop} from "./link.js";
 import {changed, model} from "./model.js";
 import {command, showRefusal} from "./commands.js";
-import {bar, inEnglish} from "./parts.js";
+import {bar, cellSays} from "./parts.js";
 
 const kLookMs = 200;
 const kAskMs = 2000;  // of the cell itself, when no event tells
@@ -65,11 +65,11 @@ export async function doSteps(place, steps) {
 // What goes on there, or what went wrong.
 export function workRow(place) {
   const {busy, text, task: id, fault, own} = workAt(place);
-  if (fault) return h("p.fault", {role: "alert"}, "▲ ", own ? asSentence(fault) : inEnglish(asSentence(fault)));
+  if (fault) return h("p.fault", {role: "alert"}, "▲ ", own ? asSentence(fault) : cellSays(asSentence(fault)));
   if (!busy) return null;
   const task = model.tasks.get(id);
   const running = task && task.state === "running";
-  return h("div.task", {role: "status"}, h("p", {}, text, running && task.text && [" – ", inEnglish(task.text)]), bar(running ? task.progress || 0 : 0, {label: text}));
+  return h("div.task", {role: "status"}, h("p", {}, text, running && task.text && [" – ", cellSays(task.text)]), bar(running ? task.progress || 0 : 0, {label: text}));
 }
 
 const kReadMs = 60000;  // by then the tab has it

@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, operates} from "../model.js";
 import {command} from "../commands.js";
-import {button, empty, inEnglish} from "../parts.js";
+import {button, empty, cellSays} from "../parts.js";
 import {allAlarms, loadAlarms, setSound, soundOn} from "../alarms.js";
 
 const kStates = ["new", "acknowledged", "returned", "over"];
@@ -35,7 +35,7 @@ export function draw() {
 
 const row = (one) => h("li", {"data-key": one.id, class: one.state === "new" ? (one.urgent ? "bad urgent" : "bad") : ""},
   h("span.mark", {"aria-hidden": "true"}, kMarks[one.state]),
-  h("div", {}, h("b", {}, inEnglish(asSentence(one.sentence))),
+  h("div", {}, h("b", {}, cellSays(asSentence(one.sentence))),
     h("div.dim", {}, [t(`alarm.${one.state}`), t("alarm.since", {at: dayTime(one.since)}), one.until && t("alarm.until", {at: dayTime(one.until)}),
       one.acknowledged_by && t("alarm.seen_by", {who: one.acknowledged_by, at: dayTime(one.acknowledged_at)})].filter(Boolean).join(", "))),
   (one.state === "new" || one.state === "returned") && button(t("alarm.acknowledge"), () => acknowledge(`/alarms/${one.id}/acknowledge`), {disabled: !operates(), "data-alarm": one.id}));

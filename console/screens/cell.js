@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {asSentence, span, squareCm, t} from "../words.js";
 import {mayChange, model} from "../model.js";
 import {command, isSure, sameThing} from "../commands.js";
-import {bar, button, card, empty, fact, facts, inEnglish, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
+import {bar, button, card, empty, fact, facts, cellSays, leftWords, link, nowWords, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
 export function draw() {
@@ -24,7 +24,7 @@ function whatRuns(cell) {
   return card(t("under_way"),
     h("p.big", {}, link("#run", job.name)),
     bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
-    h("p", {}, t("job.progress", {cut: job.cut, n: job.pieces})), (job.now || leftWords(job)) && h("p.dim", {}, nowWords(job)), cell.next && h("p", {}, inEnglish(asSentence(cell.next))));
+    h("p", {}, t("job.progress", {cut: job.cut, n: job.pieces})), (job.now || leftWords(job)) && h("p.dim", {}, nowWords(job)), cell.next && h("p", {}, cellSays(asSentence(cell.next))));
 }
 
 // Colour for what is not as it should be, and for nothing else.
@@ -46,7 +46,7 @@ const owedLook = sameThing();
 function owedPart(owed) {
   const isShown = () => JSON.stringify(model.cell.owed_look) === JSON.stringify(owed) && owedLook.isLooked();
   const giveUp = async () => { if (await isSure(t("owed.sure", {n: owed.pieces, panel: owed.panel, job: owed.job}), isShown)) command("/commands/write-off-look"); };
-  return [h("p.warn", {}, "▲ ", inEnglish(asSentence(owed.sentence))),
+  return [h("p.warn", {}, "▲ ", cellSays(asSentence(owed.sentence))),
     h("div.commands", {}, button(t("owed.write_off"), giveUp, {id: "write-off-look", wide: true, small: t("owed.write_off.small"), disabled: !mayChange() || !owedLook.isLooked()}))];
 }
 
@@ -60,7 +60,7 @@ function machine(cell) {
   const rows = [];
   const words = [laser.state, laser.connected && laser.homed === false ? t("laser.not_homed") : ""].filter(Boolean).join(", ");
   rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
-                            : fact(t("laser"), inEnglish(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));
+                            : fact(t("laser"), cellSays(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
   if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
   if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), [t(`kind.${laser.kind}`), laser.port].filter(Boolean).join(", ")));
@@ -90,8 +90,8 @@ function interlock({name, state, sentence, remedy, age_s: age}) {
   return h("li", {"data-key": name, "data-state": state, class: state === "blocks" ? "bad" : state},
     h("span.mark", {"aria-hidden": "true"}, kMarks[state]),
     h("span.label", {}, t(`interlock.${name}`), h("span.unseen", {}, `: ${t(`interlock.is_${state}`)}`)),
-    h("div", {}, h("p", {}, inEnglish(asSentence(sentence)), age !== null && ` ${t("interlock.age", {span: span(age)})}`),
-      remedy && h("p.remedy", {}, inEnglish(remedy)),
+    h("div", {}, h("p", {}, cellSays(asSentence(sentence)), age !== null && ` ${t("interlock.age", {span: span(age)})}`),
+      remedy && h("p.remedy", {}, cellSays(remedy)),
       remedy && kWhere[name] && link(`#${kWhere[name]}`, t("next.go", {screen: t(`screen.${kWhere[name]}`)}), {class: "go"})));
 }
 

@@ -4,7 +4,7 @@ import {asSentence, dayTime, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, loadJobs, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, empty, fact, facts, inEnglish, jobWords, link} from "../parts.js";
+import {button, card, empty, fact, facts, cellSays, jobWords, link} from "../parts.js";
 import {picture} from "../pictures.js";
 
 let told = null;  // GET /jobs/{id}
@@ -67,7 +67,7 @@ function oneJob(id) {
     h("div.tools", {}, back, h("h2.title", {}, t("history.job", {n: id, name: told.name}))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("job"), picture(`/jobs/${id}/preview.png?width=640`, t("history.preview", {n: id}), {version: told.newest_plan}),
-        facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), ...figures(), told.next && fact(t("history.next"), inEnglish(asSentence(told.next))),
+        facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), ...figures(), told.next && fact(t("history.next"), cellSays(asSentence(told.next))),
           ...(told.panels || []).map((one) => fact(one.panel, t("job.cut", {cut: one.cut, n: one.pieces})))),
         h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}), link(`#log/job/${id}`, t("log.open"), {class: "go"}),
           over && button(t(told.archived ? "history.unarchive" : "history.archive"), () => archive(id, told.archived), {disabled: !mayChange()}),

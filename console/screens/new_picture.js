@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {asSentence, dayTime, language, t} from "../words.js";
 import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, hint, inEnglish, lacking, taskRow} from "../parts.js";
+import {button, card, hint, cellSays, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {kAgainMs} from "../link.js";
@@ -496,7 +496,7 @@ function adviceCard() {
   const found = task && task.state === "done" && task.result;
   if (!found) return null;
   return card(t("advice"),
-    ...found.remarks.map((remark) => h("p.hint", {}, inEnglish(asSentence(remark)))),
+    ...found.remarks.map((remark) => h("p.hint", {}, cellSays(asSentence(remark)))),
     h("ul.plans.advice", {}, ...found.suggestions.map((one, at) => h("li", {"data-key": at},
       h("img", {src: `data:image/jpeg;base64,${one.preview_jpeg}`, alt: t("advice.picture", {n: at + 1})}),
       h("b", {}, `${at + 1}: ${Math.round(one.width_mm)} × ${Math.round(one.height_mm)} mm${at + 1 === found.suggested ? ` – ${t("advice.best")}` : ""}`),

@@ -4,7 +4,7 @@ import {dayTime, sizeOf, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {bar, button, card, empty, fact, facts, inEnglish, later, link, tWith} from "../parts.js";
+import {bar, button, card, empty, fact, facts, cellSays, later, link, tWith} from "../parts.js";
 import {openFile} from "../work.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers} from "./panel_layers.js";
@@ -99,7 +99,7 @@ export function drawPanel(id) {
   load();
   const {panel, fault} = shown;
   const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
-  if (!panel) return [back, fault ? empty(inEnglish(fault)) : empty(t("map.loading"))];
+  if (!panel) return [back, fault ? empty(cellSays(fault)) : empty(t("map.loading"))];
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
       !panel.retired && link(`#scan/${code(id)}`, t("panel.scan"), {class: "go", id: "scan-again"}), link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),

@@ -4,7 +4,7 @@ import {asSentence, dayTime, t} from "../words.js";
 import {askAll, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, isSure} from "../commands.js";
-import {button, card, empty, fact, facts, inEnglish, link} from "../parts.js";
+import {button, card, empty, fact, facts, cellSays, link} from "../parts.js";
 
 const code = encodeURIComponent;
 let of = "", reason = "", merged = "";
@@ -125,7 +125,7 @@ export function fitCard(panel) {
   const count = scans ? ` (${scans.length})` : "";
   return h("details.card", {"data-key": `fit-${panel.id}`, ontoggle: (event) => { unfolded = event.target.open; changed(); }}, h("summary", {}, `${t("fit")}${count}`), h("p.dim", {}, t("fit.about")),
     facts(...panel.faces.map((face) => fact(t("fit.marks", {face: t(`face.${face}`)}), marksOf(panel, face)))),
-    fault && h("p.fault", {id: "fit-fault", role: "alert"}, "▲ ", inEnglish(asSentence(fault))),
+    fault && h("p.fault", {id: "fit-fault", role: "alert"}, "▲ ", cellSays(asSentence(fault))),
     scans ? h("ul.list", {}, ...scans.slice().reverse().map((one) => h("li", {"data-key": one.id},
       h("div", {}, h("b", {}, t("fit.scan", {n: one.id, face: t(`face.${one.face}`)})), h("div.dim", {}, `${dayTime(one.taken)}, ${fitOf(one)}`))))) : !fault && empty(t("fit.coming")));
 }

@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, followEvent, mayChange} from "../model.js";
-import {button, inEnglish, taskRow} from "../parts.js";
+import {button, cellSays, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
 import {cannotTake, findPlaces, looksForPlaces, takeBack, wish, wishOf} from "./plan_changes.js";
 
@@ -83,7 +83,7 @@ function elsewhere(plan, pieces, piece, told, hand, begun) {
   const task = looksForPlaces(plan.id);
   if (!told.alternatives.length)
     return h("div.places-none", {"data-key": "places"}, h("h3", {}, t("places")),
-      plan.options && plan.options.alternatives > 0 ? h("p.dim", {}, inEnglish(told.none_because)) : [h("p.dim", {}, t("places.none")),
+      plan.options && plan.options.alternatives > 0 ? h("p.dim", {}, cellSays(told.none_because)) : [h("p.dim", {}, t("places.none")),
         h("div.commands", {}, button(t("places.find"), () => findPlaces(plan, begun), {wide: true, "data-command": "find-places", disabled: !mayChange() || Boolean(task)})),
         task && h("ul.list", {}, taskRow(task))]);
   const choose = (place) => {

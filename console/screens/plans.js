@@ -4,7 +4,7 @@ import {span, squareCm, t} from "../words.js";
 import {askAll, get, kAgainMs} from "../link.js";
 import {changed, fewerPlans, followEvent, loadMorePlans, loadPlans, mayChange, mayHaveMorePlans, model} from "../model.js";
 import {choose, command} from "../commands.js";
-import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, cellSays, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
 import {holds, middleOf} from "../outlines.js";
 import {boxOf} from "./job_map.js";
@@ -112,7 +112,7 @@ function planCard(plan, begun, differing) {
       fact(t("plan.asked"), t("plan.options", {size: options.size_mm, patch: options.patch_mm, layout: t(`layout.${options.layout}`)})),
       plan.segmentation && fact(t("plan.drawing"), link(plan.segmentation, t("plan.drawing.save"), {download: true})),
       report.without_lead > 0 && fact(t("plan.without_lead"), String(report.without_lead)),
-      ...(report.warnings || []).map((warning) => fact(t("plan.warning"), inEnglish(warning), true)),
+      ...(report.warnings || []).map((warning) => fact(t("plan.warning"), cellSays(warning), true)),
       ...plan.outdated_panels.map((panel) => fact(t("plan.warning"), t("plan.outdated", {panel}), true))),
     task && task.state !== "done" && h("ul.list", {}, taskRow(task)),
     ...plan.jobs.map((job) => h("p", {}, t("plan.has_job", {n: job}))),

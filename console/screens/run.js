@@ -5,7 +5,7 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, clearing, command, confirmName, confirmedNames, give, isConfirmed, leadTo, mayClear, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
-import {bar, button, card, empty, fact, facts, inEnglish, jobWords, nowWords, viewerHint} from "../parts.js";
+import {bar, button, card, empty, fact, facts, cellSays, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
@@ -98,7 +98,7 @@ function loadCard() {
   const known = panel && panelOf(panel);
   const rows = [];
   if (load) {
-    if (load.how) rows.push(fact(t("load.how"), inEnglish(load.how)));
+    if (load.how) rows.push(fact(t("load.how"), cellSays(load.how)));
     if (load.setups > 1) rows.push(fact(t("load.setup"), t("load.setups", {n: load.setup, of: load.setups})));
     if (load.focus_mm > 0) rows.push(fact(t("load.focus"), t("load.focus_mm", {mm: load.focus_mm.toFixed(1)})));
     if (load.estimate_s > 0) rows.push(fact(t("load.takes"), t("load.about", {span: span(load.estimate_s)})));
@@ -117,7 +117,7 @@ function loadCard() {
       load && h("p.fact", {}, `${load.found ? "✓" : "◆"} `, sightWords(load)))));
 }
 
-export const sightWords = (load) => inEnglish(asSentence(load.sentence)) || asSentence(t(load.found ? "load.found" : "load.not_found"));
+export const sightWords = (load) => cellSays(asSentence(load.sentence)) || asSentence(t(load.found ? "load.found" : "load.not_found"));
 
 // ---- commands -------------------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ function commandsCard() {
     one("stop-after-piece", "after", {wide: true}),
     one("stop", "stop", {wide: true, small: t("do.stop.small")}),
     button(t("do.clear"), clearing(), {disabled: !mayClear(), next: step === "clear" && mayClear(), "data-command": "clear"}), one("reset", "reset")),
-    !databaseSound() && h("p.hint", {}, inEnglish(asSentence(cell.database.sentence))));
+    !databaseSound() && h("p.hint", {}, cellSays(asSentence(cell.database.sentence))));
 }
 
 // Traced dark, or with so much power that it leaves a line: that is asked for like a cut.

@@ -4,7 +4,7 @@ import {dayTime, squareCm, t} from "../words.js";
 import {changed, mayChange, model, panelOf} from "../model.js";
 import {command, isSure, sameThing} from "../commands.js";
 import {get, kAgainMs} from "../link.js";
-import {button, card, empty, fact, facts, inEnglish, link, taskRow} from "../parts.js";
+import {button, card, empty, fact, facts, cellSays, link, taskRow} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled, withStrips} from "../doubts.js";
 import {sheetHands} from "./sheet_hands.js";
@@ -152,7 +152,7 @@ function fitFacts({tiles, registration}) {
   return [tiles > 1 && fact(t("scan.tile_count"), String(tiles)), length("scan.rms", rms_mm), length("scan.max", max_mm), length("scan.left_out", left_out_mm)];
 }
 
-const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), inEnglish(warning.text), true));
+const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), cellSays(warning.text), true));
 
 // What was seen and is not in stock yet, whoever scanned it; asked for anew whenever that may have changed.
 let waiting = [], waitingFor = null;
@@ -199,7 +199,7 @@ function proposalCard(seen, task) {
     withStrips(seen, picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}), seenYet),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true), ...(mine ? fitFacts(mine) : [])),
-    (seen.remarks || []).map((remark) => h("p.fact", {}, inEnglish(remark))),
+    (seen.remarks || []).map((remark) => h("p.fact", {}, cellSays(remark))),
     doubtRows(seen),
     h("div.commands", {},
       button(t("scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet || !mayOverrule(seen) || openDoubts(seen).length > 0}),

@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isStale, model, operates} from "../model.js";
-import {button, card, empty, fact, facts, inEnglish} from "../parts.js";
+import {button, card, empty, fact, facts, cellSays} from "../parts.js";
 import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 
 const kShown = 10;
@@ -27,7 +27,7 @@ const backup = () => doSteps("backup", [{text: t("backup.doing"), act: async () 
 const check = () => doSteps("check", [{text: t("check.doing"), act: () => run("check", "/integrity-check")}]);
 
 function row(one) {
-  if (one.fault) return h("li.bad", {"data-key": one.name}, h("div", {}, h("b", {}, `▲ ${one.name}`), h("div", {}, inEnglish(asSentence(one.fault)))));
+  if (one.fault) return h("li.bad", {"data-key": one.name}, h("div", {}, h("b", {}, `▲ ${one.name}`), h("div", {}, cellSays(asSentence(one.fault)))));
   const missing = (one.missing || []).length;
   return h("li", {"data-key": one.name, class: missing ? "bad" : ""}, h("div", {}, h("b", {}, dayTime(one.made_at)),
     h("div.dim", {}, [t("stock.panels", {n: one.panels}), t("backup.jobs", {n: one.jobs}), t("pieces", {n: one.pieces}), size(one.bytes)].join(", ")),
@@ -42,7 +42,7 @@ export function backupsCard() {
     workRow("backup"), made && h("p", {role: "status", id: "backup-made"}, t("backup.made", {at: dayTime(made.made_at), folder: made.folder})),
     told === null ? empty(t("connecting")) : !told.backups.length ? empty(t("backups.none")) : h("ul.list", {id: "backups"}, ...told.backups.map(row)),
     told && told.next && h("div.commands", {}, button(t("backups.more"), () => { more = true; enterBackups(); }, {wide: true})),
-    facts(fact(t("database"), h("span", {}, t(`database.${database.state || "good"}`), database.sentence && " ", database.sentence && inEnglish(asSentence(database.sentence))), database.state === "damaged"),
+    facts(fact(t("database"), h("span", {}, t(`database.${database.state || "good"}`), database.sentence && " ", database.sentence && cellSays(asSentence(database.sentence))), database.state === "damaged"),
       database.checked && fact(t("database.checked"), dayTime(database.checked))),
     h("div.commands", {}, button(t("check.do"), check, {id: "do-check", wide: true, small: t("check.small"), disabled: off("check")})),
     workRow("check"), read && (database.state || "good") === "good" && h("p", {role: "status", id: "check-done"}, t("check.done")));

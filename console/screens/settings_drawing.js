@@ -4,7 +4,7 @@ import {h} from "../dom.js";
 import {asSentence, t} from "../words.js";
 import {ask, kSilent} from "../link.js";
 import {askStatus, changed, followEvent, followStatus, isStale, model, operates} from "../model.js";
-import {button, card, fact, facts, hint, inEnglish, lacking} from "../parts.js";
+import {button, card, fact, facts, hint, cellSays, lacking} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {burnTicks} from "../ticks.js";
 import {burns, followCorner, kDrawing} from "../burns.js";
@@ -186,13 +186,13 @@ export function drawingCard() {
     h("div.form", {}, h("label.file", {}, t("drawing.file"), h("input", {type: "file", id: "drawing-file", accept: ".svg,image/svg+xml", disabled: !operates() || isStale(), onclick: (event) => { event.target.value = ""; }, onchange: (event) => choose(event.target.files[0] || null)}),
       file && h("span.dim", {id: "drawing-name"}, file.name), !operates() && lacking("operator"))),
     reading && h("p.dim", {role: "status"}, `… ${t("drawing.reading")}`),
-    of && h("p.fault", {id: "drawing-refused", role: "alert"}, "▲ ", of.lost ? t("drawing.lost", {name: of.file.name}) : inEnglish(asSentence(of.sentence)), " ", !of.lost && button(t("drawing.again"), () => { refused = null; readNext(); })),
+    of && h("p.fault", {id: "drawing-refused", role: "alert"}, "▲ ", of.lost ? t("drawing.lost", {name: of.file.name}) : cellSays(asSentence(of.sentence)), " ", !of.lost && button(t("drawing.again"), () => { refused = null; readNext(); })),
     what && [
       h("img.target", {id: "drawing-picture", src: what.picture, alt: t("drawing.alt", {extent: extentWords(what.told)})}),
       facts(fact(t("drawing.place"), extentWords(what.told), what.told.fits === false), fact(t("drawing.length"), [`${Math.round(what.told.length_mm)} mm`, timeWords(what.told)].filter(Boolean).join(", "))),
       what.told.fits === false && h("p.warn", {id: "drawing-outside", role: "status"}, `▲ ${t("drawing.outside")}`),
       what.told.travel === null && !isTraced(what) && hint(t("drawing.no_travel")),
-      ...what.told.warnings.map((one) => h("p.dim", {}, inEnglish(asSentence(one)))),
+      ...what.told.warnings.map((one) => h("p.dim", {}, cellSays(asSentence(one)))),
       h("div.form", {"data-key": "drawing-place"}, h("div.pair", {},
         numberField(t("drawing.x"), place.x, (text) => { place.x = text; want(); }, {...placeRules("y"), id: "drawing-x"}),
         numberField(t("drawing.y"), place.y, (text) => { place.y = text; want(); }, {...placeRules("x"), id: "drawing-y"}))),

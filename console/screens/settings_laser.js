@@ -5,7 +5,7 @@ import {asSentence, t} from "../words.js";
 import {changed, isStale, mayChange, model, operates} from "../model.js";
 import {burns, cornerMoves, findsHome, isFree, kCard, kPattern} from "../burns.js";
 import {command, isSure} from "../commands.js";
-import {button, card, empty, hint, inEnglish} from "../parts.js";
+import {button, card, empty, hint, cellSays} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {burnTicks} from "../ticks.js";
 import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
@@ -92,5 +92,5 @@ export function scannersCard() {
     h("div.commands", {}, button(t("scanners.find"), findScanners, {id: "find-scanners", wide: true, disabled: !mayChange() || areSought()})),
     scannersRow(),
     found && (!found.length ? empty(t("choose.none.scanner")) : h("ul.list", {}, ...found.map((one) => h("li", {"data-key": one.name, class: one.problem ? "bad" : ""},
-      h("div", {}, h("b", {}, one.make || one.name), one.make && h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", inEnglish(asSentence(one.problem)))))))));
+      h("div", {}, h("b", {}, one.make || one.name), one.make && h("div.dim", {}, one.name), one.problem && h("div", {}, "▲ ", cellSays(asSentence(one.problem)))))))));
 }

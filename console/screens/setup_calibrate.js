@@ -4,7 +4,7 @@ import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
 import {changed, isStale, mayDo, model} from "../model.js";
 import {blockedBy, give, mayCommand} from "../commands.js";
-import {blockedHint, button, fact, facts, hint, inEnglish} from "../parts.js";
+import {blockedHint, button, fact, facts, hint, cellSays} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 import {layStep} from "../hands.js";
@@ -24,7 +24,7 @@ export function certificateFacts(one) {
     ...Object.entries(lengths).filter(([name]) => typeof one[name] === "number").map(([name, label]) => fact(t(label), `${one[name].toFixed(3)} mm`)),
     fact(t("calib.made"), `${dayTime(one.issued)}${one.made_on ? `, ${one.made_on}` : ""}`),
     one.expires && fact(t("calib.until"), dayTime(one.expires)),
-    ...(one.doubts || []).map((doubt) => fact(t("calib.doubt"), inEnglish(asSentence(doubt)), true)));
+    ...(one.doubts || []).map((doubt) => fact(t("calib.doubt"), cellSays(asSentence(doubt)), true)));
 }
 
 const step = (id, kind, body) => ({

@@ -5,7 +5,7 @@ import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model} from "../model.js";
 import {command} from "../commands.js";
-import {button, fact, facts, hint, inEnglish, later} from "../parts.js";
+import {button, fact, facts, hint, cellSays, later} from "../parts.js";
 import {faultWords, firstFault, numberField, numberOf} from "../fields.js";
 import {doSteps, isBusy, workAt, workRow} from "../work.js";
 import {areSought, findScanners, scannersFound, scannersRow} from "../scanners.js";
@@ -55,7 +55,7 @@ export const chooseParts = () => {
     workRow("devices"), scannersRow(), camerasRow(),
     ...kDevices.map(part),
     is("laser") !== "sim" && (is("scanner") === "sim" || is("camera") === "sim") && h("p.warn", {}, `▲ ${t("choose.mixed")}`),
-    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} `, inEnglish(asSentence(devices.problem))),
+    devices.problem && h("p.warn", {}, `▲ ${t("choose.problem")} `, cellSays(asSentence(devices.problem))),
     devices.next && restartPart(),
   ];
 };
@@ -127,7 +127,7 @@ function choices(name, isReal) {
     asking ? (sought && h("p.dim", {}, t(`choose.asking.${name}`))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
       h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure[name] = false; changed(); }}),
-      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, " ▲ ", one.said ? asSentence(one.problem) : inEnglish(asSentence(one.problem))),
+      h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, " ▲ ", one.said ? asSentence(one.problem) : cellSays(asSentence(one.problem))),
         ...(one.remarks || []).map((remark) => h("small", {}, ` ▲ ${asSentence(remark)}`)))))),
     camera && through.part.trialPart(camera),
     board && h("div.form", {},
@@ -172,5 +172,5 @@ function restartPart() {
   if (refused) followRefusal();
   return h("div.note", {"data-key": "restart", role: "status"},
     h("p", {}, t("choose.counts")),
-    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, inEnglish(asSentence(refused))) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
+    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, cellSays(asSentence(refused))) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
 }

@@ -4,7 +4,7 @@ import {asSentence, squareCm, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
 import {allConfirmed, blockedBy, choose, clearing, command, give, mayClear, mayCommand, panelFound} from "../commands.js";
-import {bar, blockedHint, button, empty, fact, facts, hint, inEnglish, link} from "../parts.js";
+import {bar, blockedHint, button, empty, fact, facts, hint, cellSays, link} from "../parts.js";
 import {isShown, picture} from "../pictures.js";
 import {doubtRows, keepDoubts, mayOverrule, openDoubts, overruled, withStrips} from "../doubts.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
@@ -163,7 +163,7 @@ export const cutStep = {
     if (under) go.push(bar(cell.job.pieces ? cell.job.cut / cell.job.pieces : 0, {label: t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})}),
       h("p", {}, t("job.progress", {cut: cell.job.cut, n: cell.job.pieces})));
     if (state === "Execute") go.push(h("div.commands", {}, button(t("do.hold"), () => give("hold"), {disabled: !mayCommand("hold")})));
-    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", inEnglish(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), clearing(), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayClear(), next: mayClear()})));
+    if (state === "Aborted") go.push(h("p.warn", {}, "▲ ", cellSays(asSentence(cell.reason))), h("div.commands", {}, button(t("do.clear"), clearing(), {...wide, id: "do-clear", small: t("first.clear"), disabled: !mayClear(), next: mayClear()})));
     if (state === "Held") go.push(h("p.warn", {}, t("first.look_at_run")), link("#run", t("next.go", {screen: t("screen.run")}), {class: "go"}));
     if (cutJob() && !["Execute", "Suspended"].includes(state)) go.push(h("p.big", {role: "status"}, t("first.cut", {n: cutJob().cut})), h("div.choices", {},
       link(`#assembly/${cutJob().id}`, t("next.go", {screen: t("screen.assembly")}), {class: "go"}), link("#new", t("next.go", {screen: t("screen.new")}), {class: "go"})));

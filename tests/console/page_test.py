@@ -340,7 +340,7 @@ class Remedies(Page):
         self.addCleanup(self.speak, "en")
         self.check("run `veneerctl panel scan --face back --panel P-0003`", "go to „Scannen: Rückseite: P-0003“", "#scan")
         seen = self.does("""
-            const {inEnglish} = await load('parts.js'), node = inEnglish('find other wood with veneerctl job redo 3 A1-2 now');
+            const {cellSays} = await load('parts.js'), node = cellSays('find other wood with veneerctl job redo 3 A1-2 now');
             return [node.lang, [...node.children].map((one) => [one.nodeName, one.lang, one.getAttribute('href')]), node.textContent]""")
         self.assertEqual(seen, ["en", [["A", "de", "#run"]], "find other wood with „Schneiden: A1-2: Anderes Holz suchen“ now"])
 
@@ -382,8 +382,8 @@ class Said(Page):
             with self.subTest(sentence):
                 self.assertIsNone(self.told(sentence))
         seen = self.does("""
-            const {inEnglish} = await load('parts.js'), marked = (node) => (node.nodeType ? node.lang : 'plain');
-            return [marked(inEnglish('the moon is full')), [inEnglish('the lid is open')].flat().map(marked), [inEnglish('the lid is open')].flat().join('')]""")
+            const {cellSays} = await load('parts.js'), marked = (node) => (node.nodeType ? node.lang : 'plain');
+            return [marked(cellSays('the moon is full')), [cellSays('the lid is open')].flat().map(marked), [cellSays('the lid is open')].flat().join('')]""")
         self.assertEqual(seen, ["en", ["plain"], "der Deckel ist offen"])
 
     def test_nothing_is_translated_for_who_reads_english(self):
