@@ -39,8 +39,11 @@ std::string next_steps(const json& seen, std::int64_t number) {
   else
     text = fmt::format(
         "Not in stock yet, for it has warnings. If it is right all the same: `veneerctl panel accept "
-        "{}{}`\n",
-        number, how);
+        "{}{}`\n{}",
+        number, how,
+        member(seen, "asked").empty()
+            ? ""
+            : "Of a strip that it asks about say --wood or --no-wood in place of --override.\n");
   return text + fmt::format(
                     "Its picture: `veneerctl panel proposals {0} --picture scan.png`. Drop it: `veneerctl panel "
                     "refuse {0}`\n",

@@ -212,8 +212,9 @@ Result<std::map<PanelId, std::vector<ZoneRecord>>> Materials::zones_without_outl
     SQLite::Statement rows(
         connection,
         "SELECT z.panel, z.number, z.material, coalesce(max(v.version), 1) FROM zones AS z LEFT JOIN "
-        "zone_versions AS v ON v.panel = z.panel AND v.number = z.number GROUP BY z.panel, z.number "
-        "ORDER BY z.panel, z.number");
+        "zone_versions AS v ON v.panel = z.panel AND v.number = z.number WHERE coalesce((SELECT outline_um FROM "
+        "zone_versions AS w WHERE w.panel = z.panel AND w.number = z.number ORDER BY version DESC LIMIT 1), '') <> '~' "
+        "GROUP BY z.panel, z.number ORDER BY z.panel, z.number");
     std::map<PanelId, std::vector<ZoneRecord>> out;
     while (rows.executeStep())
       out[PanelId{text(rows.getColumn(0))}].push_back(
@@ -224,9 +225,11 @@ Result<std::map<PanelId, std::vector<ZoneRecord>>> Materials::zones_without_outl
 
 Result<std::map<PanelId, std::vector<std::string>>> Materials::woods() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::map<PanelId, std::vector<std::string>>> {
-    SQLite::Statement rows(connection,
-                           "SELECT panel, material FROM zones WHERE material <> '' GROUP BY panel, material ORDER BY "
-                           "panel, min(number)");
+    SQLite::Statement rows(
+        connection,
+        "SELECT panel, material FROM zones AS z WHERE material <> '' AND coalesce((SELECT outline_um "
+        "FROM zone_versions AS v WHERE v.panel = z.panel AND v.number = z.number ORDER BY version "
+        "DESC LIMIT 1), '') <> '~' GROUP BY panel, material ORDER BY panel, min(number)");
     std::map<PanelId, std::vector<std::string>> out;
     while (rows.executeStep()) out[PanelId{text(rows.getColumn(0))}].push_back(text(rows.getColumn(1)));
     return out;

@@ -60,13 +60,15 @@ class Materials {
   // Those of a panel that has none yet; a panel that has keeps its own. kNotFound without such a panel.
   Status add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones);
   Result<std::vector<ZoneRecord>> zones(const PanelId& panel);  // by number
-  // The same of all panels at once, without the outlines.
+  // The same of all panels at once, without the outlines, and without zones of which nothing is left since others were
+  // drawn over them.
   Result<std::map<PanelId, std::vector<ZoneRecord>>> zones_without_outlines();
-  // Of all panels what their zones are said to be of, each wood once, in the order of the zones.
+  // Of all panels what their zones of which something is left are said to be of, each wood once, in the order of the
+  // zones.
   Result<std::map<PanelId, std::vector<std::string>>> woods();
   // A person draws the outline of a zone anew, or with nothing for `zone` a further one, without a material. What was
   // drawn is of no other zone from then on, and what is not drawn any more is of none. Wood that is reserved, leased,
-  // cut or suspect stays in the zones that it is in, whatever is drawn, so that no piece's material changes. Its
+  // cut, suspect or scrap stays in the zones that it is in, whatever is drawn, so that no piece's material changes. Its
   // number. kNotFound when there is no such zone; kConflict when all that was drawn is such wood.
   Result<int> draw_zone(const PanelId& panel, std::optional<int> zone, const Region<PanelFrame>& drawn,
                         const std::string& who, const std::string& at);

@@ -25,7 +25,7 @@ Status check_woods(const std::vector<HeldPanel>& held, const std::vector<std::st
   std::set<std::string> known;
   for (const HeldPanel& panel : held)
     for (const auto& zone : panel.zones)
-      if (!zone.material.empty()) known.insert(zone.material);
+      if (!zone.material.empty() && !zone.shape.empty()) known.insert(zone.material);
   for (const std::string& wood : woods)
     if (known.count(wood) == 0)
       return Error{ErrorCode::kInvalidArgument,
@@ -39,7 +39,7 @@ Status check_woods(const std::vector<HeldPanel>& held, const std::vector<std::st
 std::string material_of(const std::vector<db::ZoneRecord>& zones, const std::vector<std::string>& woods) {
   std::set<std::string> offered;
   for (const auto& zone : zones)
-    if (is_wanted(zone.material, woods)) offered.insert(zone.material);
+    if (!zone.shape.empty() && is_wanted(zone.material, woods)) offered.insert(zone.material);
   return offered.size() == 1 ? *offered.begin() : "";
 }
 

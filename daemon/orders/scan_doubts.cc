@@ -347,7 +347,7 @@ std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>&
 }
 
 std::vector<ScanWarning> doubts_of_exposure(const calib::Exposure& exposure) {
-  constexpr double kMost = 0.02;  // none of the woods that were scanned has a thousandth of it
+  constexpr double kMost = 0.02;  // none of the woods that were looked at has a hundredth of it
   std::vector<ScanWarning> out;
   if (exposure.blown > kMost)
     out.push_back({kOverexposed, fmt::format("{:.0f} % of the wood is shown so light that its grain is lost: lower the "

@@ -94,11 +94,14 @@ void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier,
 Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
                    PanelRead& out) {
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
-  std::ranges::move(doubts_of_exposure(calib::measure_exposure(map.pixels, mask.usable.pixels)),
-                    std::back_inserter(out.warnings));
   out.zones = zones_of(mask), out.asked = mask.asked;
   out.usable = wood_area(mask.usable);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
+}
+
+void judge_exposure(const Raster<PanelFrame>& map, const Raster<PanelFrame>& wood, PanelRead& out) {
+  std::ranges::move(doubts_of_exposure(calib::measure_exposure(map.pixels, wood.pixels)),
+                    std::back_inserter(out.warnings));
 }
 
 Status read_new_panel(const RegisterScans& order, const calib::Registration& registration,
@@ -113,6 +116,7 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   auto mask = calib::mask_veneer(*map, covered, options_of(order));
   if (!mask) return mask.error();
   std::ranges::move(doubts_of_first_scan(order.views, registration, *mask), std::back_inserter(out.warnings));
+  judge_exposure(*map, mask->usable, out);
   return write_panel(*map, *mask, folder, out);
 }
 
@@ -188,6 +192,8 @@ Result<calib::VeneerMask> mask_again(const RegisterScans& order, OldMap oldest, 
   else
     lost = doubt_of_lost_look(usable ? order.earlier_map : order.earlier_mask);
   auto mask = calib::mask_veneer(map, *order.known, options_of(order), look ? &*look : nullptr);
+  // Of the wood as it was known: what looks otherwise now is not in the new mask.
+  if (usable) judge_exposure(map, *usable, out);
   // It may be for want of that look.
   if (!mask && lost) return Error{mask.error().code, fmt::format("{}; {}", mask.error().message, lost->text)};
   if (lost) out.warnings.push_back(*std::move(lost));

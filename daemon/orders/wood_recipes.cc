@@ -62,7 +62,8 @@ std::string WoodRecipes::material_at(const Ring<PanelFrame>& outline) const {
 Millimetres WoodRecipes::widest_kerf() const {
   // A piece may lie in no zone at all.
   Millimetres widest = otherwise_.widest_kerf();
-  for (const auto& zone : zones_) widest = std::max(widest, recipe_of(zone.material).widest_kerf());
+  for (const auto& zone : zones_)
+    if (!zone.shape.empty()) widest = std::max(widest, recipe_of(zone.material).widest_kerf());
   return widest;
 }
 

@@ -471,7 +471,9 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
   if (!painted) return painted.error();
   std::optional<std::vector<FoundDifference>> differences;
   const auto enter = [&](Repositories& r) -> Status {
-    if (const auto zones = r.materials.zones(panel)) tell_of_no_zones(panel, *zones, edits, outcome.warnings);
+    const auto zones = r.materials.zones(panel);
+    if (!zones) return zones.error();
+    tell_of_no_zones(panel, *zones, edits, outcome.warnings);
     db::LaterScan scan{made, seen.after, seen.read.zones, std::nullopt, seen.later_map, {}, scans, new_tags};
     if (seen.read.differences) {
       auto named = with_pieces(r, panel, *seen.read.differences);

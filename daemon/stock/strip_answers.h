@@ -15,14 +15,15 @@ struct StripAnswers {
   std::vector<std::string> wood, no_wood;  // names of the warnings that ask: strip-1
 };
 
-// What follows, in the order of the strips. Who, note and time of the edits are the caller's.
+// What follows, in the order of the strips. Who and time of the edits are the caller's.
 struct AnsweredStrips {
   // Of the scan, but for those that mostly lie in a strip which is no wood; behind them, with numbers of their own,
   // strips that were left out and are wood.
   std::vector<db::ZoneRecord> zones;
   // A strip that was left out is given, but for the margins that the scan's mask keeps from sides and round holes. One
   // that is no wood is withheld. Neither reaches into what the scan took for wood of others, nor does a gift into the
-  // screws and cracks there. What is as the scan saw it has none.
+  // screws and cracks there. A strip that was taken and is wood has none. Their
+  // note is the warning's name.
   std::vector<db::MaskEdit> edits;
 };
 // kInvalidArgument: the scan asks about no strip of such a name, or one is called wood and no wood.

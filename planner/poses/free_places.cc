@@ -28,7 +28,7 @@ std::optional<Millimetres> growing_doubt(const Ring<PanelFrame>& outline, Millim
     const std::size_t next = (i + 1) % outline.size();
     const double turn = std::remainder(directions[next] - directions[i], 2 * std::numbers::pi);
     const double turned = kRounding / lengths[i] + kRounding / lengths[next];
-    if (std::abs(turn - kBlunt) < turned) return std::nullopt;
+    if (std::abs(turn - kBlunt) < turned || std::numbers::pi - std::abs(turn) < turned) return std::nullopt;
     // A moved side turns about where it begins; its tip lies this far from there. Once here, once where it is laid.
     const double tip = border.count() * std::tan(std::clamp(turn, 0.0, kBlunt) / 2);
     doubt = std::max(doubt, 0.005 + 2 * turned * tip);

@@ -134,6 +134,17 @@ TEST_F(MaterialsTest, APersonDrawsAZoneAndNoOtherHasThatWoodAnyMore) {
   EXPECT_FALSE(execute(cell.database(), "UPDATE zone_versions SET outline_um = '~'").ok());
 }
 
+TEST_F(MaterialsTest, AZoneOfWhichNothingIsLeftOffersNoWood) {
+  const PanelId id = cell.new_panel();
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(0, 0, 50)), ""}}));
+  VENEER_ASSERT_OK(materials.set_material(id, 1, "walnut"));
+  ASSERT_EQ(must(materials.woods()).at(id), std::vector<std::string>{"walnut"});
+  EXPECT_EQ(must(materials.draw_zone(id, std::nullopt, Region<PanelFrame>(square(0, 0, 60)), "uid 7", kNow)), 2);
+  EXPECT_FALSE(must(materials.woods()).contains(id));
+  EXPECT_EQ(must(materials.zones_without_outlines()).at(id).size(), 1U);
+  EXPECT_EQ(must(materials.zones(id)).size(), 2U) << "it can be drawn again";
+}
+
 TEST_F(MaterialsTest, WhoDrewAFurtherZoneIsKept) {
   const PanelId id = cell.new_panel();
   VENEER_ASSERT_OK(materials.add_zones(id, {{1, Region<PanelFrame>(square(0, 0, 100)), ""}}));

@@ -279,6 +279,23 @@ TEST_F(ScanProposalsTest, ABlurredScanOfAPanelInStockIsNoWoodUntilSomebodyLooked
   EXPECT_THAT(waiting(), SizeIs(1));
 }
 
+TEST_F(ScanProposalsTest, AnOverexposedScanIsNoWoodUntilSomebodyLooked) {
+  cv::Mat sound = cv::imread(scanner_.file.string()), bright;
+  sound.convertTo(bright, -1, 1.6);  // light woods at the end of the range
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), bright));
+  const auto of_light = Contains(Field(&ScanWarning::name, "overexposed"));
+  const ScanOutcome first = must_scan(true);
+  EXPECT_THAT(first.warnings, of_light);
+  EXPECT_TRUE(stock().empty());
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), sound));
+  EXPECT_THAT(must_scan(true).warnings, ::testing::Not(of_light));
+  ASSERT_THAT(stock(), SizeIs(1));
+  ASSERT_TRUE(cv::imwrite(scanner_.file.string(), bright));
+  const ScanOutcome again = must_scan(true);
+  EXPECT_THAT(again.warnings, of_light) << "although what looks otherwise is not in the new mask";
+  EXPECT_TRUE(again.proposal);
+}
+
 TEST_F(ScanProposalsTest, OfABareBackNobodyIsToldThatItIsBlurred) {
   must_scan(true);
   lay(sheet_, 1.5, Face::kBack);
