@@ -80,7 +80,7 @@ class BusyOffice {
     StockFacts facts(database_);
     Materials materials(database_);
     const std::string wood = below(2) == 0 ? "walnut" : "maple";
-    switch (below(4)) {
+    switch (below(5)) {
       case 0:
         return facts.set_material({wood, "Juglans regia", "France", "Miller", "not_listed", "local:1000", kLater});
       case 1:
@@ -88,6 +88,9 @@ class BusyOffice {
       case 2:
         return materials.add_zones(panel.id, {{1, Region<PanelFrame>(square(10, 10, 100)), ""},
                                               {2, Region<PanelFrame>(square(120, 10, 100)), wood}});
+      case 3:
+        return dropped(materials.draw_zone(panel.id, below(2) == 0 ? std::optional(1) : std::nullopt,
+                                           Region<PanelFrame>(square(10 + below(90), 10, 60)), "local:1000", kLater));
       default:
         return materials.set_material(panel.id, 1, wood);
     }

@@ -187,7 +187,16 @@ class BusyProcess {
       if (below(3) == 0) return Proposals(database_).refuse(proposal.id, "local:1000", "dust", kLater);
       scan.after = *proposal.after;
       for (ScanRecord& one : scan.scans) one.panel = *proposal.panel;
-      return dropped(LaterScans(database_).enter(*proposal.panel, scan, Acceptance{proposal.id, {}, "local:1000"}));
+      // With what somebody said of a strip that it asks about.
+      MaskEdit edit;
+      edit.give = true, edit.shape = rectangle(20, 20, 5, 5), edit.who = "local:1000", edit.at = kLater;
+      const MaskRecord painted{0, "map", "painted", "hash", kLater, SquareMillimetres(100.0 * below(900)), "mask"};
+      return Masks(database_).add_behind(*proposal.panel,
+                                         [&] {
+                                           return dropped(LaterScans(database_).enter(
+                                               *proposal.panel, scan, Acceptance{proposal.id, {}, "local:1000"}));
+                                         },
+                                         {{edit, painted}});
     }
     ProposalRecord proposal;
     proposal.panel = panel.id, proposal.after = panel.mask_version, proposal.who = "local:1000";
