@@ -471,9 +471,9 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
   if (!painted) return painted.error();
   std::optional<std::vector<FoundDifference>> differences;
   const auto enter = [&](Repositories& r) -> Status {
-    const auto zones = r.materials.zones(panel);
-    if (!zones) return zones.error();
-    tell_of_no_zones(panel, *zones, edits, outcome.warnings);
+    const auto kept = r.materials.zones(panel);
+    if (!kept) return kept.error();
+    tell_of_no_zones(panel, *kept, edits, outcome.warnings);
     db::LaterScan scan{made, seen.after, seen.read.zones, std::nullopt, seen.later_map, {}, scans, new_tags};
     if (seen.read.differences) {
       auto named = with_pieces(r, panel, *seen.read.differences);

@@ -78,6 +78,10 @@ inline std::vector<Step> a_day() {
         oak, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}, {2, Region<PanelFrame>(square(120, 10, 100)), ""}});
   });
   add("material", [=](Database& db) { return Materials(db).set_material(oak, 2, "walnut"); });
+  add("zone drawn", [=](Database& db) {
+    return dropped(
+        Materials(db).draw_zone(oak, std::nullopt, Region<PanelFrame>(square(300, 200, 20)), "local:1000", kNow));
+  });
   for (const char* wood : {"walnut", "maple"})
     add("recipe", [=](Database& db) {
       RecipeRecord recipe;
@@ -238,7 +242,15 @@ inline std::vector<Step> a_day() {
                          {{piece->allocation, {Seen::kStillThere, 0.01, 0, kLater}}},
                          {look},
                          {tag}};
-    return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
+    // With what somebody said of a strip that it asks about.
+    const MaskEdit edit{{}, true, Region<PanelFrame>(square(300, 200, 5)), "local:1000", "strip-1", kLater, {}};
+    const MaskRecord painted{0, "proposals/map", "proposals/painted", "hash", kLater, SquareMillimetres(1205), "mask"};
+    return Masks(db).add_behind(
+        ash,
+        [&] {
+          return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
+        },
+        {{edit, painted}});
   });
   jobs("settled as seen", [](JobStore store) {
     return store.settle_as_seen({4}, {AllocationState::kReleased, std::vector<std::string>{"D2"}}, "local:1000",

@@ -65,6 +65,7 @@ class ModelledCell : public ModelledPeople {
         {"describe_panel", 1, &ModelledCell::describe_panel},
         {"describe_wood", 1, &ModelledCell::describe_wood},
         {"say_what_a_zone_is_of", 2, &ModelledCell::say_what_a_zone_is_of},
+        {"draw_a_zone", 1, &ModelledCell::draw_a_zone},
         {"change_recipe", 2, &ModelledCell::change_recipe},
         {"book_remnant", 1, &ModelledCell::book_remnant},
         {"restoration_or_scan", 2, &ModelledCell::restoration_or_scan},

@@ -43,6 +43,18 @@ class ModelledFacts : public ModelledScans {
     for (int i = 1; i <= static_cast<int>(zones.size()); ++i)
       if (zone == 0 || zone == i) zones[static_cast<std::size_t>(i) - 1] = wood;
   }
+  void draw_a_zone() {
+    const int panel = any_panel(), zone = *in_range(0, 4);  // 0: a further one
+    auto& zones = known_[panel].zones;
+    const Region<PanelFrame> drawn(square(*in_range(0, 60), *in_range(0, 60), 30));
+    const auto number = Materials(cell_.database())
+                            .draw_zone(panels_[panel], zone == 0 ? std::nullopt : std::optional(zone), drawn,
+                                       "local:1000", moment(++tick_));
+    const bool known = zone <= static_cast<int>(zones.size());
+    RC_ASSERT(number.ok() || number.error().code == (known ? ErrorCode::kConflict : ErrorCode::kNotFound));
+    if (number.ok() && zone == 0) zones.emplace_back("");
+    if (number.ok()) RC_ASSERT(*number == (zone == 0 ? static_cast<int>(zones.size()) : zone));
+  }
   void change_recipe() {
     RecipeRecord recipe;
     recipe.material = *rc::gen::element<std::string>("walnut", "maple");

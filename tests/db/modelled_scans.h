@@ -41,14 +41,28 @@ class ModelledScans : public ModelledPanels {
         {},
         {raw_scan(panel, Face::kShow)},
         {tag}};
-    const auto version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
-    RC_ASSERT(version.ok() == (may && !known.retired && after == known.mask() && tag.tag_id == next_tag_));
-    if (!version.ok()) return;
+    // Who accepts one may say of a strip that it is wood.
+    std::vector<PaintedEdit> said;
+    if (of && *rc::gen::arbitrary<bool>())
+      said.push_back({{{}, true, area_of(random_cells()), "local:1000", "strip-1", kNow, {}},
+                      {0, scan.map, scan.mask + "-painted", "hash", moment(++tick_), {}, scan.mask}});
+    Result<int> version = 0;
+    const Status entered = Masks(cell_.database())
+                               .add_behind(
+                                   panels_[panel],
+                                   [&]() -> Status {
+                                     version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
+                                     return version.ok() ? Ok() : Status(version.error());
+                                   },
+                                   said);
+    RC_ASSERT(entered.ok() == (may && !known.retired && after == known.mask() && tag.tag_id == next_tag_));
+    if (!entered.ok()) return;
     known.count(scan);
     known.tags.insert(next_tag_++);
     known.last_scan = ++scans_;
     if (known.zones.empty()) known.zones = {"", "maple"};
     RC_ASSERT(*version == known.mask());
+    for (const PaintedEdit& one : said) known.edits.push_back(true), known.count(scan, one.made.mask_file);
     if (of) proposals_[static_cast<std::size_t>(of->proposal.value) - 1].verdict = ProposalVerdict::kAccepted;
   }
   void scan_again() {
