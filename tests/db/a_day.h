@@ -74,8 +74,8 @@ inline std::vector<Step> a_day() {
   });
   add("panel", [=](Database& db) { return Panels(db).add(sheet(ash), {}, {}); });
   add("zones", [=](Database& db) {
-    return Materials(db).add_zones(
-        oak, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}, {2, Region<PanelFrame>(square(120, 10, 100)), ""}});
+    return Materials(db).add_zones(oak, {{1, Region<PanelFrame>(square(10, 10, 100)), "", 0.75},
+                                         {2, Region<PanelFrame>(square(120, 10, 100)), ""}});
   });
   add("material", [=](Database& db) { return Materials(db).set_material(oak, 2, "walnut"); });
   add("zone drawn", [=](Database& db) {
@@ -224,6 +224,7 @@ inline std::vector<Step> a_day() {
   add("proposal", [=](Database& db) {
     ProposalRecord known = proposal({});
     known.panel = ash, known.after = 2;
+    known.asked = {{1, square(300, 200, 5), 0.25, false, "it looks like the board"}};
     return Proposals(db).add(known);
   });
   add("proposal of a known panel accepted", [=](Database& db) -> Status {
