@@ -243,15 +243,7 @@ inline std::vector<Step> a_day() {
                          {{piece->allocation, {Seen::kStillThere, 0.01, 0, kLater}}},
                          {look},
                          {tag}};
-    // With what somebody said of a strip that it asks about.
-    const MaskEdit edit{{}, true, Region<PanelFrame>(square(300, 200, 5)), "local:1000", "strip-1", kLater, {}};
-    const MaskRecord painted{0, "proposals/map", "proposals/painted", "hash", kLater, SquareMillimetres(1205), "mask"};
-    return Masks(db).add_behind(
-        ash,
-        [&] {
-          return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
-        },
-        {{edit, painted}});
+    return dropped(LaterScans(db).enter(ash, scan, Acceptance{{1}, {"lost-wood"}, "local:1000"}));
   });
   jobs("settled as seen", [](JobStore store) {
     return store.settle_as_seen({4}, {AllocationState::kReleased, std::vector<std::string>{"D2"}}, "local:1000",
@@ -323,7 +315,11 @@ inline std::vector<Step> a_day() {
     add("proposal", [=](Database& db) { return Proposals(db).add(proposal({501})); });
     add("proposal accepted", [=](Database& db) {
       const Acceptance accepted{{panel == yew ? 4 : 5}, {"size"}, "local:1000"};
-      return Panels(db).add(sheet(panel), {}, {}, accepted, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}});
+      const auto enter = [&] {
+        return Panels(db).add(sheet(panel), {}, {}, accepted, {{1, Region<PanelFrame>(square(10, 10, 100)), ""}});
+      };
+      // The first as with answers to what it asks.
+      return panel == yew ? Masks(db).add_behind(panel, enter, {}) : enter();
     });
     add("written off", [=](Database& db) {
       return Ledger(db).write_off(panel, rectangle(panel == yew ? 30 : 90, 20, 20, 20), "burnt pattern", kNow);

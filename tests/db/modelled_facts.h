@@ -51,9 +51,10 @@ class ModelledFacts : public ModelledScans {
                             .draw_zone(panels_[panel], zone == 0 ? std::nullopt : std::optional(zone), drawn,
                                        "local:1000", moment(++tick_));
     const bool known = zone <= static_cast<int>(zones.size());
-    RC_ASSERT(number.ok() || number.error().code == (known ? ErrorCode::kConflict : ErrorCode::kNotFound));
-    if (number.ok() && zone == 0) zones.emplace_back("");
-    if (number.ok()) RC_ASSERT(*number == (zone == 0 ? static_cast<int>(zones.size()) : zone));
+    if (!number.ok()) return RC_ASSERT(number.error().code == (known ? ErrorCode::kConflict : ErrorCode::kNotFound));
+    RC_ASSERT(known);
+    if (zone == 0) zones.emplace_back("");
+    RC_ASSERT(*number == (zone == 0 ? static_cast<int>(zones.size()) : zone));
   }
   void change_recipe() {
     RecipeRecord recipe;

@@ -283,7 +283,7 @@ TEST_F(ScanProposalsTest, AnOverexposedScanIsNoWoodUntilSomebodyLooked) {
   cv::Mat sound = cv::imread(scanner_.file.string()), bright;
   sound.convertTo(bright, -1, 1.6);  // light woods at the end of the range
   ASSERT_TRUE(cv::imwrite(scanner_.file.string(), bright));
-  const auto of_light = Contains(Field(&ScanWarning::name, "overexposed"));
+  const auto of_light = ::testing::Contains(::testing::Field(&ScanWarning::name, "overexposed"));
   const ScanOutcome first = must_scan(true);
   EXPECT_THAT(first.warnings, of_light);
   EXPECT_TRUE(stock().empty());
