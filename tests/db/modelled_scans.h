@@ -47,14 +47,11 @@ class ModelledScans : public ModelledPanels {
       said.push_back({{{}, true, area_of(random_cells()), "local:1000", "strip-1", kNow, {}},
                       {0, scan.map, scan.mask + "-painted", "hash", moment(++tick_), {}, scan.mask}});
     Result<int> version = 0;
-    const Status entered = Masks(cell_.database())
-                               .add_behind(
-                                   panels_[panel],
-                                   [&]() -> Status {
-                                     version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
-                                     return version.ok() ? Ok() : Status(version.error());
-                                   },
-                                   said);
+    const auto enter = [&]() -> Status {
+      version = LaterScans(cell_.database()).enter(panels_[panel], brings, of);
+      return version.ok() ? Ok() : Status(version.error());
+    };
+    const Status entered = of ? Masks(cell_.database()).add_behind(panels_[panel], enter, said) : enter();
     RC_ASSERT(entered.ok() == (may && !known.retired && after == known.mask() && tag.tag_id == next_tag_));
     if (!entered.ok()) return;
     known.count(scan);
