@@ -871,7 +871,9 @@ class Seldom(Page):
           answer(more);
           await enter('setup', 'devices');
           await until(() => draw().querySelector('#look-devices'));
+          window.asked = [];
           await press('#look-devices');
+          await until(() => Object.keys(found).every((part) => window.asked.some(({path}) => path.includes(part))));
           await until(() => { draw(); return !main.querySelector('#look-devices').disabled; });
         };
         const camera = () => main.querySelector('[data-device=camera]');
