@@ -13,13 +13,9 @@ for (const [english, own] of Object.entries(sentences)) {
   else patterns.push({words: new RegExp(`^${lowered(english).split(/\{=?\d+\}/).map(escaped).join("(.+?)")}$`), own, isName});
 }
 
-// A number as this language writes it; a name; what is said inside of what is said. Nothing for words that nobody has told in it.
+// A name or a number, as it is; what is said inside of what is said. Nothing for words that nobody has told in this language.
 const isProse = (text) => /[a-z]{2,} [a-z]{2,} [a-z]{2,}|[;:] /.test(text);
-function insertion(value, isName) {
-  if (isName) return value;
-  if (/^[-+]?\d+\.\d+$/.test(value)) return value.replace(".", ",");
-  return translated(value) ?? (isProse(value) ? null : value);
-}
+const insertion = (value, isName) => (isName ? value : translated(value) ?? (isProse(value) ? null : value));
 
 function find(text) {
   const said = whole.get(lowered(text));

@@ -138,6 +138,15 @@ Result<Region<PanelFrame>> outlined(const Ring<PanelFrame>& corners) {
   return Region<PanelFrame>(corners);
 }
 
+Region<PanelFrame> disc(const Point<PanelFrame>& centre, Millimetres radius) {
+  const Millimetres half = radius * 0.1;  // of the side of a square that is grown
+  const Region<PanelFrame> middle(Ring<PanelFrame>{{centre.x - half, centre.y - half},
+                                                   {centre.x + half, centre.y - half},
+                                                   {centre.x + half, centre.y + half},
+                                                   {centre.x - half, centre.y + half}});
+  return offset(middle, radius - half, Corners::kRound);
+}
+
 std::vector<Region<PanelFrame>> spared_by(const std::vector<db::FiducialRecord>& fiducials) {
   std::vector<Region<PanelFrame>> out;
   for (const auto& fiducial : fiducials) {
@@ -147,13 +156,8 @@ std::vector<Region<PanelFrame>> spared_by(const std::vector<db::FiducialRecord>&
       out.push_back(offset(unite(Region<PanelFrame>(fiducial.corners), {}), kFiducialMargin));
       continue;
     }
-    const auto& c = fiducial.corners.front();
-    const Millimetres r = kHoleRadius;
-    const Region<PanelFrame> middle(Ring<PanelFrame>{{c.x - r * 0.1, c.y - r * 0.1},
-                                                     {c.x + r * 0.1, c.y - r * 0.1},
-                                                     {c.x + r * 0.1, c.y + r * 0.1},
-                                                     {c.x - r * 0.1, c.y + r * 0.1}});
-    out.push_back(offset(middle, r + kFiducialMargin, Corners::kRound));
+    // As far as a hole's margin always was.
+    out.push_back(disc(fiducial.corners.front(), kHoleRadius * 1.1 + kFiducialMargin));
   }
   return out;
 }

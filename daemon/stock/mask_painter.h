@@ -22,6 +22,8 @@ struct MaskPaint {
   std::vector<Region<PanelFrame>> gone;    // nor this: a scan found no wood there, and nobody has decided
 };
 
+// Round a point; across its diagonals 4 % wider than said.
+Region<PanelFrame> disc(const Point<PanelFrame>& centre, Millimetres radius);
 // The places of these that are never given.
 std::vector<Region<PanelFrame>> spared_by(const std::vector<db::FiducialRecord>& fiducials);
 // What counts for the panel now. `gone` is what is open now.

@@ -6,21 +6,14 @@
 #include <iterator>
 #include <utility>
 
+#include "daemon/stock/mask_painter.h"
+
 namespace veneer::daemon {
 namespace {
 
 using PanelRegion = Region<PanelFrame>;
 
 constexpr SquareMillimetres kSliver{1};
-
-PanelRegion disc(const Point<PanelFrame>& centre, Millimetres radius) {
-  const Millimetres r = radius * 0.1;
-  const PanelRegion middle(Ring<PanelFrame>{{centre.x - r, centre.y - r},
-                                            {centre.x + r, centre.y - r},
-                                            {centre.x + r, centre.y + r},
-                                            {centre.x - r, centre.y + r}});
-  return offset(middle, radius - r, Corners::kRound);
-}
 
 PanelRegion place_of(const calib::AskedStrip& strip) {
   return PanelRegion(Ring<PanelFrame>(strip.outline.begin(), strip.outline.end()));

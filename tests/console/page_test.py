@@ -361,7 +361,7 @@ class Said(Page):
             ("Lay panel P-0003 on the bed, face down: the camera finds it there.", "Legen Sie Platte P-0003 mit der Sichtseite nach unten auf das Bett: Die Kamera findet sie dort."),
             ("Job 3 “A lady in a red hat” has 12 pieces to cut: Start asks for its panel first, and nothing moves before you say so.",
              "Auftrag 3 „A lady in a red hat“ hat 12 Stücke zu schneiden: Start verlangt zuerst die Platte, und nichts bewegt sich, bevor Sie es sagen."),
-            ("panel P-0001 found, back face up, fitted to 0.012 mm; 4 pieces: press Unsuspend", "Platte P-0001 ist mit der Rückseite nach oben gefunden, auf 0,012 mm genau; 4 Stücke: Drücken Sie Unsuspend"),
+            ("panel P-0001 found, back face up, fitted to 0.012 mm; 4 pieces: press Unsuspend", "Platte P-0001 ist mit der Rückseite nach oben gefunden, auf 0.012 mm genau; 4 Stücke: Drücken Sie Unsuspend"),
             ("Unhold is not possible while the cell is Idle", "Unhold geht nicht, solange die Zelle Idle ist"),
             ("STOP by anna", "STOP durch anna"),
             ("See to the lid is shut, tick each, then say Unsuspend.", "Prüfen Sie the lid is shut, haken Sie alles ab, dann Unsuspend."),
