@@ -26,6 +26,7 @@
 #include "planner/files/as_built.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/plan_journal.h"
+#include "planner/files/plan_report.h"
 #include "planner/files/preview.h"
 #include "planner/files/tile_picture.h"
 #include "planner/grain/grain_coherence.h"

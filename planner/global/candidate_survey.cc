@@ -9,11 +9,9 @@
 #include <tuple>
 
 #include "planner/cancelled.h"
+#include "planner/global/outline_room.h"
 #include "planner/global/sketch.h"
-#include "planner/matching/banded_polygon.h"
-#include "planner/matching/clearance.h"
 #include "planner/parallel.h"
-#include "planner/poses/free_places.h"
 #include "planner/poses/near_search.h"
 
 namespace veneer::planner {
@@ -21,114 +19,6 @@ namespace {
 
 constexpr int kRegionsASide = 3;    // of a patch
 constexpr int kPositionsASide = 4;  // of a region
-
-// How far points of a panel lie from wood that is gone, roughly and fast: what most questions whether an outline can
-// lie somewhere need, without asking the polygons.
-class RoomMap {
- public:
-  // With cells of about an eighth of `fine`. Distances up to `reach` are known. Not to be asked once a stop is
-  // requested.
-  RoomMap(const FreeWood& wood, double fine, double reach, const std::stop_token& stop) : wood_(wood), reach_(reach) {
-    const Raster<PanelFrame>& free = wood.raster();
-    step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(fine / 8)).count()));
-    cell_ = free.resolution.to_mm(Pixels(step_)).count();
-    // What is left over at the right and lower border is narrower than any patch's margin.
-    cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
-    for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
-      const auto* from = free.pixels.ptr<std::uint8_t>(r);
-      auto* to = wholly_free.ptr<std::uint8_t>(r / step_);
-      for (int c = 0; c < wholly_free.cols * step_; ++c)
-        if (from[c] == 0) to[c / step_] = 0;
-    }
-    if (stop.stop_requested()) return;
-    cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
-    measure(wholly_free, stop);
-  }
-
-  // In millimetres, from a point to the nearest wood that is gone: no less than the one, no more than the other.
-  struct Room {
-    double least, most;
-  };
-  Room at(const Point<PanelFrame>& p) const {
-    double column = 0, row = 0;
-    wood_.raster().to_pixels(p, column, row);
-    const int c = static_cast<int>(std::floor(column / step_)) + 1, r = static_cast<int>(std::floor(row / step_)) + 1;
-    if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return {-1, -1};
-    // From cell centre to cell centre; either point lies within half a diagonal of its own.
-    const double distance = distance_.at<float>(r, c) * cell_, doubt = kDoubt * cell_;
-    return {distance - doubt, distance + doubt};
-  }
-
- private:
-  static constexpr double kDoubt = 1.5;  // cells
-  static constexpr int kBand = 64;       // rows
-
-  // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
-  // beyond its own rows.
-  void measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
-    const int reach = static_cast<int>(std::ceil(reach_ / cell_ + kDoubt)) + 1;
-    distance_.create(wholly_free.size(), CV_32FC1);
-    for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kBand) {
-      const cv::Range band(top, std::min(wholly_free.rows, top + kBand));
-      const cv::Range seen(std::max(0, band.start - reach), std::min(wholly_free.rows, band.end + reach));
-      cv::Mat distance;
-      cv::distanceTransform(wholly_free.rowRange(seen), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-      distance.rowRange(band.start - seen.start, band.end - seen.start).copyTo(distance_.rowRange(band));
-    }
-  }
-
-  const FreeWood& wood_;
-  double reach_, cell_ = 0;
-  int step_ = 1;
-  cv::Mat distance_;  // in cells
-};
-
-// A patch's outline against a RoomMap and, where that leaves a doubt, against the wood.
-class OutlineRoom {
- public:
-  OutlineRoom(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels)
-      : places_(patch.outline, footprint, panels), border_(panels.front().wood.border().count()) {
-    const Ring<PanelFrame> centred = footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) * patch.outline;
-    // Convex outlines have pointed corners once they are grown, others blunt ones from twice the growth on.
-    const bool convex = is_convex(centred);
-    for (const auto& p : convex ? grown(centred, panels.front().wood.border()) : centred)
-      outer_ = std::max(outer_, std::hypot(p.x.count(), p.y.count()));
-    outer_ += (convex ? 0 : 2 * border_) + kRounding;
-    const ScanResolution& resolution = patch.grid.resolution;
-    for (const CoverDisc& disc : cover_of(patch.outline, patch.grid, patch.pixels.left, patch.pixels.top)) {
-      const Point<PanelFrame> at =
-          footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) *
-          Point<ArtworkFrame>{resolution.to_mm(Pixels(patch.pixels.left + disc.x)),
-                              patch.grid.height - resolution.to_mm(Pixels(patch.pixels.top + disc.y))};
-      discs_.push_back(
-          {at.x.count(), at.y.count(), resolution.to_mm(Pixels(disc.radius)).count() + border_ - kRounding});
-    }
-  }
-
-  double outer() const { return outer_; }  // of the outline with all that is kept from it, about its centre
-  // Whether it certainly cannot lie there: wood is gone within one of the discs that it holds.
-  bool rules_out(const Pose& at, const RoomMap& map) const {
-    return std::any_of(discs_.begin(), discs_.end(), [&](const Disc& it) {
-      const Point<PanelFrame> p =
-          point<PanelFrame>(at.x + at.cos * it.x - at.sin * it.y, at.y + at.sin * it.x + at.cos * it.y);
-      return map.at(p).most < it.radius;
-    });
-  }
-  // The same as FreeWood::on_free_wood().
-  bool on_free_wood(const Pose& at, const RoomMap& map) const {
-    if (map.at(point<PanelFrame>(at.x, at.y)).least > outer_) return places_.clear_of_settled(at);
-    return !rules_out(at, map) && places_.on_free_wood(at);
-  }
-
- private:
-  static constexpr double kRounding = 0.01;  // mm
-  struct Disc {
-    double x, y, radius;  // from the centre; with all that is kept from the outline
-  };
-  FreePlaces places_;
-  double border_, outer_ = 0;
-  std::vector<Disc> discs_;
-};
 
 // Corner by corner. One that begins at another corner counts as another shape, and is asked about itself.
 bool same_shape(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
