@@ -46,6 +46,7 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
+  bool best_so_far = false;  // where Ctrl-C stops it
   bool suggest = false, as_built = false, full_preview = false, cut_lines = false, tiles = false, mean_colours = false;
   double distance_m = 0;
   std::string putty;
@@ -206,7 +207,7 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanO
 
 // A run that was killed goes on where it was: the same command again, in the same directory.
 Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                       const PlanOptions& options, const fs::path& path) {
+                       const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
   // Another build of this program may choose otherwise.
   const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
   planner::PlanJournal journal =
@@ -214,7 +215,7 @@ Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<S
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
   with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
-    plan = planner::make_plan(artworks, stock, options, progress, stop, &journal);
+    plan = planner::make_plan(artworks, stock, options, progress, stop, &journal, nullptr, on_stop);
   });
   if (plan->ok()) return std::move(**plan);
   if (plan->error().code == ErrorCode::kCancelled)
@@ -301,7 +302,9 @@ void run_plan(const PlanCommandArguments& arguments) {
   planner::ReportSeconds spent;
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
-  Plan plan = plan_with_journal(artworks, stock, options, journal);
+  Plan plan =
+      plan_with_journal(artworks, stock, options,
+                        arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
   Previews preview;
   or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
   if (looks.tiles) or_fail(write_tiles(plan, artworks, *looks.tiles, arguments.out));
@@ -391,6 +394,8 @@ void add_plan_command(CLI::App& app) {
       ->check(CLI::IsMember({"area", "point"}))
       ->capture_default_str();
   plan->add_option("--grout", arguments->grout, "With --tiles: colour of the joints, as RRGGBB [8c8276]")->needs(tiles);
+  plan->add_flag("--best-so-far", arguments->best_so_far,
+                 "At Ctrl-C write the best plan so far, once every patch has had its turn, instead of none");
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->add_flag(
       "--suggest", arguments->suggest,
