@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "planner/boundaries/refinement.h"
-#include "planner/edits/other_places.h"
+#include "planner/edits/alternatives.h"
 #include "planner/edits/kept_pieces.h"
 #include "planner/files/plan_journal.h"
 #include "planner/global/global_plan.h"
@@ -186,11 +186,11 @@ std::vector<Partition> layouts_of(const Problem& problem, const PlanOptions& opt
   return out;
 }
 
-// To pieces as add_pieces() adds them; see other_places().
+// To pieces as add_pieces() adds them; see find_alternatives().
 Status add_alternatives(std::span<const StockPanel> stock, const Problem& problem, Matcher& matcher,
                         const PatchPlacements& placements, std::size_t taken, const PlanOptions& options, int threads,
                         const std::stop_token& stop, Plan& plan) {
-  auto places = other_places(stock, problem, matcher, placements, taken, options.alternatives, threads, stop);
+  auto places = find_alternatives(stock, problem, matcher, placements, taken, options.alternatives, threads, stop);
   if (!places.ok()) return places.error();
   const std::vector<std::size_t> order = reading_order(problem);
   for (std::size_t i = 0; i < order.size(); ++i) plan.pieces[i].alternatives = std::move((*places)[order[i]]);

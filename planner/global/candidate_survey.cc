@@ -10,7 +10,7 @@
 
 #include "planner/cancelled.h"
 #include "planner/global/outline_room.h"
-#include "planner/global/sketch.h"
+#include "planner/global/rough_cost.h"
 #include "planner/parallel.h"
 #include "planner/poses/near_search.h"
 
@@ -75,8 +75,8 @@ class ClassSurvey {
         region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {
     for (const std::size_t patch : patches_) {
       if (stop.stop_requested()) return;
-      sketches_.emplace_back(problem.queue[patch].match, blocks_);
-      add_grain(patch, sketches_.back());
+      rough_patches_.emplace_back(problem.queue[patch].match, blocks_);
+      add_grain(patch, rough_patches_.back());
       rooms_.emplace_back(problem.queue[patch].match, footprints_[patch], matcher.panels());
     }
     double least_outer = footprints_[patches_.front()].outer(), most_outer = least_outer, reach = 0;
@@ -94,9 +94,9 @@ class ClassSurvey {
              });
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
-      Result<PanelSketch> sketch = PanelSketch::make(panel.features.pixels, blocks_, stop);
-      if (!sketch.ok()) return;
-      panels_.push_back({std::move(*sketch), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
+      Result<RoughPanel> rough = RoughPanel::make(panel.features.pixels, blocks_, stop);
+      if (!rough.ok()) return;
+      panels_.push_back({std::move(*rough), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
@@ -145,18 +145,18 @@ class ClassSurvey {
   // With grain, three more numbers of a candidate, and of a patch what they weigh: with w and t the directions of wood
   // and picture, |w| |t| - w.t is twice their disagreement.
   bool has_grain() const { return options_.grain != nullptr && options_.grain->is_there(); }
-  std::size_t numbers(const PanelSketch& sketch) const { return sketch.numbers() + (has_grain() ? 3 : 0); }
-  void add_grain(std::size_t patch, PatchSketch& sketch) const {
+  std::size_t numbers(const RoughPanel& rough) const { return rough.numbers() + (has_grain() ? 3 : 0); }
+  void add_grain(std::size_t patch, RoughPatch& rough) const {
     if (!has_grain()) return;
     const cv::Vec2f wanted = options_.grain->wanted(patch);
-    const double most = options_.grain->most(patch) / sketch.pixels / 2;  // of what crosses at right angles
+    const double most = options_.grain->most(patch) / rough.pixels / 2;  // of what crosses at right angles
     for (const double part : {-static_cast<double>(wanted[0]), -static_cast<double>(wanted[1]), cv::norm(wanted)})
-      sketch.weights.push_back(static_cast<float>(most * part));
+      rough.weights.push_back(static_cast<float>(most * part));
   }
-  void describe_grain(const PanelSketch& sketch, const Pose& at, float* to, std::size_t stride) const {
+  void describe_grain(const RoughPanel& rough, const Pose& at, float* to, std::size_t stride) const {
     if (!has_grain()) return;
     const cv::Vec2f wood = options_.grain->wood(at);
-    to += sketch.numbers() * stride;
+    to += rough.numbers() * stride;
     to[0] = wood[0], to[stride] = wood[1], to[2 * stride] = static_cast<float>(cv::norm(wood));
   }
   double grain_cost(std::size_t patch, const Pose& at) const {
@@ -164,7 +164,7 @@ class ClassSurvey {
   }
 
   struct Panel {
-    PanelSketch sketch;
+    RoughPanel rough;
     RoomMap room;
     int columns, rows;  // regions
     std::size_t first_row;
@@ -239,9 +239,9 @@ class ClassSurvey {
 
   void survey_row(std::size_t row, std::vector<Best>& best) const {
     const auto panel = static_cast<std::size_t>(spot(row, 0, 0).panel);
-    const PanelSketch& sketch = panels_[panel].sketch;
+    const RoughPanel& rough = panels_[panel].rough;
     const std::size_t stride = (per_region() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    std::vector<float> numbers(this->numbers(sketch) * stride), squares(stride), scores(stride);
+    std::vector<float> numbers(this->numbers(rough) * stride), squares(stride), scores(stride);
     std::vector<std::uint32_t> there;
     for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
       there.clear();
@@ -250,14 +250,14 @@ class ClassSurvey {
         if (!fits(at)) continue;
         const Lattice& lattice = matcher_.lattice(at.panel, at.rotation);
         squares[there.size()] =
-            sketch.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
-        if (has_grain()) describe_grain(sketch, pose_of(at), numbers.data() + there.size(), stride);
+            rough.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
+        if (has_grain()) describe_grain(rough, pose_of(at), numbers.data() + there.size(), stride);
         there.push_back(within);
       }
       if (there.empty()) continue;
       const std::uint64_t base = (row * widest() + static_cast<std::uint64_t>(column)) * per_region();
       for (std::size_t i = 0; i < patches_.size(); ++i) {
-        score_candidates(sketches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
+        score_candidates(rough_patches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
         const auto end = scores.begin() + static_cast<std::ptrdiff_t>(there.size());
         for (auto least = std::min_element(scores.begin(), end); std::isfinite(*least);
              least = std::min_element(scores.begin(), end)) {
@@ -276,7 +276,7 @@ class ClassSurvey {
 
   void describe_slots() {
     slot_stride_ = (slots_.size() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    slot_numbers_.resize(numbers(panels_.front().sketch) * slot_stride_);
+    slot_numbers_.resize(numbers(panels_.front().rough) * slot_stride_);
     slot_squares_.resize(slot_stride_);
     for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
       const Pose& slot = slots_[i];
@@ -284,15 +284,15 @@ class ClassSurvey {
       double column = 0, row = 0;
       matcher_.panels()[panel].features.to_pixels(point<PanelFrame>(slot.x, slot.y), column, row);
       slot_squares_[i] =
-          panels_[panel].sketch.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
-      describe_grain(panels_[panel].sketch, slot, slot_numbers_.data() + i, slot_stride_);
+          panels_[panel].rough.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
+      describe_grain(panels_[panel].rough, slot, slot_numbers_.data() + i, slot_stride_);
     }
   }
 
   std::vector<float> slot_scores(std::size_t i) const {
     std::vector<float> scores(slot_stride_);
     if (!slots_.empty())
-      score_candidates(sketches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
+      score_candidates(rough_patches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
                        scores.data());
     return scores;
   }
@@ -363,10 +363,10 @@ class ClassSurvey {
   std::span<const Pose> slots_;
   const SurveyOptions& options_;
   const MatchPatch& model_;
-  SketchBlocks blocks_;
+  RoughBlocks blocks_;
   const std::stop_token& stop_;
   double region_;  // pixels
-  std::vector<PatchSketch> sketches_;
+  std::vector<RoughPatch> rough_patches_;
   std::vector<OutlineRoom> rooms_;  // one a patch
   double least_inner_ = 0;          // of the class's footprints
   double ample_ = 0;                // room that is enough for each of them

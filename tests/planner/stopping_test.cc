@@ -12,7 +12,7 @@
 
 #include "planner/boundaries/boundary_cuts.h"
 #include "planner/boundaries/refinement.h"
-#include "planner/edits/other_places.h"
+#include "planner/edits/alternatives.h"
 #include "planner/edits/kept_pieces.h"
 #include "planner/files/plan_files.h"
 #include "planner/global/candidate_survey.h"
@@ -219,7 +219,7 @@ TEST(Cancelled, IsWhatEveryStageAnswersOnceAStopIsRequested) {
       *problem, matcher, *chosen, options, 2, [](double, const std::string&) {}, stop)));
   EXPECT_TRUE(cancelled(turn_finely(*problem, matcher, placed, 2, quiet, stop)));
   EXPECT_TRUE(cancelled(refine_boundaries(*problem, matcher, placed, options, 2, quiet, stop)));
-  EXPECT_TRUE(cancelled(other_places(stock, *problem, matcher, placed, placed.size(), 3, 2, stop)));
+  EXPECT_TRUE(cancelled(find_alternatives(stock, *problem, matcher, placed, placed.size(), 3, 2, stop)));
   EXPECT_TRUE(cancelled(take_anew(matcher, *problem, placed, 2, stop)));
   EXPECT_TRUE(cancelled(matcher.give_back(2, stop)));
   options.kept = {{mark_of("A", problem->artworks[0].patches[0]), 1, {}, false}};
