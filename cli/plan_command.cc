@@ -205,19 +205,26 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanO
   return shown;
 }
 
+struct MadePlan {
+  Plan plan;
+  bool interrupted = false;  // by Ctrl-C: it may be the best so far
+};
+
 // A run that was killed goes on where it was: the same command again, in the same directory.
-Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                       const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
+MadePlan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
+                           const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
   // Another build of this program may choose otherwise.
   const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
   planner::PlanJournal journal =
       or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
+  bool interrupted = false;
   with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
     plan = planner::make_plan(artworks, stock, options, progress, stop, &journal, nullptr, on_stop);
+    interrupted = stop.stop_requested();
   });
-  if (plan->ok()) return std::move(**plan);
+  if (plan->ok()) return {std::move(**plan), interrupted};
   if (plan->error().code == ErrorCode::kCancelled)
     end({ErrorCode::kCancelled, plan->error().message + ": the same command goes on where it stopped"});
   std::error_code ignored;
@@ -302,7 +309,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   planner::ReportSeconds spent;
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
-  Plan plan =
+  auto [plan, interrupted] =
       plan_with_journal(artworks, stock, options,
                         arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
   Previews preview;
@@ -317,7 +324,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   if (plan.fine) tell_gain(*plan.fine);
   if (plan.refined) tell_gain(*plan.refined);
   std::error_code ignored;
-  fs::remove(journal, ignored);
+  if (!interrupted) fs::remove(journal, ignored);
   warn(plan.warnings);
 }
 

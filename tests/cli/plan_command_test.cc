@@ -332,6 +332,7 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
   ASSERT_EQ(stopped.status, 0) << stopped.errors;
   EXPECT_THAT(stopped.errors, HasSubstr("going on where an earlier run stopped"));
   EXPECT_THAT(stopped.errors, HasSubstr(", stopped after "));
+  EXPECT_TRUE(fs::exists(path("out/plan.journal"))) << "the same command can go on from there";
   const auto report = json("out/report.json");
   EXPECT_EQ(report["global"]["stopped"], true);
   EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
