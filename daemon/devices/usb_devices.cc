@@ -17,18 +17,13 @@ std::string word_in(const fs::path& file) {
   return word;
 }
 
-// Where the USB device is plugged in that this serial port is a part of; "" when it is none.
-fs::path usb_device_of(const std::string& laser_port, const fs::path& sys) {
+// Of the adapter behind the laser's serial port; "" where there is none.
+fs::path usb_device_at(const std::string& laser_port, const fs::path& sys) {
   constexpr std::string_view kSerial = "serial:";
   if (!laser_port.starts_with(kSerial)) return {};
   std::error_code none;
   const fs::path port = fs::canonical(laser_port.substr(kSerial.size(), laser_port.find('?') - kSerial.size()), none);
-  if (none) return {};
-  const fs::path device = fs::canonical(sys / "class/tty" / port.filename() / "device", none);
-  if (none) return {};
-  for (fs::path at = device; at.has_relative_path(); at = at.parent_path())
-    if (fs::exists(at / "devnum", none) && fs::exists(at / "busnum", none)) return at;
-  return {};
+  return none ? fs::path() : usb_device_of(sys / "class/tty" / port.filename() / "device");
 }
 
 // Those that the daemon may open (70-veneerd.rules).
@@ -38,10 +33,19 @@ bool is_lihuiyu_board(const fs::path& device) {
 
 }  // namespace
 
+fs::path usb_device_of(const fs::path& part) {
+  std::error_code none;
+  constexpr int kDepth = 6;
+  fs::path at = fs::canonical(part, none);
+  for (int i = 0; i < kDepth && !none && at.has_relative_path(); ++i, at = at.parent_path())
+    if (fs::exists(at / "idVendor", none)) return at;
+  return {};
+}
+
 std::vector<fs::path> usb_devices_but_lasers(const std::string& laser_port, const fs::path& sys) {
   std::vector<fs::path> out;
   std::error_code none;
-  const fs::path laser = usb_device_of(laser_port, sys);
+  const fs::path laser = usb_device_at(laser_port, sys);
   for (const auto& device : fs::directory_iterator(sys / "bus/usb/devices", none)) {
     const std::string bus = word_in(device.path() / "busnum"), number = word_in(device.path() / "devnum");
     if (bus.empty() || number.empty() || is_lihuiyu_board(device.path())) continue;
