@@ -351,7 +351,7 @@ void Cell::end_leases() {
 void Cell::leave_out_places(json& status, const LaserStatus& laser) const {
   status["laser"]["port"] = nullptr;
   const std::string &why = laser.why_not_connected, &reason = runner->view().reason;
-  if (!why.empty() && reason.find(why) != std::string::npos) status["reason"] = kLaserIsSilent;
+  if (!why.empty() && reason.find(why) != std::string::npos) status["reason"] = kLaserIsNotConnected;
   strike_places(status, config.laser);
 }
 
@@ -372,7 +372,7 @@ json Cell::status(Role told) const {
   const bool told_all = told >= Role::kOperator;
   if (!laser.connected)
     out["laser"]["why_not_connected"] =
-        told_all || laser.why_not_connected.empty() ? laser.why_not_connected : kLaserIsSilent;
+        told_all || laser.why_not_connected.empty() ? laser.why_not_connected : kLaserIsNotConnected;
   out["laser"]["controller"] = controller_at(config.laser);
   out["laser"]["kind"] = config.laser.kind;
   out["laser"]["port"] = config.laser.kind != "sim" ? json(config.laser.port) : json();

@@ -109,6 +109,7 @@ nlohmann::json Cell::interlocks_json(const LaserStatus& laser, bool tell_why) co
   facts.free_bytes = room_.free_bytes();
   facts.backups = backup_disk->seen();
   facts.backups_silent = backup_disk->silence();
+  facts.finds_home = runner->limits().finds_home;
   facts.now = std::chrono::system_clock::now();
   facts.tell_why = tell_why;
   CellNeeds needed = needs();

@@ -58,7 +58,8 @@ function workGoingOn() {
 function machine(cell) {
   const laser = cell.laser || {};
   const rows = [];
-  const words = [laser.state, laser.connected && laser.homed === false ? t("laser.not_homed") : ""].filter(Boolean).join(", ");
+  const place = laser.homed === false ? t("laser.not_homed") : laser.homed && laser.finds_home === false ? t("laser.no_switches") : "";
+  const words = [laser.state, laser.connected && place].filter(Boolean).join(", ");
   rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
                             : fact(t("laser"), cellSays(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));

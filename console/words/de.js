@@ -51,7 +51,7 @@ export const words = {
   "interlock.camera": "Bettkamera", "interlock.scanner": "Scanner", "interlock.disk": "Datenträger", "interlock.backup": "Sicherung", "interlock.database": "Datenbank",
   "interlock.is_good": "gut", "interlock.is_warns": "wird später gebraucht", "interlock.is_blocks": "im Weg", "interlock.is_unknown": "nicht bekannt", "interlock.age": "{span} alt.",
   "machine": "Maschine", "work": "Im Hintergrund",
-  "laser": "Laser", "laser.none": "noch nicht verbunden: Reset verbindet ihn", "laser.chosen": "Gewählt", "laser.connected": "verbunden", "laser.not_homed": "nicht auf Referenz",
+  "laser": "Laser", "laser.none": "noch nicht verbunden: Reset verbindet ihn", "laser.chosen": "Gewählt", "laser.connected": "verbunden", "laser.not_homed": "nicht auf Referenz", "laser.no_switches": "keine Referenzschalter: zählt von der Ecke, die ihm gegeben wurde",
   "beam": "Strahl", "beam.on": "AN", "beam.off": "aus", "controller": "Steuerung",
   "controller.twin": "die simulierte Zelle", "controller.file": "schreibt in eine Datei, kein Laser", "controller.test": "eine Probesteuerung, kein Laser",
   "overrides": "Übersteuerung", "head": "Kopf", "firmware": "Firmware",

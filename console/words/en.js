@@ -43,7 +43,7 @@ export const words = {
   "interlock.camera": "Bed camera", "interlock.scanner": "Scanner", "interlock.disk": "Disk", "interlock.backup": "Backup", "interlock.database": "Database",
   "interlock.is_good": "good", "interlock.is_warns": "will be needed later", "interlock.is_blocks": "in the way", "interlock.is_unknown": "not known", "interlock.age": "{span} old.",
   "machine": "Machine", "work": "Work going on",
-  "laser": "Laser", "laser.none": "not connected yet: Reset connects it", "laser.chosen": "Chosen", "laser.connected": "connected", "laser.not_homed": "not homed",
+  "laser": "Laser", "laser.none": "not connected yet: Reset connects it", "laser.chosen": "Chosen", "laser.connected": "connected", "laser.not_homed": "not homed", "laser.no_switches": "no homing switches: counts from the corner it was given",
   "beam": "Beam", "beam.on": "ON", "beam.off": "off", "controller": "Controller",
   "controller.twin": "the simulated cell", "controller.file": "records to a file, no laser", "controller.test": "a test controller, no laser",
   "overrides": "Overrides", "head": "Head", "firmware": "Firmware",

@@ -30,6 +30,8 @@ class PatternBurn final : public Activity {
   void over(const Status& status) override { reply_(status); }
 
  private:
+  Status still_wanted() const;
+
   ActivityHost& host_;
   Pattern pattern_;
   Reply reply_;

@@ -374,6 +374,11 @@ class Said(Page):
         self.assertEqual(self.told("Reset homes the laser; piece A1-2 of job 3 is cut"), "Reset schickt den Laser auf Referenz; Stück A1-2 von Auftrag 3 ist geschnitten")
         self.assertEqual(self.told("what looks like a hair on the glass lies over the wood, at 40 mm from the left and 7 mm from the lower edge (3 mm long): what it hides is left out; clean the glass and scan again"),
                          "über dem Holz liegt, was wie ein Haar auf dem Glas aussieht, bei 40 mm von links und 7 mm von unten (3 mm lang): Was es verdeckt, bleibt weg; wischen Sie das Glas ab und scannen Sie noch einmal")
+        overdue = "as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and supply, end other heavy programs, then Clear and Reset"
+        self.assertEqual(self.told("the laser did not finish homing in time, " + overdue),
+                         "der Laser kam nicht rechtzeitig auf Referenz, als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören: Sehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann Clear und Reset")
+        self.assertEqual(self.told("no homing switches, it counts from the corner it was given, the lid is closed again, its controller says Door:0"),
+                         "keine Referenzschalter, er zählt von der Ecke, die ihm gegeben wurde, der Deckel ist wieder geschlossen, seine Steuerung meldet Door:0")
         self.assertEqual(self.told("lay panel P-0001 on the bed, turned half round, 20 mm of it sticking out at the front: the camera finds it there"),
                          "legen Sie Platte P-0001 auf das Bett, um eine halbe Drehung gedreht, vorne stehen 20 mm von ihr über: Die Kamera findet sie dort")
 
@@ -1345,6 +1350,15 @@ class Screens(Page):
                     self.assertEqual(odd, "")
                     self.assertEqual(small, [], "smaller than 12 mm")
 
+    def test_a_laser_without_homing_switches_is_not_called_homed(self):
+        told = self.shown("""
+            const out = [];
+            for (const laser of [{}, {finds_home: true}, {finds_home: false}, {finds_home: false, homed: false}, {finds_home: false, connected: false}]) {
+              await show('cell', [], {laser: {...about_all.laser, ...laser}});
+              out.push(main.innerText.includes('no homing switches: counts from the corner it was given'));
+            }
+            return out""")
+        self.assertEqual(told, [False, False, True, False, False])
 
     # ---- numbers that go from a field to the cell
 

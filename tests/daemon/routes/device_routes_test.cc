@@ -607,8 +607,8 @@ TEST_F(LaserThatDoesNotOpen, IsNamedByItsPortToOperatorsOnly) {
   const json all = cell->status(Role::kOperator), some = cell->status(Role::kViewer);
   EXPECT_THAT(all["laser"]["why_not_connected"].get<std::string>(), HasSubstr("no-laser does not open"));
   EXPECT_THAT(all["reason"].get<std::string>(), HasSubstr("no-laser does not open"));
-  EXPECT_EQ(some["laser"]["why_not_connected"], "the laser does not answer; an operator is told why");
-  EXPECT_EQ(some["reason"], "the laser does not answer; an operator is told why");
+  EXPECT_EQ(some["laser"]["why_not_connected"], "the laser is not connected; an operator is told why");
+  EXPECT_EQ(some["reason"], "the laser is not connected; an operator is told why");
   EXPECT_THAT(some.dump(), AllOf(Not(HasSubstr("no-laser")), Not(HasSubstr(directory.path().string()))));
 }
 

@@ -142,6 +142,29 @@ TEST_F(PatternTest, IsReachedFromWhereHomingLeavesTheHeadUnlessTheCellIsIdle) {
   EXPECT_THAT(runner_->may_burn_pattern(pattern(0.2), {}).error().message, HasSubstr("clamp"));
 }
 
+// The task was cancelled while it burnt, and an operator held it then.
+TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  Status wanted = Ok();
+  runner_->burn_pattern(
+      {pattern(0.2), name_}, "test", [](const Status&) {}, {}, [&] { return wanted; });
+  settle();
+  ASSERT_TRUE(laser_.burning());
+  EXPECT_TRUE(runner_->view().alone);
+  wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  const Status unheld = command(CellCommand::kUnhold);
+  ASSERT_FALSE(unheld.ok());
+  EXPECT_EQ(unheld.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(unheld.error().message,
+            "the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it");
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(reason(), unheld.error().message);
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_NE(state(), CellState::kHeld) << "as it says";
+  EXPECT_FALSE(runner_->view().alone);
+}
+
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   bed_.stock = Error{ErrorCode::kUnavailable, "the camera does not answer"};
