@@ -73,14 +73,13 @@ class JobRunner : public UnitState,
   void begin(const db::Recovery& recovery);
 
   // CellCommands
-  void command(CellCommand command, const std::string& who, Reply reply,
-               std::vector<std::string> confirmed = {}) override;
+  void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) override;
   void stop_by(const std::function<std::string()>& who) override;
   TimePoint stop_given() const override { return stop_given_; }
   void stop_after_piece(const std::string& who, const Reply& reply) override;
   void write_off_look(const std::string& who, const Reply& reply) override;
   void frame(PowerFraction power, const std::string& who, const Reply& reply,
-             const std::vector<std::string>& confirmed = {}) override;
+             const std::vector<std::string>& confirmed) override;
 
   // JobCommands
   void start_job(JobId job, const std::string& who, Reply reply) override;
@@ -91,9 +90,9 @@ class JobRunner : public UnitState,
   Status require_confirmed(const std::vector<std::string>& confirmed) const override;
   Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const override;
   void look_for_stock(std::vector<std::string> confirmed, Reply reply) override;
-  void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply)); }
-  void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
-                    std::function<Status()> wanted = Ok) override;
+  void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply), {}); }
+  void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed,
+                    std::function<Status()> wanted) override;
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) override;
 
   Jogging& jogging() { return jogging_; }

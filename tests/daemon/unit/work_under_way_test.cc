@@ -25,7 +25,7 @@ class WorkUnderWay : public JobRunnerTest {
     stroke.speed = MmPerSecond(10);
     stroke.power = PowerFraction(power);
     const auto out = std::make_shared<Status>();
-    runner_->burn_pattern(LaserJob{{stroke}}, "test", [out](Status s) { *out = std::move(s); });
+    burn_wanted(LaserJob{{stroke}}, [out](Status s) { *out = std::move(s); });
     settle();
     return *out;
   }
@@ -68,7 +68,7 @@ class WorkUnderWay : public JobRunnerTest {
 
 TEST_F(WorkUnderWay, KilledWhileTheLaserIsHomed) {
   laser_.homes = false;
-  runner_->command(CellCommand::kReset, "test", [](const Status&) {});
+  tell(CellCommand::kReset);
   settle();
   ASSERT_EQ(laser_.calls.back(), "home");
   expect_aborted("the program ended while the laser was homed");
@@ -185,7 +185,7 @@ TEST_F(WorkUnderWay, KilledRightAfterAJobWasWrittenToBeCompleteItEndedWell) {
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   bed_.lay("P-0002");
   look();
-  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  tell(CellCommand::kUnsuspend);
   ASSERT_TRUE(job_becomes(db::JobState::kComplete));
   ASSERT_NE(state(), CellState::kComplete);
   expect_stopped();
@@ -276,11 +276,11 @@ TEST_F(WorkUnderWay, StopAndHoldComeBeforeTheRecord) {
     runner_->recut({"A1-1"}, {}, "test", [](const Status&) {});
     poll();
     bool held = false;
-    runner_->command(CellCommand::kHold, "test", [&](const Status& s) { held = s.ok(); });
+    tell(CellCommand::kHold, [&](const Status& s) { held = s.ok(); });
     EXPECT_TRUE(held);
     EXPECT_EQ(state(), CellState::kIdle);
     runner_->recut({"A1-1"}, {}, "test", [](const Status&) {});
-    runner_->command(CellCommand::kAbort, "test", [](const Status&) {});
+    tell(CellCommand::kAbort);
     EXPECT_EQ(laser_.calls.back(), "abort");
     poll();
   }
@@ -298,7 +298,7 @@ TEST_F(WorkUnderWay, AJogThatWasAskedForBeforeAStopDoesNotFollowIt) {
     const SlowDatabase slow(*database_);
     runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [](const Status&) {});
     poll();
-    runner_->command(CellCommand::kAbort, "test", [](const Status&) {});
+    tell(CellCommand::kAbort);
     poll();
   }
   settle();
@@ -335,7 +335,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
   const auto note = [&told](const Status& s) { told = s; };
   {
     const SlowDatabase slow(*database_);
-    runner_->command(CellCommand::kReset, "test", note);
+    tell(CellCommand::kReset, note);
     lid_moves();
   }
   settle();
@@ -359,7 +359,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
     dark.role = StrokeRole::kPattern;
     dark.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
     dark.speed = MmPerSecond(10);
-    runner_->burn_pattern(LaserJob{{dark}}, "test", note);
+    burn_wanted(LaserJob{{dark}}, note);
     lid_moves();
   }
   settle();
