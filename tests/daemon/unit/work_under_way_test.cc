@@ -2,6 +2,8 @@
 // begins before that is on the disk.
 #include <gmock/gmock.h>
 
+#include <type_traits>
+
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
@@ -11,6 +13,27 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+// All that an activity has to do, but for what is on record of it and what is written when it is broken off.
+class Forgetful : public Activity {
+ public:
+  bool needs_look() const override { return false; }
+  void look(Reply reply) override { reply(Ok()); }
+  std::optional<Point<MachineFrame>> next_start() const override { return std::nullopt; }
+  void go_on() override {}
+  void burnt(const std::string&) override {}
+};
+struct Recorded : Forgetful {
+  std::string recorded() const override { return "while nothing was done"; }
+};
+struct BrokenOff : Forgetful {
+  std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }
+};
+
+TEST(AnActivity, CannotForgetItsRecordNorWhatItsEndLeaves) {
+  EXPECT_TRUE(std::is_abstract_v<Recorded>);
+  EXPECT_TRUE(std::is_abstract_v<BrokenOff>);
+}
 
 class WorkUnderWay : public JobRunnerTest {
  protected:
