@@ -23,15 +23,17 @@ void bind_routes(Router& router, Cell& cell) {
       if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
     });
   };
-  const StockServices stock{*c.scans,       *c.proposals,    *c.scanner_worker, c.tasks,
-                            *c.queries,     *c.database,     *c.pictures,       c.panel_library,
-                            c.stock_memory, c.panel_figures, c.remnants,        panel_changed};
-  bind_stock_routes(router, stock);
-  bind_tile_routes(router, stock);
-  bind_proposal_routes(router, stock);
-  bind_mask_routes(router, stock);
-  bind_remnant_routes(router, stock);
-  bind_fiducial_routes(router, stock);
+  bind_stock_routes(router, {*c.queries, *c.database, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures,
+                             c.remnants, panel_changed});
+  bind_proposal_routes(router, {*c.scans, *c.proposals, *c.scanner_worker, c.tasks, *c.queries, *c.pictures,
+                                c.panel_library, panel_changed});
+  bind_mask_routes(router, {*c.queries, *c.database, *c.pictures, c.panel_library, panel_changed});
+  bind_remnant_routes(router, {*c.queries, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures, c.remnants});
+  const PictureServices drawn{*c.pictures, c.panel_library};
+  bind_tile_routes(router, drawn);
+  bind_plan_piece_routes(router, drawn);
+  bind_map_routes(router, drawn);
+  bind_fiducial_routes(router, *c.pictures);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_scanner_routes(router, {*c.work_runner, c.config, *c.scanner_worker, c.tasks});
   bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks,
@@ -48,30 +50,20 @@ void bind_routes(Router& router, Cell& cell) {
                  return c.audit_now(who, what, detail);
                },
                c.restart});
-  const JobServices jobs{
-      *c.plans,
-      *c.planner_worker,
-      c.config.planner,
-      c.tasks,
-      *c.runner,
-      *c.runner,
-      *c.database,
-      *c.queries,
-      *c.pictures,
-      *c.sketches,
-      c.panel_library,
-      [&c, on_reactor](JobId job) {
-        on_reactor([&c, job] {
-          c.runner->job_changed(job);
-          c.refresh_counts();
-          c.hub.broadcast({{"type", "job"}, {"job", job.value}});
-        });
-      },
-      [&c, on_reactor](const std::vector<PanelId>& panels) { on_reactor([&c, panels] { c.leases_changed(panels); }); }};
-  bind_job_routes(router, jobs);
-  bind_plan_routes(router, jobs);
-  bind_plan_piece_routes(router, jobs);
-  bind_map_routes(router, jobs);
+  const auto job_changed = [&c, on_reactor](JobId job) {
+    on_reactor([&c, job] {
+      c.runner->job_changed(job);
+      c.refresh_counts();
+      c.hub.broadcast({{"type", "job"}, {"job", job.value}});
+    });
+  };
+  const auto leases_changed = [&c, on_reactor](const std::vector<PanelId>& panels) {
+    on_reactor([&c, panels] { c.leases_changed(panels); });
+  };
+  bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.runner, *c.runner, *c.database,
+                           *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed});
+  bind_plan_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.database, *c.queries,
+                            *c.pictures, *c.sketches, c.panel_library, leases_changed});
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, *c.runner, c.runner->jogging(), c.runner->overrides(), c.tasks, c.config.recipe,
                              *c.pictures, on_reactor});
