@@ -39,8 +39,8 @@
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/cell_commands.h"
 #include "daemon/unit/job_commands.h"
-#include "daemon/unit/jogging.h"
-#include "daemon/unit/overrides.h"
+#include "daemon/unit/jog_commands.h"
+#include "daemon/unit/override_commands.h"
 #include "daemon/unit/pattern_commands.h"
 #include "daemon/unit/unit_state.h"
 #include "daemon/workers/work_runner.h"
@@ -265,8 +265,8 @@ void bind_piece_routes(Router& router, const PieceServices& services);
 struct LaserServices {
   const UnitState& unit;
   PatternCommands& patterns;
-  Jogging& jogging;
-  Overrides& overrides;
+  JogCommands& jogging;
+  OverrideCommands& overrides;
   TaskRegistry& tasks;
   const RecipeConfig& recipe;
   QueryPool& pictures;  // large drawings are read there

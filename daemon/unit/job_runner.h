@@ -15,9 +15,9 @@
 // off owes that look (owed_proof.h).
 //
 // Who asks or commands sees no more of it than he needs: unit_state.h, cell_commands.h, job_commands.h,
-// pattern_commands.h, jogging.h, overrides.h. What goes on beside the states is told of them and has its own files:
-// the wait for a panel, the proof of the bed, looks and ends that are owed, cuts that can be met again, the record of
-// what is under way.
+// pattern_commands.h, jog_commands.h, override_commands.h. What goes on beside the states is told of them and has its
+// own files: the wait for a panel, the proof of the bed, looks and ends that are owed, cuts that can be met again, the
+// record of what is under way.
 //
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
@@ -95,8 +95,8 @@ class JobRunner : public UnitState,
                     std::function<Status()> wanted) override;
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) override;
 
-  Jogging& jogging() { return jogging_; }
-  Overrides& overrides() { return overrides_; }
+  JogCommands& jogging() { return jogging_; }
+  OverrideCommands& overrides() { return overrides_; }
 
   // UnitState
   const CellView& view() const override { return view_; }
