@@ -13,7 +13,7 @@ void bind_routes(Router& router, Cell& cell) {
   const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
   router.gate_changes([&c](std::string_view operation, const ApiRequest& request) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
-    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
+    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.changes->may_be_noted(request.caller);
   });
   bind_unit_routes(router, {*c.runner, *c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks,
                             *c.queries, [&c](Role told) { return c.status(told); }});
@@ -47,7 +47,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_device_routes(
       router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, c.camera_trials, on_reactor,
                [&c](const std::string& who, const std::string& what, const std::string& detail) {
-                 return c.audit_now(who, what, detail);
+                 return c.changes->note_now(who, what, detail);
                },
                c.restart});
   const auto job_changed = [&c, on_reactor](JobId job) {
@@ -58,7 +58,7 @@ void bind_routes(Router& router, Cell& cell) {
     });
   };
   const auto leases_changed = [&c, on_reactor](const std::vector<PanelId>& panels) {
-    on_reactor([&c, panels] { c.leases_changed(panels); });
+    on_reactor([&c, panels] { c.leases->changed(panels); });
   };
   bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.runner, *c.runner, *c.database,
                            *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed});
@@ -75,10 +75,11 @@ void bind_routes(Router& router, Cell& cell) {
       router, {c.metrics, [&c] {
                  return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};
                }});
-  bind_alarm_routes(router, {c.alarms, c.config, [&c] { c.alarms_changed(); }, [&c] { return c.try_notices(); }});
+  bind_alarm_routes(router,
+                    {c.alarms, c.config, [&c] { c.news->alarms_changed(); }, [&c] { return c.news->try_notices(); }});
   bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
   bind_history_routes(router, *c.queries);
-  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.task_told(task, by); });
+  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); });
 }
 
 }  // namespace veneer::daemon
