@@ -22,8 +22,8 @@ class PatternTest : public ProofTest {
   }
   Status burn(double power, std::vector<std::string> confirmed = {}) {
     std::optional<Status> out;
-    runner_->burn_pattern(
-        {pattern(power), name_}, "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
+    burn_wanted(
+        {pattern(power), name_}, [&](Status s) { out = std::move(s); }, std::move(confirmed));
     settle();
     if (laser_.burning()) laser_.finish(), settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
@@ -31,6 +31,22 @@ class PatternTest : public ProofTest {
 
   std::string name_ = "pattern";
 };
+
+// Whoever leaves out what is confirmed, or whether it is still wanted, does not compile: an absent word is no yes.
+template <class Unit>
+constexpr bool kBurnsUnasked = requires(Unit& unit, Pattern pattern, PatternCommands::Reply reply) {
+  unit.burn_pattern(pattern, "test", reply, {});
+};
+template <class Unit>
+constexpr bool kMovesUnconfirmed = requires(Unit& unit, CellCommands::Reply reply) {
+  unit.command(CellCommand::kUnsuspend, "test", reply);
+}
+|| requires(Unit& unit, CellCommands::Reply reply) { unit.frame(PowerFraction(0.02), "test", reply); };
+
+TEST(AWordThatIsNotSaid, IsNoYes) {
+  EXPECT_FALSE(kBurnsUnasked<JobRunner>);
+  EXPECT_FALSE(kMovesUnconfirmed<JobRunner>);
+}
 
 TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
