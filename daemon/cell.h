@@ -128,6 +128,9 @@ class Cell {
   CellCounts counts;
   void refresh_counts();
   bool is_counting() const { return counter_->is_counting(); }
+  // What lists and searches tell of panels that nobody counted yet, soon and behind all else. From any thread, as long
+  // as something may be asked.
+  void count_stock();
   // A notice that says that it is a try, to whoever is told of alarms: the task that sends it.
   Result<std::int64_t> try_notices();
   // Somebody acknowledged some.

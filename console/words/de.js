@@ -61,7 +61,7 @@ export const words = {
   "attention.missing": {one: "1 Stück fehlt", other: "{n} Stücke fehlen"},
   "attention.differences": {one: "1 Platte weicht von ihrem Buch ab", other: "{n} Platten weichen von ihrem Buch ab"},
   "attention.scans": {one: "1 Platte wartet auf einen Scan", other: "{n} Platten warten auf einen Scan"},
-  "stock": "Bestand", "stock.panels": {one: "1 Platte", other: "{n} Platten"}, "stock.free": "{area} frei",
+  "stock": "Bestand", "stock.panels": {one: "1 Platte", other: "{n} Platten"}, "stock.free": "{area} frei", "stock.uncounted": {one: "1 Platte ist noch nicht gezählt.", other: "{n} Platten sind noch nicht gezählt."}, "stock.unreadable": {one: "Die Maske von 1 Platte ist nicht lesbar.", other: "Die Masken von {n} Platten sind nicht lesbar."},
   "leases": "Vorgemerktes Holz", "leases.until": "bis {until}, von {who}", "leases.back": "Holz zurückgeben",
   "leases.about": "Aufgehoben für Pläne, aus denen noch kein Auftrag wurde.",
   // Aufträge und Stücke
@@ -94,7 +94,7 @@ export const words = {
   "panels.search": "Suchen", "panels.search_hint": "Nummer, Name, Holz, Fach", "panels.retired": "auch ausgeschiedene",
   "panels.none": "Noch ist kein Holz im Bestand. Legen Sie eine Platte auf den Scanner und scannen Sie sie.", "panels.none_found": "Keine Platte hat diese Nummer, diesen Namen, dieses Holz oder dieses Fach.",
   "panels.stock": "Freies, reserviertes und geschnittenes Holz von {panel}",
-  "panel.free": "{free} frei, {reserved} reserviert", "panel.remnant": "Rest von {parent}", "panel.scan_again": "Wartet auf einen Scan: {why}",
+  "panel.free": "{free} frei, {reserved} reserviert", "panel.for_plans": "{area} für Pläne", "panel.uncounted": "Ihr Holz ist noch nicht gezählt.", "panel.unreadable": "Ihre Maske ist nicht lesbar, niemand weiß also, was an ihr frei ist: die Datei aus einer Sicherung zurücklegen oder die Platte scannen.", "panel.remnant": "Rest von {parent}", "panel.scan_again": "Wartet auf einen Scan: {why}",
   "panel.retired": "ausgeschieden: {why}", "panel.back": "Alle Platten",
   "panel.differences": {one: "Holz und Buch stimmen an 1 Stelle nicht überein", other: "Holz und Buch stimmen an {n} Stellen nicht überein"},
   "panel.lease": "vorgemerkt für Plan {n} „{name}“ bis {until}",

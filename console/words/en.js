@@ -53,7 +53,7 @@ export const words = {
   "attention.missing": {one: "1 piece is missing", other: "{n} pieces are missing"},
   "attention.differences": {one: "1 panel and its ledger disagree", other: "{n} panels and their ledger disagree"},
   "attention.scans": {one: "1 panel waits for a scan", other: "{n} panels wait for a scan"},
-  "stock": "Stock", "stock.panels": {one: "1 panel", other: "{n} panels"}, "stock.free": "{area} free",
+  "stock": "Stock", "stock.panels": {one: "1 panel", other: "{n} panels"}, "stock.free": "{area} free", "stock.uncounted": {one: "1 panel is not counted yet.", other: "{n} panels are not counted yet."}, "stock.unreadable": {one: "The mask of 1 panel cannot be read.", other: "The masks of {n} panels cannot be read."},
   "leases": "Leased wood", "leases.until": "until {until}, by {who}", "leases.back": "Give the wood back",
   "leases.about": "Kept for plans of which no job is made yet.",
   // Jobs and pieces
@@ -86,7 +86,7 @@ export const words = {
   "panels.search": "Search", "panels.search_hint": "number, name, wood, shelf", "panels.retired": "retired ones too",
   "panels.none": "No wood is in stock yet. Lay a panel on the scanner and scan it.", "panels.none_found": "No panel has this number, name, wood or shelf.",
   "panels.stock": "Free, reserved and cut wood of {panel}",
-  "panel.free": "{free} free, {reserved} reserved", "panel.remnant": "remnant of {parent}", "panel.scan_again": "Waits for a scan: {why}",
+  "panel.free": "{free} free, {reserved} reserved", "panel.for_plans": "{area} for plans", "panel.uncounted": "Its wood is not counted yet.", "panel.unreadable": "Its mask cannot be read, so that nobody knows what of it is free: put the file back from a backup, or scan the panel.", "panel.remnant": "remnant of {parent}", "panel.scan_again": "Waits for a scan: {why}",
   "panel.retired": "retired: {why}", "panel.back": "All panels",
   "panel.differences": {one: "Wood and ledger disagree in 1 place", other: "Wood and ledger disagree in {n} places"},
   "panel.lease": "leased for plan {n} “{name}” until {until}",

@@ -23,9 +23,9 @@ void bind_routes(Router& router, Cell& cell) {
       if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
     });
   };
-  const StockServices stock{*c.scans,       *c.proposals,    *c.scanner_worker, c.tasks,
-                            *c.queries,     *c.database,     *c.pictures,       c.panel_library,
-                            c.stock_memory, c.panel_figures, c.remnants,        panel_changed};
+  const StockServices stock{*c.scans,    *c.proposals,  *c.scanner_worker,        c.tasks,        *c.queries,
+                            *c.database, *c.pictures,   c.panel_library,          c.stock_memory, c.panel_figures,
+                            c.remnants,  panel_changed, [&c] { c.count_stock(); }};
   bind_stock_routes(router, stock);
   bind_tile_routes(router, stock);
   bind_proposal_routes(router, stock);

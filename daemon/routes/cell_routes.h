@@ -79,6 +79,7 @@ struct StockServices {
   PanelFigures& figures;
   Remnants& remnants;
   std::function<void(const std::optional<PanelId>& panel)> on_changed;
+  std::function<void()> count_soon;  // what nobody counted yet, behind all else; from any thread
 };
 void bind_stock_routes(Router& router, const StockServices& services);
 // A panel's map in tiles, for whoever looks closely.

@@ -24,15 +24,11 @@ namespace {
 using nlohmann::json;
 
 Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& id) {
-  PanelFigures& known = s.figures;
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
-  auto figures = known.of(r, *panel);
+  auto figures = s.figures.of(r, *panel);
   if (!figures) return figures.error();
   json out = to_json(*panel, *figures);
-  auto book = known.book(r, *panel);
-  if (!book) return book.error();
-  out["area_book_mm2"] = *book ? to_json(**book) : json();
   auto counted = s.remnants.count(r, *panel);
   if (!counted) return counted.error();
   const auto booked = r.remnants.newest(id);
@@ -90,7 +86,6 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
 void count_panel(Repositories& r, const StockServices& s, const PanelId& id) {
   const auto panel = r.panels.find(id);
   if (!panel) return;
-  static_cast<void>(s.figures.book(r, *panel));
   static_cast<void>(s.figures.free(r, *panel));
   static_cast<void>(s.remnants.count(r, *panel));
 }

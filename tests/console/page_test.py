@@ -185,6 +185,8 @@ class FirstSize(Page):
         least = {"size_mm": 20, "patch_mm": 5, "of_wood": False, "lack": "no_wood"}
         self.assertEqual(self.size([{"retired": {"reason": "lent"}, "free_mm2": 5e4}]), least, "all of it is lent")
         self.assertEqual(self.size([{"retired": None, "free_mm2": 0}]), least)
+        self.assertEqual(self.size([{"retired": None, "free_mm2": None, "mask": "uncounted"}])["lack"], "", "nobody knows yet")
+        self.assertEqual(self.size([{"retired": None, "free_mm2": None, "mask": "unreadable"}]), least)
         self.assertEqual(self.size([{"retired": None, "free_mm2": 4e4, "scan_again": "sanded"}]), {**least, "lack": "scan_again"}, "it waits for a scan")
         self.assertEqual(self.size([{"retired": None, "free_mm2": 0}, {"retired": {"reason": "lent"}, "free_mm2": 4e4}]), least)
 
@@ -1260,7 +1262,7 @@ EVERYTHING = """
     const at = '2026-05-01T07:30:00Z', listed = (name, ...all) => ({[name]: all, next: null});
     const square = (x, y, side) => [x, y, x + side, y, x + side, y + side, x, y + side];
     const panel = {id: 'P-0001', name: 'walnut', parent: null, shelf: 'A1', woods: ['walnut', 'maple'], width_mm: 240, height_mm: 160, free_mm2: 2e4, cut_mm2: 900, reserved_mm2: 0, open_differences: 1,
-      retired: null, scan_again: null, mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
+      retired: null, scan_again: null, mask: 'counted', mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
       facts: {shelf: 'A1', veneer_mm: .6, substrate_mm: 1.5}, treatments: [{product: 'oil', on: '2026-05-01'}], remnant: {woods: [{material: 'walnut', free_mm2: 2e4}], square: {side_mm: 90.5}, circle: {diameter_mm: 99}},
       area_book_mm2: {panel: 38400, free: 2e4, reserved: 0, cut: 900, kerf: 100, suspect: 0, scrap: 0, unusable: 17400},
       zones: [1, 2].map((zone) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, outline_mm: [square(0, 0, 50)], outlines_mm: [square(0, 0, 50)]}))};
