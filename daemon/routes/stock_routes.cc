@@ -256,9 +256,11 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
   if (reason) limit_text(body, "reason", *reason, 1);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   change_panel(s, request, reply,
-               [retired, reason = reason.value_or("put back")](Repositories& r, const PanelId& id) -> Result<json> {
+               [retired, reason = reason.value_or("put back"), who = request.caller.who](
+                   Repositories& r, const PanelId& id) -> Result<json> {
                  const std::string now = utc_timestamp();
-                 const Status done = retired ? r.panels.retire(id, reason, now) : r.panels.restore(id, reason, now);
+                 const Status done =
+                     retired ? r.panels.retire(id, reason, now, who) : r.panels.restore(id, reason, now, who);
                  if (!done) return done.error();
                  return json{{"panel", id.value}, {"retired", retired}};
                });

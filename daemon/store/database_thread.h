@@ -20,6 +20,7 @@
 #include "db/certificates.h"
 #include "db/database.h"
 #include "db/differences.h"
+#include "db/events.h"
 #include "db/job_store.h"
 #include "db/later_scans.h"
 #include "db/leases.h"
@@ -65,7 +66,8 @@ struct Repositories {
         masks(database),
         accounts(database),
         remnants(database),
-        later_scans(database) {}
+        later_scans(database),
+        events(database) {}
   db::Database& connection;  // of them all: db::at_one_moment(r.connection, ...)
   db::Panels panels;
   db::Ledger ledger;
@@ -83,6 +85,7 @@ struct Repositories {
   db::Accounts accounts;
   db::RemnantBook remnants;
   db::LaterScans later_scans;
+  db::Events events;
   CellDevices devices;
 };
 
