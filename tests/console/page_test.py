@@ -608,6 +608,17 @@ class Cards(Page):
         self.assertEqual(told[:5], [None, True, 0, "", 0])
         self.assertIn("Shall 4 pieces of job 3 on panel P-0001 be suspect", told[5])
 
+    def test_a_panel_says_in_words_what_nobody_knows_of_its_wood(self):
+        told = self.does(CELL + """
+            const panels = await load('screens/panels.js');
+            const sheet = (id, mask, book) => ({id, name: id, retired: null, woods: [], width_mm: 240, height_mm: 160, mask, free_mm2: 7e4, reserved_mm2: 5e4, cut_mm2: 0, area_book_mm2: book});
+            model.panels = [sheet('P-0001', 'counted', {free: 65000, reserved: 12000}), sheet('P-0002', 'uncounted', null), sheet('P-0003', 'unreadable', null)];
+            put(main, panels.draw());
+            return [...main.querySelectorAll('a.panel')].map((one) => one.innerText)""")
+        for said, words in zip(told, ("650 cm² free, 120 cm² reserved", "Its wood is not counted yet.", "Its mask cannot be read")):
+            self.assertIn(words, said)
+        self.assertNotIn("cm²", told[1] + told[2])
+
     def test_an_open_series_goes_on_as_it_began(self):
         seen = self.does(CELL + """
             const scan = await load('screens/scan.js'), asked = () => window.asked.filter(({path}) => path.endsWith('/scans')).map(({body}) => body);
