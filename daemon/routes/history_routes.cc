@@ -12,6 +12,7 @@
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/search_words.h"
+#include "db/events.h"
 
 namespace veneer::daemon {
 namespace {
@@ -139,7 +140,7 @@ db::EventPlace read_place(RequestReader& query) {
 }
 
 Result<json> events_json(Repositories& r, const db::EventFilter& filter, const db::EventPlace& after, int limit) {
-  auto events = r.events.read(filter, after, limit + 1);
+  auto events = db::Events(r.connection).read(filter, after, limit + 1);
   if (!events) return events.error();
   json out = {{"events", json::array()}, {"next", nullptr}};
   if (events->size() > static_cast<std::size_t>(limit)) {

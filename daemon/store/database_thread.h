@@ -20,7 +20,6 @@
 #include "db/certificates.h"
 #include "db/database.h"
 #include "db/differences.h"
-#include "db/events.h"
 #include "db/job_store.h"
 #include "db/later_scans.h"
 #include "db/leases.h"
@@ -66,8 +65,7 @@ struct Repositories {
         masks(database),
         accounts(database),
         remnants(database),
-        later_scans(database),
-        events(database) {}
+        later_scans(database) {}
   db::Database& connection;  // of them all: db::at_one_moment(r.connection, ...)
   db::Panels panels;
   db::Ledger ledger;
@@ -85,7 +83,6 @@ struct Repositories {
   db::Accounts accounts;
   db::RemnantBook remnants;
   db::LaterScans later_scans;
-  db::Events events;
   CellDevices devices;
 };
 
