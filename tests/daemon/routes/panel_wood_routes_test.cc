@@ -376,7 +376,8 @@ TEST_F(PanelWood, ASearchAnswersFromWhatIsCountedAndSaysWhatIsNot) {
   const json then = get(search);
   EXPECT_EQ(then["panels"].size(), 19U) << "P-0001 has no wood";
   EXPECT_TRUE(then["not_searched"].empty()) << then["not_searched"];
-  for (const json& panel : get("/panels")["panels"]) EXPECT_EQ(panel["mask"], "counted");
+  const json counted = get("/panels")["panels"];
+  for (const json& panel : counted) EXPECT_EQ(panel["mask"], "counted");
 }
 
 TEST_F(PanelWood, WhatASearchDidNotCountIsCountedBehindIt) {
