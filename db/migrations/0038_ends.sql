@@ -87,7 +87,9 @@ UNION ALL
 SELECT h.at, h.id, 'job', NULL, h.job, NULL, NULL, h.state, coalesce(d.who, '')
 FROM job_history AS h LEFT JOIN done_by AS d ON d.kind = 'job' AND d.number = h.id
 UNION ALL
-SELECT r.at, r.id, 'job', NULL, r.job, NULL, NULL, 'pieces made again', p.who FROM redos AS r JOIN plans AS p ON p.id = r.plan
+-- Of the plan only who asked for it.
+SELECT r.at, r.id, 'job', NULL, r.job, NULL, NULL, 'pieces made again', p.who
+FROM redos AS r, plans AS p WHERE p.id = r.plan
 UNION ALL
 SELECT a.at, a.id, 'job', NULL, a.job, NULL, NULL, CASE a.archived WHEN 1 THEN 'archived' ELSE 'in sight again' END,
        coalesce(d.who, '')
