@@ -263,6 +263,9 @@ Result<nlohmann::json> ApiClient::get_all(const std::string& target, const std::
     if (!more.is_array() || (more.empty() && goes_on) || !member(*whole, list.c_str()).is_array())
       return Error{ErrorCode::kInternal, "veneerd's answer to " + target + " breaks off"};
     for (const nlohmann::json& item : more) (*whole)[list].push_back(item);
+    // What a search could not look at is of each page, too.
+    if (const nlohmann::json& left = member(*page, "not_searched"); left.is_array())
+      for (const nlohmann::json& item : left) (*whole)["not_searched"].push_back(item);
     (*whole)["next"] = member(*page, "next");
   }
   return whole;

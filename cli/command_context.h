@@ -85,7 +85,7 @@ void add_db_commands(CLI::App& app, CommandContext& context);       // db check|
 void add_account_commands(CLI::App& app, CommandContext& context);  // user, token, login, logout, whoami
 void add_alarm_commands(CLI::App& app, CommandContext& context);    // alarm list|acknowledge|try
 void add_audit_command(CLI::App& app, CommandContext& context);
-void add_export_commands(CLI::App& app, CommandContext& context);      // export stock|history
+void add_export_commands(CLI::App& app, CommandContext& context);      // export stock|history|wood|events
 void add_panel_commands(CLI::App& app, CommandContext& context);       // panel list|show, calibrate, certificates
 void add_proposal_commands(CLI::App& panel, CommandContext& context);  // panel scan|proposals|accept|refuse
 void add_mask_commands(CLI::App& panel, CommandContext& context);      // panel mask

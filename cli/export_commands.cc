@@ -1,5 +1,5 @@
-// export stock|history|wood: what the cell has and what it did, for spreadsheets and other programs. Page by page, so
-// that neither the daemon nor this program ever holds a million pieces.
+// export stock|history|wood|events: what the cell has and what it did, for spreadsheets and other programs. Page by
+// page, so that neither the daemon nor this program ever holds a million pieces.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,6 +87,12 @@ const Columns& history_columns() {
   return kColumns;
 }
 
+const Columns& event_columns() {
+  static const Columns kColumns = {as_it_is("at"),  as_it_is("kind"),  as_it_is("what"), as_it_is("panel"),
+                                   as_it_is("job"), as_it_is("piece"), as_it_is("run"),  as_it_is("who")};
+  return kColumns;
+}
+
 const Columns& wood_columns() {
   static const Columns kColumns = {as_it_is("step"),  as_it_is("at"),       as_it_is("panel"), as_it_is("allocation"),
                                    as_it_is("state"), as_it_is("area_mm2"), as_it_is("job"),   as_it_is("piece"),
@@ -155,6 +161,15 @@ class Export {
     return end();
   }
 
+  Status events() {
+    begin("\"events\":[", event_columns());
+    if (Status all =
+            every("/history/events", "events", [this](const json& event) { return row(event, event_columns()); });
+        !all)
+      return all;
+    return end();
+  }
+
   Status wood() {
     begin("\"steps\":[", wood_columns());
     if (Status all = every("/history/wood", "steps", [this](const json& step) { return row(step, wood_columns()); });
@@ -168,15 +183,16 @@ class Export {
 
   // Every item of a list that comes in pages, in its order.
   Status every(const std::string& target, const char* list, const std::function<Status(const json&)>& take) {
-    std::string page = target + "?limit=200";
+    std::string page = target + "?limit=1000";
     while (true) {
       const auto reply = client_.get(page);
       if (!reply) return reply.error();
       for (const json& item : member(*reply, list))
         if (Status taken = take(item); !taken) return taken;
       const json& next = member(*reply, "next");
-      if (!next.is_number_integer()) return Ok();
-      page = fmt::format("{}?limit=200&cursor={}", target, next.get<std::int64_t>());
+      if (next.is_null()) return Ok();
+      page = fmt::format("{}?limit=1000&cursor={}", target,
+                         next.is_string() ? url_encode(next.get<std::string>()) : next.dump());
     }
   }
   void begin(const std::string& members, const Columns& columns) {
@@ -231,7 +247,8 @@ void add_export(CLI::App& parent, CommandContext& context, const char* name, con
 }  // namespace
 
 void add_export_commands(CLI::App& app, CommandContext& context) {
-  CLI::App* parent = app.add_subcommand("export", "Stock, history and wood, for spreadsheets and other programs");
+  CLI::App* parent =
+      app.add_subcommand("export", "Stock, history, wood and events, for spreadsheets and other programs");
   parent->require_subcommand(1);
   add_export(*parent, context, "stock", "Every panel with its species and what each square millimetre of it is",
              &Export::stock);
@@ -239,6 +256,9 @@ void add_export_commands(CLI::App& app, CommandContext& context) {
              "Every piece of every job: where, by which run, whose word, what became of it", &Export::history);
   add_export(*parent, context, "wood",
              "Every state that any wood entered: first tries of pieces made again, leases, write-offs", &Export::wood);
+  add_export(*parent, context, "events",
+             "All that happened to wood, pieces, runs, jobs, panels and the cell, by time, and who did it",
+             &Export::events);
 }
 
 }  // namespace veneer::cli

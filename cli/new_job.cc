@@ -123,10 +123,10 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option("--size-mm", wanted.size_mm, "Shorter side of the picture");
   command.add_option("--panels", wanted.panels, "Only these panels, separated by commas")->delimiter(',');
   command.add_option("--max-panels", wanted.max_panels,
-                     "Use no more than this many panels: those with the most free wood, remnants before fresh ones");
+                     "Use no more than this many panels: those with the most free wood");
   command.add_flag("--remnants-first,!--no-remnants-first", wanted.remnants_first,
                    "No fresh panel while remnants have twice the picture's wood [as configured for the cell; where "
-                   "nothing is configured, on with --max-panels and off without]");
+                   "nothing is configured, off]");
   command.add_option("--material,--wood", wanted.woods, "Use only zones of this material (repeatable)");
   command.add_option(
       "--material-weight,--wood-weight", wanted.wood_weights,

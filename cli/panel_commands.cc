@@ -59,7 +59,8 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
   list->add_option("WORDS", options->words,
                    "Only panels whose number, name, shelf place, woods or parent hold all of these, as in walnut A3");
   CLI::Option* all = list->add_flag("--all", options->retired_too, "Retired ones too");
-  list->add_option("--min-free", options->min_free_cm2, "With at least this much free wood, in cm2, counted as follows")
+  list->add_option("--min-free", options->min_free_cm2,
+                   "With at least this much free wood for a plan (FITTING), in cm2, counted as follows")
       ->check(number_from_zero())
       ->excludes(all);
   list->add_option("--material,--wood", options->wood, "Wood of this material only")->excludes(all);

@@ -23,15 +23,22 @@ std::string open_differences_words(const json& panel) {
                      open == 1 ? "1 place" : fmt::format("{} places", open), id);
 }
 
+constexpr const char* kUnreadable =
+    "its mask cannot be read, so that nobody knows what of it is free: put the file back from a backup, or scan the "
+    "panel";
+
 std::string panels_text(const json& panels, bool named) {
   std::vector<std::string> headings{"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"};
   if (named) headings.insert(headings.end(), {"NAME", "SHELF", "WOODS"});
   TextTable table(headings);
   std::string notes;
+  int uncounted = 0;
   for (const json& panel : panels) {
+    const json& book = member(panel, "area_book_mm2");
+    const std::string mask = text_or(panel, "mask", "");
     std::vector<std::string> row{text_or(panel, "id", "?"),       size_of(panel),
-                                 square_cm(panel, "free_mm2"),    square_cm(panel, "reserved_mm2"),
-                                 square_cm(panel, "cut_mm2"),     names_of(member(panel, "faces")),
+                                 square_cm(book, "free"),         square_cm(book, "reserved"),
+                                 square_cm(book, "cut"),          names_of(member(panel, "faces")),
                                  millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")};
     if (named)
       row.insert(row.end(),
@@ -42,8 +49,10 @@ std::string panels_text(const json& panels, bool named) {
     if (const std::string why = text_or(panel, "scan_again", ""); !why.empty())
       notes += "Waits for a scan: " + why + "\n";
     notes += open_differences_words(panel);
+    if (mask == "unreadable") notes += fmt::format("{}: {}\n", text_or(panel, "id", "?"), kUnreadable);
+    if (mask == "uncounted") ++uncounted;
   }
-  return table.str() + notes;
+  return table.str() + notes + uncounted_words(uncounted);
 }
 
 }  // namespace
@@ -80,9 +89,7 @@ std::string render_panel(const json& panel) {
     text += line("Unusable", square_cm(book, "unusable"));
   } else {
     text += line("Usable", square_cm(panel, "usable_mm2"));
-    text += line("Free", square_cm(panel, "free_mm2"));
-    text += line("Reserved", square_cm(panel, "reserved_mm2"));
-    text += line("Cut", square_cm(panel, "cut_mm2"));
+    text += line("Area", kUnreadable);
   }
   text += render_remnant(panel);
   text += line("Faces", names_of(member(panel, "faces")));

@@ -31,13 +31,29 @@ std::string found_table(const json& panels, bool named) {
   TextTable table(headings);
   for (const json& panel : panels) {
     std::vector<std::string> row{text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "fitting_mm2"),
-                                 square_cm(panel, "free_mm2"), text_or(panel, "parent", "")};
+                                 square_cm(member(panel, "area_book_mm2"), "free"), text_or(panel, "parent", "")};
     if (named)
       row.insert(row.end(),
                  {text_or(panel, "name", ""), text_or(panel, "shelf", ""), names_of(member(panel, "woods"))});
     table.add(std::move(row));
   }
   return table.str();
+}
+
+// Panels that may have the wood all the same.
+std::string not_searched_words(const json& reply) {
+  const json& panels = member(reply, "not_searched");
+  if (!panels.is_array()) return "";
+  std::string text;
+  int uncounted = 0;
+  for (const json& one : panels)
+    if (text_or(one, "why", "") == "unreadable")
+      text += fmt::format(
+          "{} was not looked at, its mask or map cannot be read: put the file back from a backup, or scan the panel.\n",
+          text_or(one, "panel", "?"));
+    else
+      ++uncounted;
+  return text + uncounted_words(uncounted);
 }
 
 }  // namespace
@@ -49,7 +65,7 @@ std::string render_remnant(const json& panel) {
   if (const json& list = member(remnant, "woods"); list.is_array())
     for (const json& wood : list)
       woods.push_back(text_or(wood, "material", "wood nobody has named") + " " + square_cm(wood, "free_mm2"));
-  return line("Free wood", joined(woods, ", ")) +
+  return line("For plans", joined(woods, ", ")) +
          line("Has room for", joined({shape_words(member(remnant, "square"), "side_mm", "a square"),
                                       shape_words(member(remnant, "circle"), "diameter_mm", "a circle")},
                                      ", ")) +
@@ -59,7 +75,7 @@ std::string render_remnant(const json& panel) {
 std::string render_remnants(const json& reply) {
   const json& all = member(reply, "remnants");
   if (!all.is_array() || all.empty()) return "Nothing was booked of this panel yet.\n";
-  TextTable table({">NUMBER", ">RUN", "WHEN", "FREE WOOD", ">SQUARE", ">CIRCLE"});
+  TextTable table({">NUMBER", ">RUN", "WHEN", "FOR PLANS", ">SQUARE", ">CIRCLE"});
   for (const json& one : all) {
     std::vector<std::string> woods;
     if (const json& list = member(one, "woods"); list.is_array())
@@ -76,16 +92,21 @@ std::string render_remnants(const json& reply) {
 
 std::string render_found(const json& reply) {
   const json& panels = member(reply, "panels");
-  if (!panels.is_array() || panels.empty()) return "No panel in stock has so much of this wood.\n";
-  return found_table(panels, false);
+  const std::string others = not_searched_words(reply);
+  if (!panels.is_array() || panels.empty())
+    return others.empty() ? "No panel in stock has so much of this wood.\n"
+                          : "No panel that was looked at has so much of this wood.\n" + others;
+  return found_table(panels, false) + others;
 }
 
 std::string render_named_found(const json& reply) {
   const json& panels = member(reply, "panels");
+  const std::string others = not_searched_words(reply);
   if (!panels.is_array() || panels.empty())
     return "No panel in stock has so much of this wood, of those with all of these words: leave a word out, or ask for "
-           "less wood.\n";
-  return found_table(panels, true);
+           "less wood.\n" +
+           others;
+  return found_table(panels, true) + others;
 }
 
 }  // namespace veneer::cli

@@ -19,6 +19,12 @@ std::string square_cm(const json& object, const char* key) {
   return value.is_number() ? fmt::format("{:.0f} cm2", value.get<double>() / 100) : "";
 }
 
+std::string uncounted_words(int panels) {
+  if (panels == 0) return "";
+  return panels == 1 ? "1 panel is not counted yet: ask again in a while.\n"
+                     : fmt::format("{} panels are not counted yet: ask again in a while.\n", panels);
+}
+
 std::string sureness(const json& seen) {
   const json& confidence = member(seen, "confidence");
   return confidence.is_number() ? fmt::format("{:.0f} %", 100 * confidence.get<double>()) : "";

@@ -12,6 +12,8 @@ std::string line(const std::string& label, const std::string& text);
 // "812 cm2" of a number in square millimetres.
 std::string square_cm(const nlohmann::json& object, const char* key);
 // "87 %" of how sure the eye was; "" where nobody knows.
+// Of panels whose masks nobody has counted yet; "" for none.
+std::string uncounted_words(int panels);
 std::string sureness(const nlohmann::json& seen);
 std::string millimetres(const nlohmann::json& object, const char* key, int digits);
 // "420 x 280 mm"

@@ -14,6 +14,7 @@ export const waits = (panel) => !panel.retired && Boolean(panel.scan_again);
 export function firstSize(panels, longer = 4 / 3) {
   if (!panels.length) return {...kModest, of_wood: false, lack: ""};
   const free = panels.filter(mayBeCut).reduce((all, panel) => all + (panel.free_mm2 || 0), 0);
+  if (!(free > 0) && panels.some((panel) => mayBeCut(panel) && panel.mask === "uncounted")) return {...kModest, of_wood: false, lack: ""};
   if (!(free > 0)) return {...kLeast, of_wood: false, lack: panels.some(waits) ? "scan_again" : "no_wood"};
   const side = Math.floor(Math.sqrt(kShare * free / Math.max(1, longer)) / kStep) * kStep;
   const size_mm = Math.min(kLargest, Math.max(kLeast.size_mm, side));

@@ -117,9 +117,13 @@ export function loader(load) {
   });
 }
 
+let countedLater = 0;
 export const loadPanels = loader(async () => {
   listsAt = performance.now();
   model.panels = await askAll("/panels", "panels");
+  // What is being counted is told by nobody when it is.
+  clearTimeout(countedLater);
+  if (model.panels.some((panel) => panel.mask === "uncounted")) countedLater = setTimeout(loadPanels, kAgainMs);
 });
 export const loadJobs = loader(async () => { model.jobs = await askAll(model.archived ? "/jobs?archived=true" : "/jobs", "jobs"); });
 const kPlansAtOnce = 200;

@@ -104,7 +104,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   }
   c.counter_ = std::make_unique<CellCounter>(
       *c.database, reactor, [&c](CellCounts counted) { c.take_counts(std::move(counted)); }, c.log);
-  c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
+  c.remnant_clerk =
+      std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.panel_figures, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
   if (config.devices.choose)
     if (const Status made = make_camera_folder(config.store.data_dir); !made) c.log->warn("{}", made.error().message);
@@ -211,9 +212,13 @@ void Cell::look_at_store() {
 
 void Cell::refresh_counts() { counter_->count(); }
 
+void Cell::count_stock() {
+  if (remnant_clerk) remnant_clerk->look();
+}
+
 void Cell::take_counts(CellCounts counted) {
   counts = std::move(counted);
-  remnant_clerk->look();
+  count_stock();
   broadcast_status();
 }
 

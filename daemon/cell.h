@@ -117,6 +117,9 @@ class Cell {
   CellCounts counts;
   void refresh_counts();
   bool is_counting() const { return counter_->is_counting(); }
+  // What lists and searches tell of panels that nobody counted yet, soon and behind all else. From any thread, as long
+  // as something may be asked.
+  void count_stock();
   std::unique_ptr<CellStatus> standing;
   std::unique_ptr<CellNews> news;
   std::unique_ptr<ChangeAudit> changes;

@@ -32,8 +32,9 @@ inline constexpr const char* kSightingThatCounts =
 
 JobState job_state_of(const std::string& name);
 Result<JobState> state_of(SQLite::Database& connection, JobId job);
-// Refuses with a sentence before the schema's trigger would.
-Status move_job(SQLite::Database& connection, JobId job, JobState to, const std::string& at);
+// Refuses with a sentence before the schema's trigger would. `who` did it; "": the cell by itself.
+Status move_job(SQLite::Database& connection, JobId job, JobState to, const std::string& at,
+                const std::string& who = {});
 int open_pieces(SQLite::Database& connection, JobId job);  // reserved, being cut or suspect
 // kConflict, or kNotFound: it is in another state than the one from which it becomes `to`.
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "db/audit_chain.h"
+#include "db/done_by_sql.h"
 #include "db/job_sql.h"
 #include "db/lease_sql.h"
 #include "db/ledger_sql.h"
@@ -23,7 +24,7 @@ Result<JobState> state_of(SQLite::Database& connection, JobId job) {
   return job_state_of(text(row.getColumn(0)));
 }
 
-Status move_job(SQLite::Database& connection, JobId job, JobState to, const std::string& at) {
+Status move_job(SQLite::Database& connection, JobId job, JobState to, const std::string& at, const std::string& who) {
   const auto from = state_of(connection, job);
   if (!from.ok()) return from.error();
   SQLite::Statement allowed(connection, "SELECT 1 FROM job_moves WHERE from_state = ? AND to_state = ?");
@@ -34,6 +35,11 @@ Status move_job(SQLite::Database& connection, JobId job, JobState to, const std:
   SQLite::Statement update(connection, "UPDATE jobs SET state = ?, changed_at = ? WHERE id = ?");
   SQLite::bind(update, to_string(to), at, job.value);
   update.exec();
+  if (who.empty()) return Ok();
+  SQLite::Statement step(connection, "SELECT max(id) FROM job_history WHERE job = ?");
+  step.bind(1, job.value);
+  step.executeStep();
+  note_done_by(connection, Done::kJobMoved, step.getColumn(0).getInt64(), who);
   return Ok();
 }
 
@@ -195,10 +201,12 @@ bool is_archived(SQLite::Database& connection, JobId job) {
   return row.executeStep() && row.getColumn(0).getInt() != 0;
 }
 
-void note_archived(SQLite::Database& connection, JobId job, bool archived, const std::string& at) {
+void note_archived(SQLite::Database& connection, JobId job, bool archived, const std::string& at,
+                   const std::string& who) {
   SQLite::Statement insert(connection, "INSERT INTO archivings (job, archived, at) VALUES (?, ?, ?)");
   SQLite::bind(insert, job.value, archived ? 1 : 0, at);
   insert.exec();
+  note_done_by(connection, Done::kJobArchived, connection.getLastInsertRowid(), who);
 }
 
 // One piece; nothing where it is so already.
@@ -298,10 +306,10 @@ Result<JobId> JobStore::create(const NewPlan& plan, const std::string& at, const
   return made;
 }
 
-Status JobStore::cancel(JobId job, const std::string& at) {
+Status JobStore::cancel(JobId job, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (Status idle = expect_no_run_of(connection, job); !idle.ok()) return idle;
-    if (Status moved = move_job(connection, job, JobState::kCancelled, at); !moved.ok()) return moved;
+    if (Status moved = move_job(connection, job, JobState::kCancelled, at, who); !moved.ok()) return moved;
     move_all(connection, job, AllocationState::kReserved, AllocationState::kReleased, at);
     return Ok();
   });
@@ -318,7 +326,8 @@ Result<RunId> JobStore::start_run(JobId job, const PanelId& panel,
     const auto state = state_of(connection, job);
     if (!state.ok()) return state.error();
     if (*state != JobState::kRunning)
-      if (Status moved = move_job(connection, job, JobState::kRunning, at); !moved.ok()) return moved.error();
+      if (Status moved = move_job(connection, job, JobState::kRunning, at, facts.who); !moved.ok())
+        return moved.error();
     SQLite::Statement left(connection,
                            "SELECT 1 FROM allocations WHERE job = ? AND panel = ? AND state = 'reserved' LIMIT 1");
     SQLite::bind(left, job.value, panel.value);
@@ -430,7 +439,7 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
     redone.exec();
     if (Status reserved = reserve(connection, job, *stored, at); !reserved.ok()) return reserved.error();
     if (*state == JobState::kComplete || *state == JobState::kCancelled)
-      if (Status moved = move_job(connection, job, JobState::kStopped, at); !moved.ok()) return moved.error();
+      if (Status moved = move_job(connection, job, JobState::kStopped, at, plan.who); !moved.ok()) return moved.error();
     return stored;
   });
   if (!made) forget_refused(*database_, plan, made.error());
@@ -447,7 +456,7 @@ Status JobStore::assemble(JobId job, std::span<const std::string> marks, bool as
   });
 }
 
-Status JobStore::archive(JobId job, bool archived, const std::string& at) {
+Status JobStore::archive(JobId job, bool archived, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto state = state_of(connection, job);
     if (!state.ok()) return state.error();
@@ -461,12 +470,12 @@ Status JobStore::archive(JobId job, bool archived, const std::string& at) {
       return Error{ErrorCode::kConflict, fmt::format("job {0} has suspect pieces: say what became of them with "
                                                      "veneerctl job settle {0}, then archive it",
                                                      job.value)};
-    if (is_archived(connection, job) != archived) note_archived(connection, job, archived, at);
+    if (is_archived(connection, job) != archived) note_archived(connection, job, archived, at, who);
     return Ok();
   });
 }
 
-Result<std::vector<JobId>> JobStore::archive_done(const std::string& at) {
+Result<std::vector<JobId>> JobStore::archive_done(const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobId>> {
     SQLite::Statement rows(
         connection,
@@ -476,7 +485,7 @@ Result<std::vector<JobId>> JobStore::archive_done(const std::string& at) {
         "('unfilled', 'scrap', 'released')))) ORDER BY j.id");
     std::vector<JobId> out;
     while (rows.executeStep()) out.push_back({rows.getColumn(0).getInt64()});
-    for (const JobId job : out) note_archived(connection, job, true, at);
+    for (const JobId job : out) note_archived(connection, job, true, at, who);
     return out;
   });
 }

@@ -206,8 +206,9 @@ class JobStore {
   Result<JobId> create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
   // The same with a plan that is stored in the same transaction: when there is no job, there is no plan either.
   Result<JobId> create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
-  // Releases what is still reserved. kConflict while a run is on or when the job is already over.
-  Status cancel(JobId job, const std::string& at);
+  // Releases what is still reserved. kConflict while a run is on or when the job is already over. `who` asked for it,
+  // as of all that takes one here: kept with the job's history, unless it is empty.
+  Status cancel(JobId job, const std::string& at, const std::string& who = {});
 
   // A run begins: planned, stopped or aborted -> running. kConflict when a run is on, or the panel has no piece of it.
   // Its pose is proven; of one that looks again that is noted with it (note_proof).
@@ -266,10 +267,10 @@ class JobStore {
 
   // Out of sight, or back. kConflict unless it is complete or cancelled, with no suspect piece. It comes back by itself
   // when it goes on (redo), or when a piece of it becomes suspect.
-  Status archive(JobId job, bool archived, const std::string& at);
+  Status archive(JobId job, bool archived, const std::string& at, const std::string& who = {});
   // All of which nothing is left to do: complete with no piece missing, or cancelled, and none suspect. Gives those
   // that were in sight.
-  Result<std::vector<JobId>> archive_done(const std::string& at);
+  Result<std::vector<JobId>> archive_done(const std::string& at, const std::string& who = {});
 
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
   // complete), and what was so broken off, or was under way, is to be cleared, in one transaction.

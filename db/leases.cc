@@ -5,6 +5,7 @@
 #include <set>
 
 #include "db/audit_chain.h"
+#include "db/done_by_sql.h"
 #include "db/lease_sql.h"
 #include "db/ledger_sql.h"
 #include "db/plan_sql.h"
@@ -132,10 +133,17 @@ Result<PlanLease> Leases::take(PlanId plan, const std::string& who, const std::s
   });
 }
 
-Status Leases::release(PlanId plan, const std::string& at) {
+Status Leases::release(PlanId plan, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!plan_exists(connection, plan)) return no_such_plan(plan);
-    if (end_lease(connection, plan, LeaseEnd::kReleased, at)) return Ok();
+    SQLite::Statement lasting(connection, "SELECT id FROM leases WHERE plan = ? AND ended IS NULL");
+    lasting.bind(1, plan.value);
+    const std::int64_t lease = lasting.executeStep() ? lasting.getColumn(0).getInt64() : 0;
+    lasting.reset();
+    if (end_lease(connection, plan, LeaseEnd::kReleased, at)) {
+      note_done_by(connection, Done::kLeaseEnded, lease, who);
+      return Ok();
+    }
     return Error{ErrorCode::kConflict, fmt::format("plan {} leases no wood: see `veneerctl job plans`", plan.value)};
   });
 }

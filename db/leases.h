@@ -36,8 +36,8 @@ class Leases {
   // the piece whose wood is somebody else's, or the panel that was scanned again since (as JobStore::create does), or
   // says that the plan takes no wood or is not whole. kInvalidArgument: `until` is not later than `at`.
   Result<PlanLease> take(PlanId plan, const std::string& who, const std::string& at, const std::string& until);
-  // kConflict when the plan has no lease. kNotFound.
-  Status release(PlanId plan, const std::string& at);
+  // As `who` said, which is kept with its end unless it is empty. kConflict when the plan has no lease. kNotFound.
+  Status release(PlanId plan, const std::string& at, const std::string& who = {});
   // Ends every lease whose time has come; the plans they were of. Noted in the audit log.
   Result<std::vector<PlanId>> expire(const std::string& at);
   // When the next one ends; "" when there is none.

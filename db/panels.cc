@@ -7,6 +7,7 @@
 #include <set>
 #include <string_view>
 
+#include "db/done_by_sql.h"
 #include "db/lease_sql.h"
 #include "db/panel_sql.h"
 #include "db/part_sql.h"
@@ -337,9 +338,12 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
   });
 }
 
-Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at) {
-  return in_transaction(
-      *database_, [&](SQLite::Database& connection) -> Status { return leave_stock(connection, panel, reason, at); });
+Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at, const std::string& who) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (Status left = leave_stock(connection, panel, reason, at); !left.ok()) return left;
+    note_done_by(connection, Done::kPanelRetired, connection.getLastInsertRowid(), who);
+    return Ok();
+  });
 }
 
 Status Panels::split(const PanelId& panel, const std::string& who, const std::string& reason, const std::string& at) {
@@ -383,7 +387,7 @@ Status Panels::check_seen(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Status { return db::check_seen(connection, panel); });
 }
 
-Status Panels::restore(const PanelId& panel, const std::string& reason, const std::string& at) {
+Status Panels::restore(const PanelId& panel, const std::string& reason, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     if (!is_retired(connection, panel))
@@ -416,6 +420,7 @@ Status Panels::restore(const PanelId& panel, const std::string& reason, const st
                       "instead, or scan the sheet anew",
                       *cut, panel.value, *cut)};
     insert_retirement(connection, panel, false, reason, at);
+    note_done_by(connection, Done::kPanelRetired, connection.getLastInsertRowid(), who);
     return Ok();
   });
 }

@@ -154,14 +154,15 @@ class Panels {
 
   // The panel leaves the stock: it is neither planned from nor looked for any more; what was cut from it stays known.
   // kConflict while pieces of it are reserved, being cut or suspect.
-  Status retire(const PanelId& panel, const std::string& reason, const std::string& at);
+  // `who` asked for it, as of restore(): kept with it, unless it is empty.
+  Status retire(const PanelId& panel, const std::string& reason, const std::string& at, const std::string& who = {});
   // The same, because it was sawn apart: sheets with its tags are parts of it from now on. Also kConflict while a run
   // of it is on.
   Status split(const PanelId& panel, const std::string& who, const std::string& reason, const std::string& at);
   Result<std::vector<PanelId>> sawn();  // the one that was sawn last first
   // And comes back; kConflict when a panel in stock carries one of its tags, when wood of a panel that carries one
   // was ever booked, which is the same sheet, or when a part of it was entered.
-  Status restore(const PanelId& panel, const std::string& reason, const std::string& at);
+  Status restore(const PanelId& panel, const std::string& reason, const std::string& at, const std::string& who = {});
 
   // That a backup of the time `made_at` takes the place of a database: each panel counts as unseen until it is scanned.
   Status note_restoration(const std::string& made_at, const std::string& who, const std::string& at);

@@ -86,15 +86,15 @@ Status take_back(SQLite::Database& connection, const PieceRecord& piece, const s
   note_verdict(connection, piece.id, {AllocationState::kSuspect, false, who, at});
   const auto state = state_of(connection, piece.job);
   if (!state.ok()) return state.error();
-  return *state == JobState::kComplete ? move_job(connection, piece.job, JobState::kStopped, at) : Ok();
+  return *state == JobState::kComplete ? move_job(connection, piece.job, JobState::kStopped, at, who) : Ok();
 }
 
 // A job that waited for the last of its suspect pieces is complete.
-Status follow_settled(SQLite::Database& connection, JobId job, const std::string& at) {
+Status follow_settled(SQLite::Database& connection, JobId job, const std::string& at, const std::string& who) {
   const auto state = state_of(connection, job);
   if (!state.ok()) return state.error();
   const bool waits = *state == JobState::kAborted || *state == JobState::kStopped;
-  if (waits && open_pieces(connection, job) == 0) return move_job(connection, job, JobState::kComplete, at);
+  if (waits && open_pieces(connection, job) == 0) return move_job(connection, job, JobState::kComplete, at, who);
   return Ok();
 }
 
@@ -136,7 +136,7 @@ Status JobStore::settle(PieceId piece, AllocationState verdict, const std::strin
     if (!known || !move_piece(connection, piece, AllocationState::kSuspect, verdict, at))
       return piece_is_elsewhere(connection, piece, verdict);
     note_verdict(connection, piece, {verdict, false, who, at});
-    return follow_settled(connection, found->job, at);
+    return follow_settled(connection, found->job, at, who);
   });
 }
 
@@ -169,7 +169,7 @@ Result<SettledAsSeen> JobStore::settle_as_seen(JobId job, const AsSeen& said, co
                                  fmt::format("job {}; cut: {}; {}: {}; still suspect: {}", job.value,
                                              fmt::join(out.cut, ", "), said.there ? to_string(*said.there) : "there",
                                              fmt::join(out.there, ", "), fmt::join(out.left, ", "))});
-    if (Status followed = follow_settled(connection, job, at); !followed.ok()) return followed.error();
+    if (Status followed = follow_settled(connection, job, at, who); !followed.ok()) return followed.error();
     return out;
   });
 }

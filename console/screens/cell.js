@@ -98,6 +98,9 @@ function interlock({name, state, sentence, remedy, age_s: age}) {
 
 function stock() {
   const there = model.panels.filter((panel) => !panel.retired);
-  const free = there.reduce((all, panel) => all + (panel.free_mm2 || 0), 0);
-  return card(t("stock"), h("p.big", {}, link("#panels", t("stock.panels", {n: there.length}))), h("p", {}, t("stock.free", {area: squareCm(free)})));
+  const free = there.reduce((all, panel) => all + (panel.area_book_mm2 ? panel.area_book_mm2.free : 0), 0);
+  const without = (mask) => there.filter((panel) => panel.mask === mask).length;
+  return card(t("stock"), h("p.big", {}, link("#panels", t("stock.panels", {n: there.length}))), h("p", {}, t("stock.free", {area: squareCm(free)})),
+    without("uncounted") > 0 && h("p.dim", {}, t("stock.uncounted", {n: without("uncounted")})),
+    without("unreadable") > 0 && h("p.warn", {}, `▲ ${t("stock.unreadable", {n: without("unreadable")})}`));
 }

@@ -8,11 +8,13 @@ import {button, card, empty, fact, facts, cellSays, jobWords, link} from "../par
 import {picture} from "../pictures.js";
 
 let told = null;  // GET /jobs/{id}
+let steps = [];  // what happened to it as a whole, the oldest first
 let planned = null, newest = null;  // the plan that it was made of, and the one that says where its pieces lie now
 let version = "";
 
 export function enter() {
   told = planned = newest = null;
+  steps = [];
   version = "";
   if (!model.archived) { model.archived = true; loadJobs(); }
 }
@@ -29,7 +31,7 @@ function load(id) {
   const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived, known.newest_plan]) : ""}`;
   if (version === wanted) return;
   version = wanted;
-  lookUp(id).then(([job, ...plans]) => { if (version === wanted) { told = job; [planned, newest] = plans; changed(); } }, (fault) => {
+  lookUp(id).then(([job, events, ...plans]) => { if (version === wanted) { told = job; steps = events || []; [planned, newest] = plans; changed(); } }, (fault) => {
     if (version !== wanted) return;
     showRefusal(fault.message);
     setTimeout(() => { if (version === wanted) { version = ""; changed(); } }, kAgainMs);
@@ -38,8 +40,8 @@ function load(id) {
 
 async function lookUp(id) {
   const planOf = (number) => get(`/plans/${number}`).catch(() => null);
-  const job = await get(`/jobs/${id}`), plan = await planOf(job.plan);
-  return [job, plan, job.newest_plan === job.plan ? plan : await planOf(job.newest_plan)];
+  const [job, {events}] = await Promise.all([get(`/jobs/${id}`), get(`/history/events?kind=job&job=${id}`)]), plan = await planOf(job.plan);
+  return [job, events, plan, job.newest_plan === job.plan ? plan : await planOf(job.newest_plan)];
 }
 
 // Of a run that is over, from its first motion to its last, with what it waited for.
@@ -72,7 +74,9 @@ function oneJob(id) {
         h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}), link(`#log/job/${id}`, t("log.open"), {class: "go"}),
           over && button(t(told.archived ? "history.unarchive" : "history.archive"), () => archive(id, told.archived), {disabled: !mayChange()}),
           !over && !told.now && button(t("history.cancel"), async () => { if (confirm(t("history.cancel_sure", {n: id}))) { await command(`/jobs/${id}/cancel`); loadJobs(); } }, {disabled: !mayChange()})))),
-      h("div.column", {}, card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},
+      h("div.column", {}, card(t("history.events"), h("ul.list", {}, ...steps.map((one, at) => h("li", {"data-key": at},
+        h("div", {}, h("b", {}, t(`history.was.${one.what.replaceAll(" ", "_")}`)), h("div.dim", {}, [dayTime(one.at), one.who && t("history.by", {who: one.who})].filter(Boolean).join(", "))))))),
+      card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},
         h("div", {}, h("b", {}, t("history.run", {panel: run.panel, at: dayTime(run.started), result: run.result === "done" ? t("history.done") : run.result || t("history.running")})),
           h("div.dim", {}, [run.who && t("history.who", {who: run.who}), t("history.fit", {mm: run.pose_rms_mm.toFixed(3)}), tookOf(run) > 0 && t("history.took", {span: span(tookOf(run))})].filter(Boolean).join(", ")))))))))];
 }

@@ -38,7 +38,7 @@ followEvent("panel", () => { shown.version = ""; changed(); });
 async function load() {
   const {id} = shown;
   const known = model.panels.find((panel) => panel.id === id);
-  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces, known.mask_version]) : "?";
+  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.mask, known.open_differences, known.retired, known.faces, known.mask_version]) : "?";
   if (shown.version === version) return;
   shown.version = version;
   try {
@@ -157,7 +157,7 @@ function factsCard(panel) {
     panel.retired && h("p", {}, t("panel.retired", {why: panel.retired.reason})),
     panel.scan_again && h("p.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),
     facts(fact(t("panel.size"), sizeOf(panel)),
-      ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("stock.free", {area: squareCm(wood.free_mm2)})}`)),
+      ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("panel.for_plans", {area: squareCm(wood.free_mm2)})}`)),
       noted.shelf && fact(t("panel.shelf"), noted.shelf), thickness && fact(t("panel.thickness"), thickness),
       fact(t("panel.faces"), panel.faces.map((face) => t(`face.${face}`)).join(", ")),
       panel.parent && fact(t("panel.part_of"), link(`#panels/${code(panel.parent)}`, panel.parent)),
@@ -170,7 +170,7 @@ function factsCard(panel) {
 
 function areaCard(panel) {
   const book = panel.area_book_mm2;
-  if (!book) return null;
+  if (!book) return panel.mask === "unreadable" && h("section.card", {"aria-label": t("panel.part")}, h("p.warn", {}, `▲ ${t("panel.unreadable")}`));
   return h("section.card", {"aria-label": t("panel.part")}, h("div.areas", {}, ...["free", "reserved", "cut", "kerf", "suspect", "scrap", "unusable"].filter((name) => book[name] > 0).map((name) =>
     h("div", {}, h("span", {}, `${t(`area.${name}`)}, ${squareCm(book[name])}`), bar(book[name] / book.panel, {label: t(`area.${name}`)})))));
 }

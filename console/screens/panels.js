@@ -31,6 +31,13 @@ export function draw(panel, piece) {
 const named = (panel) => [panel.id, panel.name, panel.parent, panel.shelf, ...panel.woods].filter(Boolean).join(" ").toLowerCase();
 export const fullName = (panel) => (panel.name && panel.name !== panel.id ? `${panel.id} ${panel.name}` : panel.id);
 
+// By its area book, as everywhere; of a mask that nobody has counted, or can read, there is none.
+export function woodOf(panel) {
+  const book = panel.area_book_mm2;
+  if (book) return h("div.dim", {}, t("panel.free", {free: squareCm(book.free), reserved: squareCm(book.reserved)}));
+  return panel.mask === "unreadable" ? h("div.warn", {}, `▲ ${t("panel.unreadable")}`) : h("div.dim", {}, t("panel.uncounted"));
+}
+
 function panelCard(panel) {
   const wanted = model.cell && model.cell.load && model.cell.load.panel === panel.id;
   const known = panelOf(panel.id);
@@ -39,7 +46,7 @@ function panelCard(panel) {
     h("b", {}, fullName(panel)),
     h("div", {}, sizeOf(panel) + (panel.parent ? `, ${t("panel.remnant", {parent: panel.parent})}` : "")),
     (panel.woods.length > 0 || panel.shelf) && h("div", {}, [panel.woods.join(", "), panel.shelf && `${t("panel.shelf")} ${panel.shelf}`].filter(Boolean).join("; ")),
-    h("div.dim", {}, t("panel.free", {free: squareCm(panel.free_mm2), reserved: squareCm(panel.reserved_mm2)})),
+    woodOf(panel),
     ...leasesOn(panel.id),
     known.retired && h("div", {}, t("panel.retired", {why: known.retired.reason})),
     panel.scan_again && h("div.warn", {}, "▲ ", tWith("panel.scan_again", "why", panel.scan_again)),

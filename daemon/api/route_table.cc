@@ -139,6 +139,7 @@ constexpr std::array kOperations = {
     ApiOperation{"listBackups", "GET", "/api/v1/backups", Role::kViewer, Takes::kQuery},
     ApiOperation{"getAudit", "GET", "/api/v1/audit", Role::kViewer, Takes::kQuery},
     ApiOperation{"getHistory", "GET", "/api/v1/history", Role::kViewer, Takes::kQuery},
+    ApiOperation{"getEventHistory", "GET", "/api/v1/history/events", Role::kViewer, Takes::kQuery},
     ApiOperation{"getWoodHistory", "GET", "/api/v1/history/wood", Role::kViewer, Takes::kQuery},
     ApiOperation{"getMetrics", "GET", "/metrics", Role::kViewer},
     ApiOperation{"listAlarms", "GET", "/api/v1/alarms", Role::kViewer, Takes::kQuery},

@@ -137,7 +137,7 @@ std::vector<planner::StockPanel> chosen_panels(std::vector<planner::StockPanel> 
   };
   std::vector<Offer> offers;
   for (std::size_t i = 0; i < stock.size(); ++i)
-    offers.push_back({i, wood_area(stock[i].free), wood.remnants_first.value_or(true) && wood.panels[i].remnant});
+    offers.push_back({i, wood_area(stock[i].free), wood.remnants_first.value_or(false) && wood.panels[i].remnant});
   std::stable_sort(offers.begin(), offers.end(),
                    [](const Offer& a, const Offer& b) { return a.first != b.first ? a.first : a.free > b.free; });
   const auto rest = offers.begin() + static_cast<std::ptrdiff_t>(*wood.max_panels);

@@ -44,12 +44,12 @@ struct JobWood {
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
   std::vector<std::pair<std::string, double>> wood_limits;   // the most that a wood may be of the picture's area
   std::vector<planner::ForbiddenWood> forbidden;
-  // No more panels: those with the most free wood of the kinds asked for, remnants before fresh panels if that is
-  // wanted. While the remnants among them offer less than kEnoughWood times the picture, panels with more wood take the
-  // place of the smallest.
+  // No more panels: those with the most free wood of the kinds asked for, remnants before fresh panels where
+  // `remnants_first` asks for it. While the remnants among them offer less than kEnoughWood times the picture, panels
+  // with more wood take the place of the smallest.
   std::optional<std::size_t> max_panels;
-  // Not said: it orders the panels that max_panels allows. Asked for: without max_panels, too, no fresh panel is
-  // offered but those that the remnants' lack of wood makes up for, and those that hold the job's own wood.
+  // Asked for: no fresh panel is offered but those that the remnants' lack of wood makes up for, and those that hold
+  // the job's own wood. Not said: no.
   std::optional<bool> remnants_first;
   std::string index_dir;  // where the planner keeps what it measured of panels
 };

@@ -28,7 +28,8 @@ void bind_routes(Router& router, Cell& cell) {
   bind_proposal_routes(router, {*c.scans, *c.proposals, *c.scanner_worker, c.tasks, *c.queries, *c.pictures,
                                 c.panel_library, panel_changed});
   bind_mask_routes(router, {*c.queries, *c.database, *c.pictures, c.panel_library, panel_changed});
-  bind_remnant_routes(router, {*c.queries, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures, c.remnants});
+  bind_remnant_routes(router, {*c.queries, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures, c.remnants,
+                               [&c] { c.count_stock(); }});
   const PictureServices drawn{*c.pictures, c.panel_library};
   bind_tile_routes(router, drawn);
   bind_plan_piece_routes(router, drawn);

@@ -127,6 +127,7 @@ struct RemnantServices {
   StockMemory& memory;
   PanelFigures& figures;
   Remnants& remnants;
+  std::function<void()> count_soon;  // what nobody counted yet, behind all else; from any thread
 };
 void bind_remnant_routes(Router& router, const RemnantServices& services);
 

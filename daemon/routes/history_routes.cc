@@ -1,4 +1,4 @@
-// Who did what, and what became of every piece: both page by page, however long they have become.
+// Who did what, what happened, and what became of every piece: all page by page, however long they have become.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/search_words.h"
+#include "db/events.h"
 
 namespace veneer::daemon {
 namespace {
@@ -56,6 +57,17 @@ json row_json(const db::WoodStep& step) {
           {"run", step.run ? json(*step.run) : json()},
           {"who", text_or_null(step.who)},
           {"reason", text_or_null(step.reason)}};
+}
+
+json row_json(const db::EventRecord& event) {
+  return {{"at", event.at},
+          {"kind", event.kind},
+          {"what", event.what},
+          {"panel", event.panel ? json(event.panel->value) : json()},
+          {"job", event.job ? json(event.job->value) : json()},
+          {"piece", event.piece ? json(event.piece->value) : json()},
+          {"run", event.run ? json(*event.run) : json()},
+          {"who", text_or_null(event.who)}};
 }
 
 // "2026-05-01", "2026-05-01T07:30" and whatever more of it is given. Stored times are compared as text: without its Z
@@ -114,10 +126,44 @@ Result<json> wood_json(Repositories& r, const Page& page) {
   return out;
 }
 
+// "2026-05-01T07:30:00.000Z~3": behind the first three of that instant.
+std::string cursor_of(const db::EventPlace& place) { return fmt::format("{}~{}", place.at, place.told); }
+
+db::EventPlace read_place(RequestReader& query) {
+  const auto cursor = query.text("cursor");
+  if (!cursor) return {};
+  const std::size_t parting = cursor->rfind('~');
+  const auto told = parting == std::string::npos ? std::nullopt : parse_number(cursor->substr(parting + 1));
+  if (told && *told >= 0 && *told <= 9e15) return {cursor->substr(0, parting), static_cast<std::int64_t>(*told)};
+  query.refuse({ErrorCode::kInvalidArgument, "cursor is none: give `next` of the page before"});
+  return {};
+}
+
+Result<json> events_json(Repositories& r, const db::EventFilter& filter, const db::EventPlace& after, int limit) {
+  auto events = db::Events(r.connection).read(filter, after, limit + 1);
+  if (!events) return events.error();
+  json out = {{"events", json::array()}, {"next", nullptr}};
+  if (events->size() > static_cast<std::size_t>(limit)) {
+    events->pop_back();
+    const std::string& last = events->back().at;
+    const auto of_last = std::ranges::count(*events, last, &db::EventRecord::at);
+    out["next"] = cursor_of({last, of_last + (last == after.at ? after.told : 0)});
+  }
+  for (const auto& event : *events) out["events"].push_back(row_json(event));
+  return out;
+}
+
 // "P-0001". Whatever else stands there would be read as a pattern: it would find other panels' rows, and take its time.
 bool is_panel_name(std::string_view text) {
   return text.size() > 2 && text.size() <= 20 && text.starts_with("P-") &&
          std::ranges::all_of(text.substr(2), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::optional<PanelId> read_panel(RequestReader& query) {
+  const auto panel = query.text("panel");
+  if (panel && !is_panel_name(*panel))
+    query.refuse({ErrorCode::kInvalidArgument, "panel is no panel's name: give it as on its label, as P-0001"});
+  return panel ? std::optional(PanelId{*panel}) : std::nullopt;
 }
 
 }  // namespace
@@ -135,15 +181,30 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     if (!filter.kind.empty() && !is_kind(filter.kind))
       query.refuse({ErrorCode::kInvalidArgument, "kind is none: give the beginning of WHAT, as run, job or alarm"});
     if (const auto job = query.whole("job", {1, 9e15})) filter.job = JobId{*job};
-    if (const auto panel = query.text("panel")) {
-      if (!is_panel_name(*panel))
-        query.refuse({ErrorCode::kInvalidArgument, "panel is no panel's name: give it as on its label, as P-0001"});
-      filter.panel = PanelId{*panel};
-    }
+    filter.panel = read_panel(query);
     if (page.after != 0) filter.before = page.after;
     if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
     reply_from_query(
         queries, request, [filter, page](Repositories& r) { return audit_json(r, filter, page); }, reply);
+  });
+  router.bind("getEventHistory", [&queries](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const int limit = static_cast<int>(query.whole("limit", {1, 1000}).value_or(Page{}.limit));
+    const db::EventPlace after = read_place(query);
+    db::EventFilter filter;
+    filter.since = read_time(query, "since");
+    filter.until = read_time(query, "until");
+    filter.panel = read_panel(query);
+    filter.kind = query.text("kind").value_or("");
+    if (!filter.kind.empty() && !is_kind(filter.kind))
+      query.refuse(
+          {ErrorCode::kInvalidArgument, "kind is none: give one of those that events have, as wood, job or panel"});
+    if (const auto job = query.whole("job", {1, 9e15})) filter.job = JobId{*job};
+    if (const auto piece = query.whole("piece", {1, 9e15})) filter.piece = PieceId{*piece};
+    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+    reply_from_query(
+        queries, request, [filter, after, limit](Repositories& r) { return events_json(r, filter, after, limit); },
+        reply);
   });
   for (const auto& [operation, read] :
        {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})

@@ -285,8 +285,8 @@ void assemble(const JobServices& s, const ApiRequest& request, const Reply& repl
   });
 }
 
-void archive_done(const JobServices& s, const Reply& reply) {
-  s.database.async([](Repositories& r) { return r.jobs.archive_done(utc_timestamp()); },
+void archive_done(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  s.database.async([who = request.caller.who](Repositories& r) { return r.jobs.archive_done(utc_timestamp(), who); },
                    [s, reply](const Result<std::vector<JobId>>& done) {
                      if (!done) return reply(ApiReply::error(done.error()));
                      json out = {{"jobs", json::array()}};
@@ -363,14 +363,18 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
     if (const auto id = request.path_number("id"); id && is_under_way(s.unit.view(), JobId{*id}))
       return reply(ApiReply::error({ErrorCode::kConflict, "the job is under way: stop it first"}));
-    change_job(s, request, reply, [](Repositories& r, JobId id) { return r.jobs.cancel(id, utc_timestamp()); });
+    change_job(s, request, reply, [who = request.caller.who](Repositories& r, JobId id) {
+      return r.jobs.cancel(id, utc_timestamp(), who);
+    });
   });
   for (const bool archived : {true, false})
     router.bind(archived ? "archiveJob" : "unarchiveJob", [s, archived](const ApiRequest& request, const Reply& reply) {
-      change_job(s, request, reply,
-                 [archived](Repositories& r, JobId id) { return r.jobs.archive(id, archived, utc_timestamp()); });
+      change_job(s, request, reply, [archived, who = request.caller.who](Repositories& r, JobId id) {
+        return r.jobs.archive(id, archived, utc_timestamp(), who);
+      });
     });
-  router.bind("archiveDoneJobs", [s](const ApiRequest&, const Reply& reply) { archive_done(s, reply); });
+  router.bind("archiveDoneJobs",
+              [s](const ApiRequest& request, const Reply& reply) { archive_done(s, request, reply); });
 }
 
 }  // namespace veneer::daemon

@@ -368,8 +368,9 @@ void bind_plan_routes(Router& router, const PlanServices& s) {
   router.bind("releasePlan", [s](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
-    change_lease(s, {*id}, reply,
-                 [plan = db::PlanId{*id}](Repositories& r) { return r.leases.release(plan, utc_timestamp()); });
+    change_lease(s, {*id}, reply, [plan = db::PlanId{*id}, who = request.caller.who](Repositories& r) {
+      return r.leases.release(plan, utc_timestamp(), who);
+    });
   });
   router.bind("removePlan", [s](const ApiRequest& request, const Reply& reply) {
     auto id = request.path_number("id");

@@ -80,19 +80,31 @@ Result<PanelNames> ask_for_names(Repositories& r) {
   return PanelNames{std::move(*shelves), std::move(*woods)};
 }
 
-// What it has of the wanted wood; nothing when that is too little, or it is out of stock.
-Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const RemnantServices& s,
-                                                  const db::PanelRecord& panel, const PanelSearch& search,
-                                                  const Remnants::Asked& asked) {
-  const std::optional<SquareMillimetres> none;
+// Of a panel that a search comes by.
+struct Found {
+  std::optional<SquareMillimetres> area;  // that it has of the wanted wood; nothing: too little, or it is out of stock
+  std::optional<MaskCount> unknown;       // why nobody knows
+};
+
+Result<Found> found_in(Repositories& r, const RemnantServices& s, const db::PanelRecord& panel, const PanelSearch& search,
+                       const Remnants::Asked& asked, Look look) {
   // No picture is looked at for what cannot be.
-  if (panel.retired) return none;
-  const auto free = s.figures.free(r, panel, asked.newest);
+  if (panel.retired) return Found{};
+  const auto unknown = [&] {
+    return Found{{}, s.remnants.is_readable(panel, search.wood) ? MaskCount::kUncounted : MaskCount::kUnreadable};
+  };
+  const auto free = s.figures.free(r, panel, asked.newest, look);
   if (!free) return free.error();
-  if (*free <= 0 || *free < search.least.count()) return none;
-  const auto area = s.remnants.fitting(r, panel, search.wood, asked);
+  if (!*free) {
+    const auto of_such_wood = s.remnants.fitting(r, panel, search.wood, asked, Look::kNot);
+    const bool has_none = of_such_wood && *of_such_wood && (*of_such_wood)->count() == 0;
+    return has_none ? Found{} : unknown();
+  }
+  if (**free <= 0 || **free < search.least.count()) return Found{};
+  const auto area = s.remnants.fitting(r, panel, search.wood, asked, look);
   if (!area) return area.error();
-  return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
+  if (!*area) return unknown();
+  return (*area)->count() > 0 && **area >= search.least ? Found{*area, {}} : Found{};
 }
 
 using ZonesOfPanels = std::map<PanelId, std::vector<db::ZoneRecord>>;
@@ -110,7 +122,7 @@ Result<json> panels_json(Repositories& r, const RemnantServices& s, const Panels
   auto zones = search ? r.materials.zones_without_outlines() : Result<ZonesOfPanels>(ZonesOfPanels());
   if (!zones) return zones.error();
   const Remnants::Asked searched{asked->newest, std::move(*zones)};
-  json out = {{"panels", json::array()}, {"next", nullptr}};
+  json out = {{"panels", json::array()}, {"not_searched", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   std::int64_t at = page.after;
   for (const db::PanelRecord& panel : *list) {
@@ -122,12 +134,14 @@ Result<json> panels_json(Repositories& r, const RemnantServices& s, const Panels
     if (!names->tell(panel, words)) continue;
     std::optional<SquareMillimetres> fitting;
     if (search) {
-      const auto found = found_in(r, s, panel, *search, searched);
+      const auto found = found_in(r, s, panel, *search, searched, Look::kNot);
       if (!found) return found.error();
-      if (!*found) continue;
-      fitting = *found;
+      if (found->unknown)
+        out["not_searched"].push_back({{"panel", panel.id.value}, {"why", to_string(*found->unknown)}});
+      if (!found->area) continue;
+      fitting = found->area;
     }
-    auto figures = s.figures.of(r, panel, *asked);
+    auto figures = s.figures.of(r, panel, *asked, Look::kNot);
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
     const auto shelf = names->shelves.find(panel.id);
@@ -149,27 +163,41 @@ Result<Remnants::Asked> newest_alone(Repositories& r, const RemnantServices& s) 
   return Remnants::Asked{*newest, {}};
 }
 
-// Looks at the pictures of what the page may tell of, so that it is known when it is told.
-void count_panels(Repositories& r, const RemnantServices& s, const PanelsWanted& wanted) {
+// Of so many panels what nobody counted yet is counted within a request, so that whoever has just booked wood is told
+// of it; what is due of more is counted behind all else.
+constexpr int kCountedAtOnce = 4;
+
+// Looks at the pictures of some of what the page may tell of, so that it is known when it is told. Whether it left
+// some.
+bool count_panels(Repositories& r, const RemnantServices& s, const PanelsWanted& wanted) {
   const auto& [page, words, search] = wanted;
   const auto list = r.panels.list(page.after, wanted.looked_at());
-  if (!list) return;
+  if (!list) return false;
   const auto names = words.empty() ? Result<PanelNames>(PanelNames()) : ask_for_names(r);
-  if (!names) return;
+  if (!names) return false;
   const auto asked = search ? s.remnants.ask(r) : newest_alone(r, s);
-  if (!asked) return;
-  int told = 0;
+  if (!asked) return false;
+  const auto known = [&, &search = search](const db::PanelRecord& panel, Look look) -> std::optional<MaskCount> {
+    if (search) {
+      const auto found = found_in(r, s, panel, *search, *asked, look);
+      if (!found) return std::nullopt;
+      if (found->unknown) return found->unknown;
+      if (!found->area) return MaskCount::kCounted;
+    }
+    const auto count = s.figures.count(r, panel, asked->newest, look);
+    return count ? std::optional(*count) : std::nullopt;
+  };
+  int may_be_counted = kCountedAtOnce;
   for (const db::PanelRecord& panel : *list) {
-    if (told == page.limit) break;
-    if (!names->tell(panel, words)) continue;
-    if (search)
-      if (const auto found = found_in(r, s, panel, *search, *asked); !found || !*found) continue;
-    static_cast<void>(s.figures.count(r, panel, asked->newest));
-    ++told;
+    if (!names->tell(panel, words) || known(panel, Look::kNot) == MaskCount::kCounted) continue;
+    if (may_be_counted == 0) return true;
+    // One that cannot be read takes no time.
+    if (known(panel, Look::kMay) != MaskCount::kUnreadable) --may_be_counted;
   }
+  return false;
 }
 
-// A search may have to look at every panel's pictures: the moment that it is told of begins when that is done.
+// The moment that it is told of begins when all is counted that is counted for it.
 void reply_panels(const RemnantServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const Page page = read_page(query);
@@ -177,7 +205,7 @@ void reply_panels(const RemnantServices& s, const ApiRequest& request, const Rep
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   (wanted.search ? s.pictures : s.queries).ask(request, reply, [s, wanted](Repositories&) -> QueryPool::Answer {
     return [s, wanted](Repositories& r) {
-      count_panels(r, s, wanted);
+      if (count_panels(r, s, wanted)) s.count_soon();
       const auto told = db::at_one_moment(r.connection, [&] { return panels_json(r, s, wanted); });
       s.memory.save();
       return reply_of(told);
@@ -280,7 +308,8 @@ Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const RemnantS
     if (!material.empty()) woods.push_back(material + " " + square_cm(free.count()));
   if (!woods.empty()) label.lines.push_back(fmt::format("{}", fmt::join(woods, ", ")));
   label.lines.push_back(fmt::format("{:.0f} x {:.0f} mm, {} free", left->panel.width.count(),
-                                    left->panel.height.count(), square_cm(figures->free)));
+                                    left->panel.height.count(),
+                                    figures->book ? square_cm(figures->book->free.count()) : "?"));
   if (left->remnant.square && left->remnant.circle)
     label.lines.push_back(fmt::format("a square of {:.0f} mm, a circle of {:.0f} mm",
                                       std::floor(left->remnant.square->side.count()),

@@ -24,15 +24,11 @@ namespace {
 using nlohmann::json;
 
 Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& id) {
-  PanelFigures& known = s.figures;
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
-  auto figures = known.of(r, *panel);
+  auto figures = s.figures.of(r, *panel);
   if (!figures) return figures.error();
   json out = to_json(*panel, *figures);
-  auto book = known.book(r, *panel);
-  if (!book) return book.error();
-  out["area_book_mm2"] = *book ? to_json(**book) : json();
   auto counted = s.remnants.count(r, *panel);
   if (!counted) return counted.error();
   const auto booked = r.remnants.newest(id);
@@ -90,7 +86,6 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
 void count_panel(Repositories& r, const StockServices& s, const PanelId& id) {
   const auto panel = r.panels.find(id);
   if (!panel) return;
-  static_cast<void>(s.figures.book(r, *panel));
   static_cast<void>(s.figures.free(r, *panel));
   static_cast<void>(s.remnants.count(r, *panel));
 }
@@ -261,9 +256,11 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
   if (reason) limit_text(body, "reason", *reason, 1);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   change_panel(s, request, reply,
-               [retired, reason = reason.value_or("put back")](Repositories& r, const PanelId& id) -> Result<json> {
+               [retired, reason = reason.value_or("put back"), who = request.caller.who](
+                   Repositories& r, const PanelId& id) -> Result<json> {
                  const std::string now = utc_timestamp();
-                 const Status done = retired ? r.panels.retire(id, reason, now) : r.panels.restore(id, reason, now);
+                 const Status done =
+                     retired ? r.panels.retire(id, reason, now, who) : r.panels.restore(id, reason, now, who);
                  if (!done) return done.error();
                  return json{{"panel", id.value}, {"retired", retired}};
                });

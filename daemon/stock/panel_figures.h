@@ -1,6 +1,7 @@
-// How much of a panel's wood is usable, free, reserved and cut. Asked for again and again, so what has not changed is
-// kept: the usable area with its mask (PanelRecord); what is booked and free in the stock's memory; here the areas of
-// some allocations, and what each allocation takes of a mask's wood for the panels last looked at.
+// How much of a panel's wood is usable, free, reserved and cut: its area book, which all that people are shown follows,
+// and what a plan may use of it, a little less. Asked for again and again, so what has not changed is kept: the usable
+// area with its mask (PanelRecord); the book and what is free in the stock's memory; here the areas of some
+// allocations, and what each allocation takes of a mask's wood for the panels last looked at.
 //
 // Thread-safe; reads through the connection it is given.
 #pragma once
@@ -13,6 +14,7 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "base/result.h"
 #include "base/units.h"
@@ -23,12 +25,23 @@
 
 namespace veneer::daemon {
 
+// What is known of a panel's mask, from which all that is said of its wood follows.
+enum class MaskCount {
+  kCounted,
+  kUncounted,   // nobody has looked at it since its wood changed
+  kUnreadable,  // its file is lost or damaged
+};
+const char* to_string(MaskCount count);
+
 class PanelFigures {
  public:
   struct Figures {
-    double usable = 0;             // mm2, of the newest mask, whether allocated or not
-    double free = 0;               // mm2, of that what nothing live is booked on: what a plan may use
-    double reserved = 0, cut = 0;  // mm2, booked, kerf included
+    MaskCount mask = MaskCount::kUncounted;
+    std::optional<AreaBook> book;  // what each square millimetre of it is; of a mask that is counted
+    std::optional<double> usable;  // mm2, of the newest mask, whether allocated or not
+    // mm2, of that what nothing live is booked on, in whole pixels: what a plan may use. Nothing when nobody knows.
+    std::optional<double> free;
+    double reserved = 0, cut = 0;  // mm2, booked; kerf, suspect wood and scrap included
     int pieces = 0;
     int open_differences = 0;  // between its wood and the ledger, that nobody has decided on
     bool back_known = false;
@@ -46,20 +59,23 @@ class PanelFigures {
   Result<Asked> ask(Repositories& r);
 
   Result<Figures> of(Repositories& r, const db::PanelRecord& panel);
-  Result<Figures> of(Repositories& r, const db::PanelRecord& panel, const Asked& asked);
-  Result<double> free(Repositories& r, const db::PanelRecord& panel);  // as Figures tell it
-  Result<double> free(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
-  // Looks at its mask where that has to be, so that of() need not.
-  Status count(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
+  Result<Figures> of(Repositories& r, const db::PanelRecord& panel, const Asked& asked, Look look);
+  // As Figures tell it; 0 when its mask cannot be read, since no plan can use it.
+  Result<double> free(Repositories& r, const db::PanelRecord& panel);
+  Result<std::optional<double>> free(Repositories& r, const db::PanelRecord& panel, std::int64_t newest, Look look);
+  // Looks at its mask where it may and that has to be, so that of() need not.
+  Result<MaskCount> count(Repositories& r, const db::PanelRecord& panel, std::int64_t newest, Look look);
   // What each square millimetre of it is; nothing when its mask cannot be read.
   Result<std::optional<AreaBook>> book(Repositories& r, const db::PanelRecord& panel);
-  // Whether all of this is told without a look at its mask, which takes long.
+  // Whether all of this is told without a look at its mask.
   Result<bool> knows(Repositories& r, const db::PanelRecord& panel);
 
  private:
   // What is booked, and what that leaves of a mask.
   struct Wood {
-    double free = 0, reserved = 0, cut = 0;  // mm2
+    std::optional<AreaBook> book;
+    std::optional<double> free;    // mm2; of a panel without pieces all that is usable
+    double reserved = 0, cut = 0;  // mm2
     int pieces = 0;
   };
   struct Booked {
@@ -67,16 +83,25 @@ class PanelFigures {
     SquareMillimetres usable{0};
     std::unordered_map<std::int64_t, BookedWood> wood;  // by allocation
   };
-  Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
+  using Live = std::vector<std::pair<db::AllocationId, db::AllocationState>>;
+  class Mask;
+  // As the stock's memory keeps it, of wood with a book, and back.
+  static std::vector<double> to_numbers(const Wood& wood);
+  static Wood kept_wood(const std::vector<double>& numbers);
+  Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest, Look look);
   Result<double> area_of(Repositories& r, db::AllocationId allocation);
+  Result<std::optional<double>> usable_of(const db::PanelRecord& panel, Mask& mask);
   struct Free {
     double area = 0;   // mm2
     std::string wood;  // StockMemory::State::wood of what it was counted of
   };
-  // Of the wood so named, or of what is free by now; nothing when its mask cannot be read, this time.
-  Result<std::optional<Free>> free_of(Repositories& r, const db::PanelRecord& panel, const std::string& wood);
+  // Of the wood so named, or of what is free by now; nothing when the mask cannot be read, this time.
+  Result<std::optional<Free>> free_of(Repositories& r, const db::PanelRecord& panel, const std::string& wood,
+                                      Mask& mask);
+  Result<std::optional<AreaBook>> book_of(Repositories& r, const db::PanelRecord& panel, const Live& live, Mask& mask);
   Booked booked_on(const db::PanelRecord& panel);
   void keep_booked(const PanelId& panel, const Booked& booked);
+  MaskCount counted(const db::PanelRecord& panel, const Wood& wood);
 
   const PanelLibrary& library_;
   StockMemory& memory_;

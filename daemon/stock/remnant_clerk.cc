@@ -17,8 +17,13 @@ constexpr int kKeptWidth = 640;   // pictures are kept for good, and small copie
 }  // namespace
 
 RemnantClerk::RemnantClerk(DatabaseThread& database, const PanelLibrary& library, Remnants& remnants,
-                           StockMemory& memory, Logger log)
-    : database_(database), library_(library), remnants_(remnants), memory_(memory), log_(std::move(log)) {}
+                           PanelFigures& figures, StockMemory& memory, Logger log)
+    : database_(database),
+      library_(library),
+      remnants_(remnants),
+      figures_(figures),
+      memory_(memory),
+      log_(std::move(log)) {}
 
 void RemnantClerk::look() {
   static_cast<void>(worker_.try_post(
@@ -36,19 +41,26 @@ void RemnantClerk::book_due() {
     if (stopping_) return;
     book(**reader, one);
   }
-  count_for_searches(reading);
+  count_for_lists_and_searches(reading);
   memory_.save();
 }
 
-void RemnantClerk::count_for_searches(Repositories& reading) {
-  const auto panels = reading.panels.in_stock();
-  if (!panels) return log_->debug("nothing is counted for searches: {}", panels.error().message);
+void RemnantClerk::count_for_lists_and_searches(Repositories& reading) {
+  const auto panels = reading.panels.list();
+  if (!panels) return log_->debug("nothing is counted for lists: {}", panels.error().message);
+  const auto newest = memory_.newest_step(reading);
+  if (!newest) return log_->debug("nothing is counted for lists: {}", newest.error().message);
   int counted = 0;
   for (const db::PanelRecord& panel : *panels) {
     if (stopping_) return;
-    const auto kinds = remnants_.count_for_searches(reading, panel);
+    const auto before = figures_.count(reading, panel, *newest, Look::kNot);
+    const bool was_known = before && *before == MaskCount::kCounted;
+    if (!was_known) static_cast<void>(figures_.count(reading, panel, *newest, Look::kMay));
+    const auto kinds = panel.retired ? Result<int>(0) : remnants_.count_for_searches(reading, panel);
     if (!kinds) log_->debug("panel {} is not counted for searches: {}", panel.id.value, kinds.error().message);
-    if (kinds && *kinds > 0 && ++counted % kSavedAfter == 0) memory_.save();
+    if ((was_known && (!kinds || *kinds == 0)) || ++counted % kSavedAfter != 0) continue;
+    memory_.save();
+    log_->info("{} panels were counted for lists and searches, of {}", counted, panels->size());
   }
 }
 
@@ -60,6 +72,7 @@ Status RemnantClerk::count(Repositories& reading, const PanelId& id) {
   if (!counted) return counted.error();
   if (!*counted) return Error{ErrorCode::kStorage, fmt::format("the mask of panel {} cannot be read", id.value)};
   static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
+  static_cast<void>(figures_.free(reading, *panel));
   return Ok();
 }
 

@@ -55,9 +55,10 @@ std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
 
 // Wood may be booked or given back between the state's reading and this: the state becomes that of what is told here,
 // or a lease that ends soon would leave a count without its wood under the name of the panel that has it.
-Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, const db::PanelRecord& panel,
-                                    PanelState& state) {
+Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, StockMemory& memory,
+                                    const db::PanelRecord& panel, PanelState& state) {
   auto mask = library.load_mask(panel);  // first: one that is missing is asked for at every look
+  memory.note_readable(panel.mask_file, mask.ok());
   if (!mask) return mask.error();
   const auto allocations = r.ledger.live_allocations(panel.id);
   if (!allocations) return allocations.error();
@@ -66,6 +67,13 @@ Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library
   for (const auto& allocation : *allocations) areas.push_back(allocation.area);
   state.wood = StockMemory::name_of_wood(panel, *allocations);
   return free_wood(*mask, areas, Millimetres(0));
+}
+
+Result<PanelLibrary::SmallPicture> load_for_tones(const PanelLibrary& library, StockMemory& memory,
+                                                  const db::PanelRecord& panel) {
+  auto map = library.load_small(panel.map_file, kTonePixels);
+  memory.note_readable(panel.map_file, map.ok());
+  return map;
 }
 
 // Without zones all wood is of the material that nobody has said.
@@ -170,7 +178,7 @@ Result<std::optional<Remnants::Counted>> Remnants::count(Repositories& r, const 
   auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
   if (auto counted = known(r, panel.id, state->woods()); !counted || *counted) return counted;
-  const auto free = free_now(r, library_, panel, *state);
+  const auto free = free_now(r, library_, memory_, panel, *state);
   if (!free) return std::optional<Counted>();
   Counted counted{state->woods(), remnant_in(*free, state->zones)};
   const std::lock_guard lock(mutex_);
@@ -212,35 +220,42 @@ Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelReco
   if (!newest) return newest.error();
   auto zones = r.materials.zones(panel.id);
   if (!zones) return zones.error();
-  return fitting(r, panel, wanted, Asked{*newest, {{panel.id, std::move(*zones)}}});
+  const auto known = fitting(r, panel, wanted, Asked{*newest, {{panel.id, std::move(*zones)}}}, Look::kMay);
+  return known ? known->value_or(SquareMillimetres(0)) : Result<SquareMillimetres>(known.error());
 }
 
-Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
-                                            const Asked& asked) {
+bool Remnants::is_readable(const db::PanelRecord& panel, const WoodWanted& wanted) {
+  return memory_.is_readable(panel.mask_file) && (!wanted.tone || memory_.is_readable(panel.map_file));
+}
+
+Result<std::optional<SquareMillimetres>> Remnants::fitting(Repositories& r, const db::PanelRecord& panel,
+                                                           const WoodWanted& wanted, const Asked& asked, Look look) {
+  const std::optional<SquareMillimetres> none;
   const auto named = memory_.state_of(r, panel, asked.newest);
   if (!named) return named.error();
   const auto known_zones = asked.zones.find(panel.id);
   PanelState state{named->wood, known_zones == asked.zones.end() ? std::vector<db::ZoneRecord>() : known_zones->second};
-  if (wanted.material && !materials_of(state.zones).contains(*wanted.material)) return SquareMillimetres(0);
+  if (wanted.material && !materials_of(state.zones).contains(*wanted.material))
+    return std::optional(SquareMillimetres(0));
   if (const auto known = memory_.find_text(panel.id, kind_of(wanted), counted_of(state, panel, wanted)))
-    if (const auto covered = CoveredWood::read(*known)) return covered->by(wanted.patch);
+    if (const auto covered = CoveredWood::read(*known)) return std::optional(covered->by(wanted.patch));
   const auto booked = booked_fitting(r, panel, state.woods(), name_of(wanted));
   if (!booked) return booked.error();
-  if (*booked) return **booked;
+  if (*booked || look == Look::kNot) return *booked;
   auto zones = r.materials.zones(panel.id);  // with their outlines
   if (!zones) return zones.error();
   state.zones = std::move(*zones);
-  const auto free = free_now(r, library_, panel, state);
-  if (!free) return SquareMillimetres(0);
+  const auto free = free_now(r, library_, memory_, panel, state);
+  if (!free) return none;
   Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state.zones, *wanted.material) : *free;
   if (wanted.tone) {
-    const auto map = library_.load_small(panel.map_file, kTonePixels);
-    if (!map) return SquareMillimetres(0);
+    const auto map = load_for_tones(library_, memory_, panel);
+    if (!map) return none;
     wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
   }
   const CoveredWood covered(wood);
   memory_.keep_text(panel.id, kind_of(wanted), counted_of(state, panel, wanted), covered.text());
-  return covered.by(wanted.patch);
+  return std::optional(covered.by(wanted.patch));
 }
 
 Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord& panel) {
@@ -260,14 +275,14 @@ Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord&
   // The map before the mask: one that cannot be read would have the mask decoded at every look.
   std::optional<PanelLibrary::SmallPicture> map;
   if (std::ranges::any_of(missing, [](const WoodWanted& kind) { return kind.tone.has_value(); })) {
-    auto loaded = library_.load_small(panel.map_file, kTonePixels);
+    auto loaded = load_for_tones(library_, memory_, panel);
     if (loaded)
       map = std::move(*loaded);
     else
       std::erase_if(missing, [](const WoodWanted& kind) { return kind.tone.has_value(); });
     if (missing.empty()) return loaded.error();
   }
-  const auto free = free_now(r, library_, panel, *state);
+  const auto free = free_now(r, library_, memory_, panel, *state);
   if (!free) return free.error();
   cv::Mat dark, light;
   if (map) {

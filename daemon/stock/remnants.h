@@ -72,14 +72,17 @@ class Remnants {
   // How much of the wanted wood it has; none when its pictures cannot be read. Its mask is looked at once for each kind
   // of wood, whatever the patches' sides.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
+  // Whether what that looks at could be read when it was looked at last.
+  bool is_readable(const db::PanelRecord& panel, const WoodWanted& wanted);
   // What is asked once for all panels that are searched together.
   struct Asked {
     std::int64_t newest = 0;                               // as StockMemory::newest_step() tells it
     std::map<PanelId, std::vector<db::ZoneRecord>> zones;  // without their outlines; none of panels without zones
   };
   Result<Asked> ask(Repositories& r);
-  Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted,
-                                    const Asked& asked);
+  // Nothing when that is not counted yet and nobody is to look, or when its pictures cannot be read.
+  Result<std::optional<SquareMillimetres>> fitting(Repositories& r, const db::PanelRecord& panel,
+                                                   const WoodWanted& wanted, const Asked& asked, Look look);
   // Counts now what fitting() would have to look at the mask for, of whatever wood. How many kinds it had to count.
   Result<int> count_for_searches(Repositories& r, const db::PanelRecord& panel);
   // What is booked with a remnant: wood of any tone in patches of the usual side.

@@ -162,6 +162,19 @@ void StockMemory::keep_text(const PanelId& panel, const std::string& name, const
   to_save_ = true;
 }
 
+bool StockMemory::is_readable(const std::string& picture) {
+  const std::lock_guard lock(mutex_);
+  return !unreadable_.contains(picture);
+}
+
+void StockMemory::note_readable(const std::string& picture, bool readable) {
+  const std::lock_guard lock(mutex_);
+  if (readable)
+    unreadable_.erase(picture);
+  else
+    unreadable_.insert(picture);
+}
+
 std::optional<std::string> StockMemory::to_be_saved() {
   const std::lock_guard lock(mutex_);
   if (!std::exchange(to_save_, false)) return std::nullopt;

@@ -13,6 +13,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,9 @@
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
+
+// Whether a panel's pictures may be looked at for what nobody has counted yet: that takes long.
+enum class Look { kMay, kNot };
 
 class StockMemory {
  public:
@@ -51,6 +55,10 @@ class StockMemory {
   // The same of a text, which always took long.
   std::optional<std::string> find_text(const PanelId& panel, const std::string& name, const std::string& of);
   void keep_text(const PanelId& panel, const std::string& name, const std::string& of, std::string text);
+  // Whether a picture (a file of the data folder) could be read when it was looked at last; true of one that nobody
+  // looked at. Whoever may look tries again, as somebody may have put it back.
+  bool is_readable(const std::string& picture);
+  void note_readable(const std::string& picture, bool readable);
   // Writes the file, if something was kept for long since the last time. What cannot be written does no harm.
   void save();
 
@@ -84,6 +92,7 @@ class StockMemory {
   Step seen_;                                // the newest step of the ledger's history that was looked at
   std::map<PanelId, std::int64_t> changed_;  // wood of the panel moved until this step
   std::map<PanelId, Kept> panels_;
+  std::set<std::string> unreadable_;  // pictures
 };
 
 }  // namespace veneer::daemon

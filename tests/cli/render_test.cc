@@ -143,17 +143,18 @@ TEST(Render, NothingOfAnotherTypeThrows) {
 }
 
 TEST(Render, PanelsLineUp) {
-  const json reply = {
-      {"panels",
-       {{{"id", "P-0001"},
-         {"width_mm", 420.2},
-         {"height_mm", 280},
-         {"free_mm2", 81200},
-         {"reserved_mm2", 0},
-         {"cut_mm2", 1250},
-         {"faces", {"show", "back"}},
-         {"rms_mm", 0.0312}},
-        {{"id", "P-2"}, {"width_mm", 90}, {"height_mm", 80}, {"free_mm2", 5000}, {"parent", "P-0001"}}}}};
+  const json reply = {{"panels",
+                       {{{"id", "P-0001"},
+                         {"width_mm", 420.2},
+                         {"height_mm", 280},
+                         {"area_book_mm2", {{"free", 81200}, {"reserved", 0}, {"cut", 1250}}},
+                         {"faces", {"show", "back"}},
+                         {"rms_mm", 0.0312}},
+                        {{"id", "P-2"},
+                         {"width_mm", 90},
+                         {"height_mm", 80},
+                         {"area_book_mm2", {{"free", 5000}}},
+                         {"parent", "P-0001"}}}}};
   EXPECT_EQ(render_panels(reply),
             "PANEL           SIZE     FREE  RESERVED     CUT  FACES            FIT  FROM\n"
             "P-0001  420 x 280 mm  812 cm2     0 cm2  12 cm2  show, back  0.031 mm\n"
@@ -167,7 +168,7 @@ TEST(Render, WhereWordsWereGivenPanelsHaveNameShelfAndWoods) {
                          {"width_mm", 90},
                          {"height_mm", 80},
                          {"fitting_mm2", 4000},
-                         {"free_mm2", 5000},
+                         {"area_book_mm2", {{"free", 5000}}},
                          {"name", "Burl"},
                          {"shelf", "Rack B7"},
                          {"woods", {"walnut", "maple"}}}}}};

@@ -185,6 +185,8 @@ class FirstSize(Page):
         least = {"size_mm": 20, "patch_mm": 5, "of_wood": False, "lack": "no_wood"}
         self.assertEqual(self.size([{"retired": {"reason": "lent"}, "free_mm2": 5e4}]), least, "all of it is lent")
         self.assertEqual(self.size([{"retired": None, "free_mm2": 0}]), least)
+        self.assertEqual(self.size([{"retired": None, "free_mm2": None, "mask": "uncounted"}])["lack"], "", "nobody knows yet")
+        self.assertEqual(self.size([{"retired": None, "free_mm2": None, "mask": "unreadable"}]), least)
         self.assertEqual(self.size([{"retired": None, "free_mm2": 4e4, "scan_again": "sanded"}]), {**least, "lack": "scan_again"}, "it waits for a scan")
         self.assertEqual(self.size([{"retired": None, "free_mm2": 0}, {"retired": {"reason": "lent"}, "free_mm2": 4e4}]), least)
 
@@ -610,6 +612,17 @@ class Cards(Page):
             return [none, atOnce, other, unasked, meanwhile, sure]""")
         self.assertEqual(told[:5], [None, True, 0, "", 0])
         self.assertIn("Shall 4 pieces of job 3 on panel P-0001 be suspect", told[5])
+
+    def test_a_panel_says_in_words_what_nobody_knows_of_its_wood(self):
+        told = self.does(CELL + """
+            const panels = await load('screens/panels.js');
+            const sheet = (id, mask, book) => ({id, name: id, retired: null, woods: [], width_mm: 240, height_mm: 160, mask, free_mm2: 7e4, reserved_mm2: 5e4, cut_mm2: 0, area_book_mm2: book});
+            model.panels = [sheet('P-0001', 'counted', {free: 65000, reserved: 12000}), sheet('P-0002', 'uncounted', null), sheet('P-0003', 'unreadable', null)];
+            put(main, panels.draw());
+            return [...main.querySelectorAll('a.panel')].map((one) => one.innerText)""")
+        for said, words in zip(told, ("650 cm² free, 120 cm² reserved", "Its wood is not counted yet.", "Its mask cannot be read")):
+            self.assertIn(words, said)
+        self.assertNotIn("cm²", told[1] + told[2])
 
     def test_an_open_series_goes_on_as_it_began(self):
         seen = self.does(CELL + """
@@ -1265,7 +1278,7 @@ EVERYTHING = """
     const at = '2026-05-01T07:30:00Z', listed = (name, ...all) => ({[name]: all, next: null});
     const square = (x, y, side) => [x, y, x + side, y, x + side, y + side, x, y + side];
     const panel = {id: 'P-0001', name: 'walnut', parent: null, shelf: 'A1', woods: ['walnut', 'maple'], width_mm: 240, height_mm: 160, free_mm2: 2e4, cut_mm2: 900, reserved_mm2: 0, open_differences: 1,
-      retired: null, scan_again: null, mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
+      retired: null, scan_again: null, mask: 'counted', mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
       facts: {shelf: 'A1', veneer_mm: .6, substrate_mm: 1.5}, treatments: [{product: 'oil', on: '2026-05-01'}], remnant: {woods: [{material: 'walnut', free_mm2: 2e4}], square: {side_mm: 90.5}, circle: {diameter_mm: 99}},
       area_book_mm2: {panel: 38400, free: 2e4, reserved: 0, cut: 900, kerf: 100, suspect: 0, scrap: 0, unusable: 17400},
       zones: [1, 2].map((zone) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, outline_mm: [square(0, 0, 50)], outlines_mm: [square(0, 0, 50)]}))};
@@ -1284,6 +1297,7 @@ EVERYTHING = """
       '/recipes': {otherwise: {cut: recipe, engrave: recipe}, recipes: [{material: 'walnut', operation: 'cut', ...recipe}], next: null}, '/backups': {folder: '/x', backups: [{name: 'b', made_at: at, panels: 1, jobs: 1, pieces: 3, bytes: 5e6, missing: []}], next: null},
       '/proposals': {proposals: [{number: 4, panel: 'P-0001', warnings: [{name: 'x', text: 'it looks otherwise', overruled_by: 'maintainer'}, {name: 'strip-1', text: 'a strip is left out', overruled_by: 'operator'}], asked: [{warning: 'strip-1', outline_mm: [[20, 12], [70, 12], [70, 150]], confidence: .37, taken: false, reason: 'it looks like the board'}], size_mm: [240, 160], usable_mm2: 1e4, lost_mm2: 5, gained_mm2: 6, remarks: ['a remark']}]},
       '/setup': {collected: {view_heights_mm: [0, 0], grid_scans: 1}, panel_thickness_mm: 2.1}, '/alarms': listed('alarms', {id: 1, state: 'new', urgent: true, sentence: 'run veneerctl panel scan', about: 'x', since: at}),
+      '/history/events': listed('events', ...['made', 'running', 'stopped', 'aborted', 'complete', 'cancelled', 'archived', 'in sight again', 'pieces made again'].map((what) => ({at, kind: 'job', what, job: 3, who: 'anna'}))),
       '/bed/look': {grid_tags: 0, grid_has: 9, panels: [], tags: []},
       '/audit': listed('entries', {id: 1, at, who: 'anna', what: 'api.scan', detail: 'POST /api/v1/scans {"more":false}'}),
       '/devices/found': {lasers: [{port: 'usb:1', kind: 'lihuiyu', name: 'K40', named_by: 'usb', refusal: ''}], pictures: []}, '/scanners': {scanners: [{name: 'x:1', make: 'x', problem: ''}]},

@@ -293,11 +293,12 @@ inline std::vector<Step> a_day() {
   add("plan", [=](Database& db) { return Plans(db).add(job_of({square_piece("E1", oak, 10, 100, 14)}), kLater); });
   add("plan removed", [](Database& db) { return Plans(db).remove(PlanId{6}); });
   add("panel", [=](Database& db) { return Panels(db).add(sheet(elm), {}, {}); });
-  add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
-  add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
-  add("archived", [](Database& db) { return JobStore(db).archive_done(kNow); });
+  add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow, "user anna"); });
+  add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater, "user anna"); });
+  add("archived", [](Database& db) { return JobStore(db).archive_done(kNow, "user anna"); });
   for (const bool away : {false, true})
-    jobs(away ? "out of sight" : "back in sight", [away](JobStore store) { return store.archive({2}, away, kLater); });
+    jobs(away ? "out of sight" : "back in sight",
+         [away](JobStore store) { return store.archive({2}, away, kLater, "user anna"); });
   const PanelId beech{"P-0004"};
   add("panel", [=](Database& db) { return Panels(db).add(sheet(beech), {}, {}); });
   add("written off", [=](Database& db) {
@@ -367,7 +368,7 @@ inline std::vector<Step> a_day() {
   });
   leased(7, kLater);
   leased(7, next_week);  // renewed
-  add("released", [](Database& db) { return Leases(db).release({7}, kLater); });
+  add("released", [](Database& db) { return Leases(db).release({7}, kLater, "user anna"); });
   leased(7, kLater);
   add("expired", [](Database& db) { return Leases(db).expire(kLater); });
   leased(7, next_week);

@@ -100,7 +100,7 @@ class BusyProcess {
     Leases leases(database_);
     if (const auto leased = row("SELECT plan FROM leases WHERE ended IS NULL")) {
       const unsigned what = below(5);
-      if (what < 2) return leases.release({*leased}, kLater);
+      if (what < 2) return leases.release({*leased}, kLater, "local:1000");
       if (what == 2) return leases.expire("2026-06-01T00:00:00.000Z").ok() ? Ok() : failed("expiry");
       if (what == 3) return dropped(jobs_.create(PlanId{*leased}, kNow));
     }
@@ -133,7 +133,7 @@ class BusyProcess {
     const auto sawn = must(panels_.sawn());
     if (below(30) == 0) return panels_.note_restoration(kNow, "local:1000", kLater);
     const unsigned what = below(5);
-    if (what == 3) return panels_.retire(some_panel().id, "glued", kLater);
+    if (what == 3) return panels_.retire(some_panel().id, "glued", kLater, "local:1000");
     if (what == 4) {
       const auto gone = row("SELECT rowid FROM panels WHERE id IN (SELECT panel FROM retirements)");
       if (!gone) return panels_.retire(some_panel().id, "glued", kLater);
@@ -242,9 +242,10 @@ class BusyProcess {
       if (const auto lost = row("SELECT piece FROM piece_states WHERE state = 'scrap'"))
         return jobs_.settle({*lost}, AllocationState::kSuspect, kLater, "user anna");
     if (what == 3) return jobs_.forget_cuts();
-    if (what == 4) return dropped(jobs_.archive_done(kLater));
+    if (what == 4) return dropped(jobs_.archive_done(kLater, "local:1000"));
     if (what == 5)
-      if (const auto job = row("SELECT id FROM jobs")) return jobs_.archive({*job}, below(3) != 0, kLater);
+      if (const auto job = row("SELECT id FROM jobs"))
+        return jobs_.archive({*job}, below(3) != 0, kLater, "local:1000");
     if (what == 6)
       if (const auto doubtful = row("SELECT id FROM allocations WHERE state = 'suspect'")) {
         const std::pair seen(AllocationId{*doubtful},

@@ -95,9 +95,9 @@ inline void fill(CellDatabase& cell) {
   for (auto& panel : second.planned_on)
     if (panel.panel == ash) panel.mask_version = 2;
   const JobId given_up = must(jobs.create(second, kNow));
-  VENEER_ASSERT_OK(jobs.cancel(given_up, kLater));
+  VENEER_ASSERT_OK(jobs.cancel(given_up, kLater, "user anna"));
   must(jobs.create(must(jobs.find(given_up)).plan, kLater));
-  VENEER_ASSERT_OK(jobs.archive(given_up, true, kLater));
+  VENEER_ASSERT_OK(jobs.archive(given_up, true, kLater, "user anna"));
   VENEER_ASSERT_OK(cell.ledger().write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow));
   Plans plans(cell.database());
   NewPlan only_looked_at = job_of({square_piece("C1", oak, 20, 150, 14)});
@@ -109,7 +109,7 @@ inline void fill(CellDatabase& cell) {
   must(leases.expire(kLater));
   must(leases.take(leased, "local:1000", kLater, "2026-05-08T08:30:00.000Z"));
   const PanelId split = cell.new_panel();
-  VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow));
+  VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow, "user anna"));
   VENEER_ASSERT_OK(cell.panels().restore(split, "glued", kLater));
   const PanelId sawn = cell.new_panel();
   VENEER_ASSERT_OK(cell.ledger().write_off(sawn, Region<PanelFrame>(square(60, 50, 20)), "burnt pattern", kNow));

@@ -271,6 +271,48 @@ TEST_F(JobStoreTest, WhoGivesUpAPieceThatIsCutIsKept) {
   VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
+TEST_F(JobStoreTest, EachStateOfAJobIsKeptWithWhoBroughtItThere) {
+  const auto told = [&] {
+    return texts(
+        cell.database().connection(),
+        fmt::format("SELECT what || ' ' || at || ' ' || who FROM events WHERE kind = 'job' AND job = {} AND what "
+                    "<> 'made' ORDER BY at, step",
+                    job.value));
+  };
+  const auto at = [](int minute) { return fmt::format("2026-05-02T08:{:02}:00.000Z", minute); };
+  RunFacts facts;
+  facts.who = "user bert";
+  const RunId run = must(jobs.start_run(job, panel, kPose, 0.04_mm, at(1), facts));
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, at(2)));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the link was lost", at(3)));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kScrap, at(4), "user anna"));
+  VENEER_ASSERT_OK(jobs.cancel(job, at(5), "user anna"));
+  VENEER_ASSERT_OK(jobs.archive(job, true, at(6), "user carl"));
+  NewPlan again = made_again({square_piece("A5", other, 40, 40, 14)});
+  again.who = "user dora";
+  must(jobs.redo(job, again, at(7)));
+  EXPECT_THAT(told(), ElementsAre("running " + at(1) + " user bert", "aborted " + at(3) + " ",
+                                  "cancelled " + at(5) + " user anna", "archived " + at(6) + " user carl", ::testing::_,
+                                  ::testing::_, ::testing::_));
+  EXPECT_THAT(told(), ::testing::IsSupersetOf({"stopped " + at(7) + " user dora", "in sight again " + at(7) + " ",
+                                               "pieces made again " + at(7) + " user dora"}));
+  // The newest is what the job is, of all jobs.
+  EXPECT_EQ(
+      cell.database()
+          .connection()
+          .execAndGet("SELECT count(*) FROM jobs AS j WHERE state <> coalesce((SELECT state FROM job_history WHERE "
+                      "job = j.id ORDER BY id DESC LIMIT 1), 'planned')")
+          .getInt(),
+      0);
+  for (const char* forgery :
+       {"UPDATE job_history SET at = '2020'", "DELETE FROM job_history", "UPDATE done_by SET who = 'nobody'",
+        "DELETE FROM done_by", "INSERT INTO done_by (kind, number, who) VALUES ('job', 999, 'x')",
+        "INSERT INTO done_by (kind, number, who) VALUES ('lease', 1, 'x')",
+        "INSERT INTO done_by (kind, number, who) SELECT 'job', min(id), '' FROM job_history"})
+    EXPECT_FALSE(execute(cell.database(), forgery).ok()) << forgery;
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
 TEST_F(JobStoreTest, NothingIsMadeAgainThatHasItsWood) {
   const auto again = [&](const PlannedPatch& piece) { return jobs.redo(job, made_again({piece}), kLater); };
   EXPECT_THAT(again(square_piece("A1", panel, 70, 40, 14)).error().message, HasSubstr("still to be cut"));

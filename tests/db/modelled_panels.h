@@ -48,7 +48,7 @@ class ModelledPanels : public ModelledWork {
       return;
     }
     const bool allowed = !known.retired && !is_held(panel, kLater);
-    RC_ASSERT(cell_.panels().retire(panels_[panel], "split", kLater).ok() == allowed);
+    RC_ASSERT(cell_.panels().retire(panels_[panel], "split", kLater, "local:1000").ok() == allowed);
     known.retired = known.retired || allowed;
     if (allowed) expire(kLater);
   }

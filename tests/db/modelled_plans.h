@@ -72,7 +72,7 @@ class ModelledPlans : public ModelledWood {
   void release() {
     if (plans_.empty()) return;
     ModelPlan& plan = *mostly(plans_, [](const ModelPlan& one) { return one.lease.has_value(); });
-    RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater).ok() == plan.lease.has_value());
+    RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater, "local:1000").ok() == plan.lease.has_value());
     plan.lease.reset();
   }
   void let_time_pass() {

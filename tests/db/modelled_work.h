@@ -230,7 +230,7 @@ class ModelledWork : public ModelledPlans {
     const bool away = *in_range(0, 3) != 0;
     const bool over = job.state == JobState::kComplete || job.state == JobState::kCancelled;
     const bool allowed = !away || (over && !job.any_open());
-    RC_ASSERT(cell_.jobs().archive(job.id, away, kLater).ok() == allowed);
+    RC_ASSERT(cell_.jobs().archive(job.id, away, kLater, "local:1000").ok() == allowed);
     if (allowed) job.archived = away;
   }
   void archive_what_is_done() {
@@ -242,7 +242,7 @@ class ModelledWork : public ModelledPlans {
       done.push_back(job.id);
       job.archived = true;
     }
-    RC_ASSERT(must(cell_.jobs().archive_done(kLater)) == done);
+    RC_ASSERT(must(cell_.jobs().archive_done(kLater, "local:1000")) == done);
   }
   // While a panel's frame is traced or a cut repeated.
   void stray_beam() {

@@ -202,6 +202,7 @@ INSERT INTO zones (panel, number, outline_um, material) VALUES ('P-0001', 2, '~0
 INSERT INTO zone_versions (panel, number, version, outline_um, who, at) VALUES ('P-0001', 2, 2, '~', 'uid 7', 't31');
 INSERT INTO asked_strips (proposal, number, outline_um, confidence, taken, reason)
 SELECT id, 1, '[[0,0],[9000,0],[9000,9000],[0,9000]]', 0.25, 0, 'one of its sides cannot be seen' FROM proposals;)sql"},
+    {38, "INSERT INTO done_by (kind, number, who) SELECT 'job', max(id), 'user carl' FROM job_history;"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.

@@ -252,8 +252,8 @@ TEST_F(SchemaPage, ItsEventsTellWhatWasKeptScannedPaintedMergedAndSawn) {
                                         "P-0003, 2: withholds wood by local:1000"));
   EXPECT_THAT(told("merge"),
               ElementsAre("P-0006, 1: is P-0007 by local:1000", "P-0007, 1: was also P-0006 by local:1000"));
-  EXPECT_THAT(told("panel"),
-              ElementsAre("P-0003, 1: retired by ", "P-0003, 2: restored by ", "P-0004, 3: sawn apart by local:1000"))
+  EXPECT_THAT(told("panel"), ElementsAre("P-0003, 1: retired by user anna", "P-0003, 2: restored by ",
+                                         "P-0004, 3: sawn apart by local:1000"))
       << "a merge stands once";
   EXPECT_THAT(told("remnant"), ElementsAre("P-0001, 1: booked by "));
   EXPECT_THAT(told("sighting"), ElementsAre("P-0001, 1: looks cut by "));
@@ -272,17 +272,19 @@ TEST_F(SchemaPage, ItsEventsTellHowALeaseEnded) {
   const PlanId taken = plan_at("A1", 20), released = plan_at("B1", 60), spoilt = plan_at("C1", 100);
   for (const PlanId plan : {taken, released, spoilt}) must(leases.take(plan, "local:1000", kNow, kLater));
   must(cell_.jobs().create(taken, kNow));
-  VENEER_ASSERT_OK(leases.release(released, kNow));
+  VENEER_ASSERT_OK(leases.release(released, kNow, "user anna"));
   Differences differences(cell_.database());
   DifferenceRecord gone;
   gone.gone = true, gone.place = point<PanelFrame>(107, 47), gone.area = SquareMillimetres(16);
   gone.shape = rectangle(105, 45, 4, 4);
   VENEER_ASSERT_OK(differences.found(panel, {gone}, kNow));
   VENEER_ASSERT_OK(differences.decide(panel, {1}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kNow));
-  EXPECT_THAT(texts(cell_.database().connection(),
-                    "SELECT what FROM events WHERE kind = 'lease' AND what NOT LIKE '% until %' ORDER BY step"),
-              ElementsAre("lease of plan 1 became a job", "lease of plan 2 was released",
-                          "lease of plan 3 ended, its wood was written off"));
+  EXPECT_THAT(
+      texts(cell_.database().connection(),
+            "SELECT what || ' by ' || who FROM events WHERE kind = 'lease' AND what NOT LIKE '% until %' ORDER BY "
+            "step"),
+      ElementsAre("lease of plan 1 became a job by ", "lease of plan 2 was released by user anna",
+                  "lease of plan 3 ended, its wood was written off by "));
 }
 
 // A part has what was booked and done to its parent in rows of its own, and a panel the wood of what was merged into

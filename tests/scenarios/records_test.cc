@@ -229,6 +229,19 @@ TEST_F(Records, EveryStepOfTheWoodIsARow) {
     EXPECT_LT(whole["steps"][i - 1]["step"], whole["steps"][i]["step"]);
 }
 
+TEST_F(Records, AllThatHappenedIsATableByTime) {
+  const fs::path csv = directory / "events.csv";
+  ASSERT_EQ(cell.veneerctl({"export", "events", "--out", csv.string()}).status, 0);
+  const json rows = rows_of(csv), whole = asked({"export", "events"}), steps = asked({"export", "wood"});
+  ASSERT_EQ(rows.size(), whole["events"].size());
+  EXPECT_EQ(std::count_if(rows.begin(), rows.end(), [](const json& row) { return row["kind"] == "wood"; }),
+            static_cast<std::ptrdiff_t>(steps["steps"].size()));
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_LE(rows[i - 1]["at"], rows[i]["at"]);
+  EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [](const json& row) {
+    return row["kind"] == "job" && row["job"] == "1" && row["what"] == "made";
+  }));
+}
+
 TEST_F(Records, AFileThatCannotBeWrittenIsOneSentenceAndLeavesNothing) {
   const Finished refused = cell.veneerctl({"export", "stock", "--out", (directory / "nowhere" / "s.csv").string()});
   EXPECT_EQ(refused.status, 1);

@@ -213,10 +213,11 @@ TEST_F(PlanStockTest, RemnantsComeBeforeFreshPanelsUnlessTheyHaveTooLittleWood) 
     for (const auto& [panel, pieces] : job->panels) out.push_back(panel);
     return out;
   };
-  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0002"})) << "of remnants the fullest";
+  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"})) << "nobody asked for remnants";
   request.remnants_first = false;
   EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"}));
   request.remnants_first = true;
+  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0002"})) << "of remnants the fullest";
   request.panels = {PanelId{"P-0001"}, PanelId{"P-0003"}};
   EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"})) << "the strip that is left is too little wood";
 

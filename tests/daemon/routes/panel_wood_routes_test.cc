@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <future>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "base/polygon_ops.h"
 #include "cli/render.h"
@@ -79,6 +80,62 @@ TEST_F(PanelWood, FreeWoodIsWhatNothingIsBookedOn) {
   change([&](Repositories& r) { return r.jobs.cancel(pieces[0].job, kThen); });
   expect_book(kWhole, get("/panels/P-0002"), 0, 36, 6.5 * 6.5 - 36);
   EXPECT_NEAR(get("/panels/P-0002")["free_mm2"].get<double>(), (kWhole.count() + reserved) / 2, 1e-6);
+}
+
+// FREE of the list was what a plan may use, in whole pixels, and its CUT held kerf and scrap too.
+TEST_F(PanelWood, FreeReservedAndCutAreTheSameWhereverTheyStand) {
+  db::NewPlan plan;
+  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+  for (const int column : {0, 1, 2, 3}) {
+    const double x = 2.03 + 6.5 * column;
+    db::PlannedPatch& patch = plan.pieces.emplace_back();
+    patch.mark = fmt::format("A{}", column + 1);
+    for (const auto& p : panel_square(0, 0, 5))
+      patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
+    patch.panel = PanelId{"P-0002"};
+    patch.panel_outline = panel_square(x, 2.03, 5);
+    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 2.03));
+  }
+  plan.planned_on = {{PanelId{"P-0002"}, 1}};
+  change([&](Repositories& r) -> Status {
+    const auto job = r.jobs.create(plan, kThen);
+    if (!job) return job.error();
+    const auto pieces = r.jobs.pieces(*job);
+    if (!pieces) return pieces.error();
+    const auto run = r.jobs.start_run(
+        *job, PanelId{"P-0002"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
+    if (!run) return run.error();
+    for (const std::size_t i : {0U, 1U}) {
+      if (Status cutting = r.jobs.mark_cutting((*pieces)[i].id, kThen); !cutting) return cutting;
+      if (i == 0)
+        if (Status cut = r.jobs.book_piece((*pieces)[i].id, kThen); !cut) return cut;
+    }
+    if (Status broken = r.jobs.abort_run(*run, {}, "the lid was opened", kThen); !broken) return broken;
+    return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(10, 12, 3)), "a knot", kThen);
+  });
+  const json shown = get("/panels/P-0002"), book = shown["area_book_mm2"];
+  const json listed = get("/panels")["panels"][1], found = get("/panels?min_free_mm2=1")["panels"][0];
+  for (const char* state : {"free", "reserved", "cut", "kerf", "suspect", "scrap"}) EXPECT_GT(book[state], 0) << state;
+  EXPECT_EQ(listed["area_book_mm2"], book);
+  EXPECT_EQ(found["area_book_mm2"], book);
+  EXPECT_EQ(listed["mask"], "counted");
+  // The same in tens of cm2, so that what people see differs where the figures do.
+  const auto large = [](json panel) {
+    for (auto& [name, area] : panel["area_book_mm2"].items()) area = 1000 * area.get<double>();
+    for (const char* other : {"free_mm2", "reserved_mm2", "cut_mm2"}) panel[other] = 1000 * panel[other].get<double>();
+    return panel;
+  };
+  const std::string one = cli::render_panel(large(shown)), all = cli::render_panels({{"panels", {large(listed)}}});
+  for (const char* label : {"Free", "Reserved", "Cut"}) {
+    const std::size_t line = one.find(fmt::format("\n{} ", label));
+    ASSERT_NE(line, std::string::npos) << one;
+    const std::string area = one.substr(line + 14, one.find('\n', line + 1) - line - 14);
+    EXPECT_THAT(all, HasSubstr(" " + area)) << label;
+    if (std::string(label) == "Free")
+      EXPECT_THAT(cli::render_found({{"panels", {large(found)}}}), HasSubstr(" " + area));
+  }
 }
 
 TEST_F(PanelWood, FindsThePanelsThatHaveTheWoodOneLooksFor) {
@@ -218,6 +275,7 @@ TEST_F(PanelWood, AMaskIsLookedAtAmongThePicturesAndWhatIsKnownIsToldAtOnce) {
     told.erase("remnant");
     return told;
   };
+  cell->remnant_clerk.reset();  // it would look at the other one
   const json known = panel();
   EXPECT_TRUE(known["area_book_mm2"].is_object()) << known;
   ApiRequest question;
@@ -246,8 +304,8 @@ TEST_F(PanelWood, AMaskIsLookedAtAmongThePicturesAndWhatIsKnownIsToldAtOnce) {
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009").status, 404);
 }
 
-// One file that is lost must not hide the whole stock.
-TEST_F(PanelWood, AMaskThatCannotBeReadLeavesNothingFreeAndTheOthersListed) {
+// One file that is lost must not hide the whole stock, and nobody may take its wood for used up.
+TEST_F(PanelWood, AMaskThatCannotBeReadIsToldInWordsAndTheOthersAreListed) {
   change([](Repositories& r) {
     return r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(5, 5, 6)), "burnt", kThen);
   });
@@ -255,9 +313,96 @@ TEST_F(PanelWood, AMaskThatCannotBeReadLeavesNothingFreeAndTheOthersListed) {
       cell->database->call([](Repositories& r) { return r.panels.find({"P-0001"}); })->mask_file));
   const json all = get("/panels");
   ASSERT_EQ(all["panels"].size(), 2U) << all.dump();
-  EXPECT_EQ(all["panels"][0]["free_mm2"], 0);
+  for (const char* unknown : {"free_mm2", "area_book_mm2"})
+    EXPECT_TRUE(all["panels"][0][unknown].is_null()) << all["panels"][0];
+  EXPECT_EQ(all["panels"][0]["mask"], "unreadable");
   EXPECT_GT(all["panels"][1]["free_mm2"], 0);
-  EXPECT_TRUE(get("/panels/P-0001")["area_book_mm2"].is_null());
+  EXPECT_EQ(all["panels"][1]["mask"], "counted");
+  const std::string listed = cli::render_panels(all);
+  EXPECT_THAT(listed,
+              HasSubstr("P-0001: its mask cannot be read, so that nobody knows what of it is free: put the file "
+                        "back from a backup, or scan the panel"));
+  const std::size_t row = listed.find("P-0001");
+  EXPECT_THAT(listed.substr(row, listed.find('\n', row) - row), ::testing::Not(HasSubstr("cm2")));
+  const json shown = get("/panels/P-0001");
+  EXPECT_TRUE(shown["area_book_mm2"].is_null());
+  EXPECT_THAT(cli::render_panel(shown), HasSubstr("its mask cannot be read"));
+  EXPECT_THAT(cli::render_panel(shown), ::testing::Not(HasSubstr("Free ")));
+  const json found = get("/panels?patch_mm=3");
+  EXPECT_EQ(found["panels"].size(), 1U);
+  EXPECT_EQ(found["not_searched"], json::parse(R"([{"panel": "P-0001", "why": "unreadable"}])"));
+  EXPECT_THAT(cli::render_found(found), HasSubstr("P-0001 was not looked at, its mask or map cannot be read: "));
+}
+
+// Of the tone of wood a map tells.
+TEST_F(PanelWood, ASearchForATonePassesNoPanelOverInSilenceWhoseMapIsLost) {
+  const auto map_file = cell->database->call([](Repositories& r) { return r.panels.find({"P-0002"}); })->map_file;
+  cell->remnant_clerk.reset();  // it may have counted before
+  std::filesystem::remove(cell->panel_library.path_of(map_file));
+  std::filesystem::remove_all(cell->panel_library.small_dir());
+  EXPECT_EQ(get("/panels?tone=light&patch_mm=3")["not_searched"],
+            json::parse(R"([{"panel": "P-0002", "why": "unreadable"}])"));
+  EXPECT_EQ(get("/panels?patch_mm=3")["panels"].size(), 1U) << "for that the mask is enough";
+}
+
+// After an import nobody has counted anything: a search of a thousand panels took minutes, and was given up on.
+TEST_F(PanelWood, ASearchAnswersFromWhatIsCountedAndSaysWhatIsNot) {
+  cell->remnant_clerk.reset();
+  change([](Repositories& r) -> Status {
+    for (int number = 3; number <= 20; ++number) {
+      auto more = r.panels.find({"P-0002"});
+      if (!more) return more.error();
+      more->id = {fmt::format("P-{:04}", number)};
+      if (Status added = r.panels.add(*more, {}, {}); !added) return added;
+    }
+    return Ok();
+  });
+  const auto search = "/panels?patch_mm=3";
+  const json first = get(search);
+  EXPECT_LE(first["panels"].size(), 4U) << "it counts few itself";
+  EXPECT_GE(first["not_searched"].size(), 15U);
+  EXPECT_EQ(first["not_searched"].back(), json::parse(R"({"panel": "P-0020", "why": "uncounted"})"));
+  EXPECT_THAT(cli::render_found(first), HasSubstr(fmt::format("{} panels are not counted yet: ask again in a while",
+                                                              first["not_searched"].size())));
+  const json listed = get("/panels")["panels"];
+  ASSERT_EQ(listed.size(), 20U);
+  EXPECT_EQ(listed.back()["mask"], "uncounted");
+  EXPECT_TRUE(listed.back()["area_book_mm2"].is_null());
+  EXPECT_EQ(listed.back()["free_mm2"], listed.back()["usable_mm2"]) << "nothing is booked on it";
+  EXPECT_THAT(cli::render_panels({{"panels", listed}}), HasSubstr(" panels are not counted yet: ask again in a while"));
+  // In life it is the request that wakes whoever counts.
+  RemnantClerk(*cell->database, cell->panel_library, cell->remnants, cell->panel_figures, cell->stock_memory, cell->log)
+      .book_due();
+  const json then = get(search);
+  EXPECT_EQ(then["panels"].size(), 19U) << "P-0001 has no wood";
+  EXPECT_TRUE(then["not_searched"].empty()) << then["not_searched"];
+  const json counted = get("/panels")["panels"];
+  for (const json& panel : counted) EXPECT_EQ(panel["mask"], "counted");
+}
+
+TEST_F(PanelWood, WhatASearchDidNotCountIsCountedBehindIt) {
+  for (const char* panel : {"P-0001", "P-0002"}) until_what_is_left_is_booked(panel);
+  until_counted();
+  change([](Repositories& r) -> Status {
+    for (int number = 3; number <= 12; ++number) {
+      auto more = r.panels.find({"P-0002"});
+      if (!more) return more.error();
+      more->id = {fmt::format("P-{:04}", number)};
+      if (Status added = r.panels.add(*more, {}, {}); !added) return added;
+    }
+    return Ok();
+  });
+  const json found = get("/panels?patch_mm=3");
+  EXPECT_LT(found["panels"].size(), 11U);
+  // Nobody asks for the last one.
+  const auto is_known = [&] {
+    const auto known = cell->database->call([&](Repositories& r) -> Result<bool> {
+      const auto panel = r.panels.find({"P-0012"});
+      return panel ? cell->panel_figures.knows(r, *panel) : Result<bool>(panel.error());
+    });
+    return known && *known;
+  };
+  while (!is_known()) std::this_thread::yield();
 }
 
 }  // namespace

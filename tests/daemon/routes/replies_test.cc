@@ -230,6 +230,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listBackups", "/backups"},
                                                         {"getAudit", "/audit"},
                                                         {"getHistory", "/history"},
+                                                        {"getEventHistory", "/history/events"},
                                                         {"getWoodHistory", "/history/wood"},
                                                         {"listUsers", "/users"},
                                                         {"listTokens", "/tokens"},

@@ -42,7 +42,8 @@ class RemnantClerkTest : public ::testing::Test {
           panel_library(data),
           memory(data / "memory.json"),
           remnants(panel_library, memory),
-          clerk(*database, panel_library, remnants, memory, make_null_logger()) {}
+          figures(panel_library, memory),
+          clerk(*database, panel_library, remnants, figures, memory, make_null_logger()) {}
     template <class Work>
     auto with(Work work) {
       return made_sure(database->call(work));
@@ -62,6 +63,7 @@ class RemnantClerkTest : public ::testing::Test {
     PanelLibrary panel_library;
     StockMemory memory;
     Remnants remnants;
+    PanelFigures figures;
     RemnantClerk clerk;
   };
 

@@ -1,0 +1,150 @@
+-- Schema 38: each state that a job entered, and who cancelled, ended and archived jobs, ended leases, and retired panels.
+
+DROP VIEW events;
+
+CREATE TABLE job_history (
+  id       INTEGER PRIMARY KEY AUTOINCREMENT,
+  job      INTEGER NOT NULL REFERENCES jobs (id),
+  state    TEXT    NOT NULL,
+  at       TEXT    NOT NULL,
+  checksum INTEGER NOT NULL GENERATED ALWAYS AS (veneer_checksum('job_history', id, job, state, at)) STORED
+) STRICT;
+CREATE INDEX job_history_of_job ON job_history (job);
+
+-- Of what happened before, the last step alone is known.
+INSERT INTO job_history (job, state, at) SELECT id, state, changed_at FROM jobs WHERE state <> 'planned' ORDER BY id;
+
+CREATE TRIGGER job_history_is_never_edited BEFORE UPDATE ON job_history
+BEGIN
+  SELECT RAISE(ABORT, 'what became of a job is never edited');
+END;
+CREATE TRIGGER job_history_is_kept BEFORE DELETE ON job_history
+BEGIN
+  SELECT RAISE(ABORT, 'what became of a job is never removed');
+END;
+CREATE TRIGGER a_job_that_moves_is_noted AFTER UPDATE OF state ON jobs WHEN NEW.state <> OLD.state
+BEGIN
+  INSERT INTO job_history (job, state, at) VALUES (NEW.id, NEW.state, NEW.changed_at);
+END;
+
+-- Who did what a row of another table tells: of job_history, archivings, retirements, or of a lease that ended. What has
+-- no row here the cell did by itself, or was done before.
+CREATE TABLE done_by (
+  kind     TEXT    NOT NULL CHECK (kind IN ('job', 'archiving', 'retirement', 'lease')),
+  number   INTEGER NOT NULL,
+  who      TEXT    NOT NULL CHECK (who <> ''),
+  checksum INTEGER NOT NULL GENERATED ALWAYS AS (veneer_checksum('done_by', kind, number, who)) STORED,
+  PRIMARY KEY (kind, number)
+) STRICT, WITHOUT ROWID;
+CREATE TRIGGER done_by_is_never_edited BEFORE UPDATE ON done_by
+BEGIN
+  SELECT RAISE(ABORT, 'who did something is never edited');
+END;
+CREATE TRIGGER done_by_is_kept BEFORE DELETE ON done_by
+BEGIN
+  SELECT RAISE(ABORT, 'who did something is never removed');
+END;
+CREATE TRIGGER done_by_is_of_what_was_done BEFORE INSERT ON done_by
+WHEN NOT CASE NEW.kind
+  WHEN 'job' THEN EXISTS (SELECT 1 FROM job_history WHERE id = NEW.number)
+  WHEN 'archiving' THEN EXISTS (SELECT 1 FROM archivings WHERE id = NEW.number)
+  WHEN 'retirement' THEN EXISTS (SELECT 1 FROM retirements WHERE id = NEW.number)
+  ELSE EXISTS (SELECT 1 FROM leases WHERE id = NEW.number AND ended IS NOT NULL) END
+BEGIN
+  SELECT RAISE(ABORT, 'nobody did what was not done');
+END;
+
+-- What happened to wood, pieces, runs, jobs, panels and the cell. `step` orders the rows of one kind within an instant,
+-- and verdicts among those of wood: a settled piece stands once, as a verdict, and a panel that was sawn apart or merged
+-- once, and not as a retirement too. Wood that a part, or a panel that others were merged into, holds since it was
+-- theirs is told as carried over, and what was done to the surface of a part before it was one is told of its parent
+-- alone. Of a lease that was renewed, the last renewal alone is known.
+CREATE VIEW events AS
+SELECT h.at AS at, h.id AS step, 'wood' AS kind, a.panel AS panel, a.job AS job, a.piece AS piece, h.run AS run,
+       CASE WHEN EXISTS (SELECT 1 FROM carried WHERE allocation = a.id) THEN 'carried over: ' || h.state ELSE h.state END
+         AS what,
+       '' AS who
+FROM allocation_history AS h JOIN allocations AS a ON a.id = h.allocation
+WHERE NOT EXISTS (SELECT 1 FROM verdicts WHERE step = h.id)
+UNION ALL
+SELECT v.at, v.step, 'verdict', a.panel, a.job, a.piece, NULL, v.verdict, v.who
+FROM verdicts AS v JOIN allocations AS a ON a.id = v.allocation
+UNION ALL
+SELECT s.at, s.id, 'sighting', a.panel, a.job, a.piece, NULL,
+       CASE s.seen WHEN 'cut' THEN 'looks cut' WHEN 'still_there' THEN 'looks still there' ELSE 'unclear' END, ''
+FROM sightings AS s JOIN allocations AS a ON a.id = s.allocation
+UNION ALL
+SELECT s.at, s.id, 'assembly', a.panel, a.job, a.piece, NULL, CASE s.assembled WHEN 1 THEN 'laid' ELSE 'taken back' END, s.who
+FROM assemblies AS s JOIN allocations AS a ON a.id = s.allocation
+UNION ALL
+SELECT r.started_at, r.id, 'run', r.panel, r.job, NULL, r.id, 'started', coalesce(f.who, '')
+FROM runs AS r LEFT JOIN run_facts AS f ON f.run = r.id
+UNION ALL
+SELECT ended_at, id, 'run', panel, job, NULL, id, result, '' FROM runs WHERE ended_at IS NOT NULL
+UNION ALL
+SELECT created_at, id, 'job', NULL, id, NULL, NULL, 'made', '' FROM jobs
+UNION ALL
+SELECT h.at, h.id, 'job', NULL, h.job, NULL, NULL, h.state, coalesce(d.who, '')
+FROM job_history AS h LEFT JOIN done_by AS d ON d.kind = 'job' AND d.number = h.id
+UNION ALL
+-- Of the plan only who asked for it.
+SELECT r.at, r.id, 'job', NULL, r.job, NULL, NULL, 'pieces made again', p.who
+FROM redos AS r, plans AS p WHERE p.id = r.plan
+UNION ALL
+SELECT a.at, a.id, 'job', NULL, a.job, NULL, NULL, CASE a.archived WHEN 1 THEN 'archived' ELSE 'in sight again' END,
+       coalesce(d.who, '')
+FROM archivings AS a LEFT JOIN done_by AS d ON d.kind = 'archiving' AND d.number = a.id
+UNION ALL
+SELECT at, id, 'lease', NULL, NULL, NULL, NULL, 'lease of plan ' || plan || ' until ' || until, who FROM leases
+UNION ALL
+SELECT l.ended_at, l.id, 'lease', NULL, NULL, NULL, NULL,
+       'lease of plan ' || l.plan || CASE l.ended WHEN 'taken' THEN ' became a job' WHEN 'released' THEN ' was released'
+                                              WHEN 'spoilt' THEN ' ended, its wood was written off' ELSE ' expired' END,
+       coalesce(d.who, '')
+FROM leases AS l LEFT JOIN done_by AS d ON d.kind = 'lease' AND d.number = l.id WHERE l.ended IS NOT NULL
+UNION ALL
+SELECT created_at, number, 'panel', id, NULL, NULL, NULL, 'entered', '' FROM panels
+UNION ALL
+SELECT r.at, r.id, 'panel', r.panel, NULL, NULL, NULL,
+       CASE WHEN s.retirement IS NOT NULL THEN 'sawn apart' WHEN r.retired = 1 THEN 'retired' ELSE 'restored' END,
+       coalesce(s.who, d.who, '')
+FROM retirements AS r LEFT JOIN splits AS s ON s.retirement = r.id
+LEFT JOIN done_by AS d ON d.kind = 'retirement' AND d.number = r.id
+WHERE NOT EXISTS (SELECT 1 FROM merges WHERE merged = r.panel AND at = r.at)
+UNION ALL
+SELECT at, id, 'merge', merged, NULL, NULL, NULL, 'is ' || kept, who FROM merges
+UNION ALL
+SELECT at, id, 'merge', kept, NULL, NULL, NULL, 'was also ' || merged, who FROM merges
+UNION ALL
+SELECT p.made_at, p.id, 'proposal', coalesce(p.panel, v.panel), NULL, NULL, NULL, 'made', p.who
+FROM proposals AS p LEFT JOIN proposal_verdicts AS v ON v.proposal = p.id
+UNION ALL
+SELECT v.at, v.proposal, 'proposal', coalesce(v.panel, p.panel), NULL, NULL, NULL, v.verdict, v.who
+FROM proposal_verdicts AS v JOIN proposals AS p ON p.id = v.proposal
+UNION ALL
+SELECT at, id, 'remnant', panel, NULL, NULL, run, 'booked', '' FROM remnants
+UNION ALL
+SELECT taken_at, id, 'scan', panel, NULL, NULL, NULL, face, '' FROM scans
+UNION ALL
+SELECT made_at, version, 'mask', panel, NULL, NULL, NULL, 'version ' || version, '' FROM masks
+UNION ALL
+SELECT at, id, 'edit', panel, NULL, NULL, NULL, CASE kind WHEN 'give' THEN 'gives wood' ELSE 'withholds wood' END, who
+FROM mask_edits
+UNION ALL
+SELECT r.at, r.edit, 'edit', e.panel, NULL, NULL, NULL, 'taken back', r.who
+FROM mask_edit_removals AS r JOIN mask_edits AS e ON e.id = r.edit
+UNION ALL
+SELECT t.at, t.id, 'treatment', t.panel, NULL, NULL, NULL, t.kind, t.who FROM treatments AS t
+WHERE NOT EXISTS (SELECT 1 FROM parts AS s JOIN panels AS p ON p.id = s.panel
+                  WHERE s.panel = t.panel AND t.at < p.created_at)
+UNION ALL
+SELECT found_at, id, 'difference', panel, NULL, NULL, NULL, kind, '' FROM differences
+UNION ALL
+SELECT v.at, v.id, 'difference', d.panel, NULL, NULL, NULL, v.verdict, v.who
+FROM difference_verdicts AS v JOIN differences AS d ON d.id = v.difference
+UNION ALL
+SELECT at, id, 'cell', NULL, NULL, NULL, NULL, CASE under_way WHEN 1 THEN doing ELSE 'at rest' END, '' FROM activities
+UNION ALL
+SELECT at, id, 'cell', NULL, NULL, NULL, NULL, CASE cleared WHEN 1 THEN 'cleared' ELSE reason END, who FROM aborts
+UNION ALL
+SELECT at, id, 'cell', NULL, NULL, NULL, NULL, 'backup of ' || made_at || ' put back', who FROM restorations;

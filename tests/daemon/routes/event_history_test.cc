@@ -1,0 +1,96 @@
+// What happened, in one list by time: of a job, a panel or a piece, page by page, and with who did it.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "tests/daemon/routes/panel_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
+using testing::panel_square;
+
+class EventHistory : public PanelCell {
+ protected:
+  EventHistory() {
+    db::NewPlan plan;
+    plan.name = "portrait", plan.who = "uid 1000", plan.plan_json = "{}", plan.options_json = "{}";
+    for (const double x : {5.0, 15.0}) {
+      db::PlannedPatch& patch = plan.pieces.emplace_back();
+      patch.mark = x < 10 ? "A1" : "A2";
+      for (const auto& p : panel_square(0, 0, 6))
+        patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
+      patch.panel = PanelId{"P-0002"};
+      patch.panel_outline = panel_square(x, 5, 6);
+      patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+      patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 5));
+    }
+    plan.planned_on = {{PanelId{"P-0002"}, 1}};
+    change([&](Repositories& r) -> Status {
+      const auto job = r.jobs.create(plan, kThen);
+      return job ? Ok() : Status(job.error());
+    });
+  }
+  // "job made by nobody"
+  std::vector<std::string> happened(const std::string& query) {
+    std::vector<std::string> out;
+    const json page = get("/history/events?" + query);
+    for (const json& event : page["events"])
+      out.push_back(fmt::format("{} {} by {}", event["kind"].get<std::string>(), event["what"].get<std::string>(),
+                                event["who"].is_null() ? "nobody" : event["who"].get<std::string>()));
+    return out;
+  }
+};
+
+TEST_F(EventHistory, ThatAJobWasCancelledAndArchivedStandsThereWithWhoDidIt) {
+  ASSERT_EQ(post("/jobs/1/cancel").status, 200);
+  ASSERT_EQ(post("/jobs/1/archive").status, 200);
+  ASSERT_EQ(post("/jobs/1/unarchive").status, 200);
+  ASSERT_EQ(post("/jobs/archive-done").status, 200);
+  EXPECT_THAT(happened("job=1&until=2026-05-01T08:00"),
+              ElementsAre("job made by nobody", "wood reserved by nobody", "wood reserved by nobody"));
+  EXPECT_THAT(happened("job=1&since=2026-05-01T08:00"),
+              IsSupersetOf({"job cancelled by uid 1000", "wood released by nobody", "job archived by uid 1000",
+                            "job in sight again by uid 1000"}));
+  EXPECT_THAT(happened("job=1&kind=job&until=2026-05-01T08:00"), ElementsAre("job made by nobody"));
+  EXPECT_THAT(happened("job=2"), ElementsAre());
+}
+
+TEST_F(EventHistory, ThatAPanelWasRetiredStandsThereWithWhoDidIt) {
+  ASSERT_EQ(post("/panels/P-0001/retire", {{"reason", "sold"}}).status, 200);
+  ASSERT_EQ(post("/panels/P-0001/restore").status, 200);
+  EXPECT_THAT(happened("panel=P-0001"),
+              IsSupersetOf({"panel entered by nobody", "panel retired by uid 1000", "panel restored by uid 1000"}));
+  EXPECT_THAT(happened("panel=P-0002"), Not(Contains("panel retired by uid 1000")));
+  EXPECT_THAT(happened("piece=2"), ElementsAre("wood reserved by nobody"));
+}
+
+// Many have the same time.
+TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
+  const json whole = get("/history/events?limit=1000&until=2026-05-01T08:00")["events"];
+  ASSERT_GT(whole.size(), 7U);
+  for (int limit = 1; limit <= 9; ++limit) {
+    json all = json::array();
+    std::string cursor;
+    do {
+      const json page = get(fmt::format("/history/events?until=2026-05-01T08:00&limit={}{}", limit, cursor));
+      ASSERT_TRUE(page["events"].is_array()) << page;
+      for (const json& event : page["events"]) all.push_back(event);
+      cursor = page["next"].is_null() ? "" : "&cursor=" + page["next"].get<std::string>();
+    } while (!cursor.empty() && all.size() <= whole.size());
+    EXPECT_EQ(all, whole) << limit;
+  }
+}
+
+TEST_F(EventHistory, RefusesWhatIsNoFilter) {
+  for (const char* query : {"job=0", "job=x", "piece=-1", "panel=%25", "since=yesterday", "cursor=7", "limit=0",
+                            "kind=%25", "cursor=2026~x"})
+    EXPECT_EQ(ask("GET", std::string("/api/v1/history/events?") + query).status, 400) << query;
+}
+
+}  // namespace
+}  // namespace veneer::daemon
