@@ -1316,6 +1316,28 @@ EVERYTHING = """
 """
 
 
+# Three jobs that wait: 2, 3, 4. The cell does as it is told, and says so a moment later.
+QUEUE = """
+        const begin = () => main.querySelector('#do-start').innerText;
+        let order = [2, 3, 4];
+        const tell = () => { window.answers['/jobs'].jobs = [5, 4, 3, 2].map((id) => ({...job, id, state: id === 5 ? 'complete' : 'planned', name: `job ${id}`, queue_place: order.indexOf(id) + 1 || null})); };
+        tell();
+        model.jobs = window.answers['/jobs'].jobs;
+        await show('run', [], {next_step: null}, (page) => { window.page = page; });
+        const draw = () => { given_to({...about_all, next_step: null}); window.answers['/status'] = model.cell; put(main, ...[window.page.draw()].flat()); window.page.drawn(main); };
+        const rows = () => [...main.querySelectorAll('.jobs label')].map(({dataset}) => Number(dataset.key));
+        const press = async (id, then) => {
+          const field = main.querySelector(id);
+          field.focus();
+          field.click();
+          order = then;
+          tell();
+          for (let n = 0; n < 4; ++n) { await settled(); draw(); }
+          return document.activeElement.id;
+        };
+"""
+
+
 class Screens(Page):
     def setUp(self):
         self.speak("en")
@@ -1433,29 +1455,8 @@ class Screens(Page):
         self.assertIn("job 2", told[0])
         self.assertIn("job 3", told[1])
 
-    # Three jobs that wait: 2, 3, 4. The cell does as it is told, and says so a moment later.
-    QUEUE = """
-            const begin = () => main.querySelector('#do-start').innerText;
-            let order = [2, 3, 4];
-            const tell = () => { window.answers['/jobs'].jobs = [5, 4, 3, 2].map((id) => ({...job, id, state: id === 5 ? 'complete' : 'planned', name: `job ${id}`, queue_place: order.indexOf(id) + 1 || null})); };
-            tell();
-            model.jobs = window.answers['/jobs'].jobs;
-            await show('run', [], {next_step: null}, (page) => { window.page = page; });
-            const draw = () => { given_to({...about_all, next_step: null}); window.answers['/status'] = model.cell; put(main, ...[window.page.draw()].flat()); window.page.drawn(main); };
-            const rows = () => [...main.querySelectorAll('.jobs label')].map(({dataset}) => Number(dataset.key));
-            const press = async (id, then) => {
-              const field = main.querySelector(id);
-              field.focus();
-              field.click();
-              order = then;
-              tell();
-              for (let n = 0; n < 4; ++n) { await settled(); draw(); }
-              return document.activeElement.id;
-            };
-    """
-
     def test_the_queue_is_in_the_order_that_people_choose(self):
-        told = self.shown(self.QUEUE + """
+        told = self.shown(QUEUE + """
             const before = [rows(), begin(), [...main.querySelectorAll('.places button')].map(({id, disabled}) => [id, disabled])];
             const focus = [await press('#later-2', [3, 2, 4])];
             const after = [rows(), begin()];
@@ -1475,7 +1476,7 @@ class Screens(Page):
         self.assertIn("place 1 of the queue", told["words"])
 
     def test_one_job_alone_has_no_order_and_a_viewer_gives_none(self):
-        told = self.shown(self.QUEUE + """
+        told = self.shown(QUEUE + """
             model.role = 'viewer';
             draw();
             const shut = [...main.querySelectorAll('.places button')].every(({disabled}) => disabled);
