@@ -54,6 +54,7 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
           {"frame_max_power", options.frame_max_power.count()}};
 }
 
+constexpr std::chrono::minutes kPicturesKept(1);  // of panels, in memory, since somebody asked for them last
 constexpr std::chrono::minutes kLookAtStore(1);
 static_assert(DiskRoom::kBelieved > 2 * kLookAtStore);  // one look that comes late makes it forget nothing
 
@@ -312,6 +313,7 @@ void Cell::look_regularly() {
     look_for_notices();
     end_leases();
     give_up_kept_scan();
+    panel_library.forget_unasked(std::chrono::steady_clock::now() - kPicturesKept);
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
     look_regularly();
   });
