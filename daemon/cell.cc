@@ -32,6 +32,7 @@ RunnerOptions runner_options(const Config& config) {
   return options;
 }
 
+constexpr std::chrono::minutes kPicturesKept(1);  // of panels, in memory, since somebody asked for them last
 constexpr std::chrono::minutes kLookAtStore(1);
 static_assert(DiskRoom::kBelieved > 2 * kLookAtStore);  // one look that comes late makes it forget nothing
 
@@ -232,6 +233,7 @@ void Cell::look_regularly() {
     news->look();
     leases->end_due();
     give_up_kept_scan();
+    panel_library.forget_unasked(std::chrono::steady_clock::now() - kPicturesKept);
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
     look_regularly();
   });

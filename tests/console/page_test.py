@@ -1335,6 +1335,28 @@ EVERYTHING = """
 """
 
 
+# Three jobs that wait: 2, 3, 4. The cell does as it is told, and says so a moment later.
+QUEUE = """
+        const begin = () => main.querySelector('#do-start').innerText;
+        let order = [2, 3, 4];
+        const tell = () => { window.answers['/jobs'].jobs = [5, 4, 3, 2].map((id) => ({...job, id, state: id === 5 ? 'complete' : 'planned', name: `job ${id}`, queue_place: order.indexOf(id) + 1 || null})); };
+        tell();
+        model.jobs = window.answers['/jobs'].jobs;
+        await show('run', [], {next_step: null}, (page) => { window.page = page; });
+        const draw = () => { given_to({...about_all, next_step: null}); window.answers['/status'] = model.cell; put(main, ...[window.page.draw()].flat()); window.page.drawn(main); };
+        const rows = () => [...main.querySelectorAll('.jobs label')].map(({dataset}) => Number(dataset.key));
+        const press = async (id, then) => {
+          const field = main.querySelector(id);
+          field.focus();
+          field.click();
+          order = then;
+          tell();
+          for (let n = 0; n < 4; ++n) { await settled(); draw(); }
+          return document.activeElement.id;
+        };
+"""
+
+
 class Screens(Page):
     def setUp(self):
         self.speak("en")
@@ -1460,6 +1482,37 @@ class Screens(Page):
             return [usual, begin()]""")
         self.assertIn("job 2", told[0])
         self.assertIn("job 3", told[1])
+
+    def test_the_queue_is_in_the_order_that_people_choose(self):
+        told = self.shown(QUEUE + """
+            const before = [rows(), begin(), [...main.querySelectorAll('.places button')].map(({id, disabled}) => [id, disabled])];
+            const focus = [await press('#later-2', [3, 2, 4])];
+            const after = [rows(), begin()];
+            focus.push(await press('#later-2', [3, 4, 2]), await press('#earlier-4', [4, 3, 2]));
+            await show('history');
+            return {before, after, focus, sent: sent('/move'), paths: window.asked.filter(({path}) => path.includes('/move')).map(({path}) => path.replace('/api/v1', '')),
+                    history: [...main.querySelectorAll('ul.list > li')].map(({dataset}) => Number(dataset.key)), words: main.innerText}""")
+        self.assertEqual(told["before"][0], [2, 3, 4, 5], "the one that is cut next stands first, what is over last")
+        self.assertIn("job 2", told["before"][1])
+        self.assertEqual(told["before"][2], [["earlier-2", True], ["later-2", False], ["earlier-3", False], ["later-3", False], ["earlier-4", False], ["later-4", True]])
+        self.assertEqual(told["after"][0], [3, 2, 4, 5])
+        self.assertIn("job 3", told["after"][1], "Start begins with the first of the queue")
+        self.assertEqual(told["paths"], ["/jobs/2/move", "/jobs/2/move", "/jobs/4/move"])
+        self.assertEqual(told["sent"], [{"before": 4}, {}, {"before": 3}])
+        self.assertEqual(told["focus"], ["later-2", "earlier-2", "later-4"], "the job keeps the focus, by the button that is not shut")
+        self.assertEqual(told["history"], [4, 3, 2, 5])
+        self.assertIn("place 1 of the queue", told["words"])
+
+    def test_one_job_alone_has_no_order_and_a_viewer_gives_none(self):
+        told = self.shown(QUEUE + """
+            model.role = 'viewer';
+            draw();
+            const shut = [...main.querySelectorAll('.places button')].every(({disabled}) => disabled);
+            model.role = 'admin';
+            model.jobs = model.jobs.filter(({id}) => id === 2 || id === 5);
+            draw();
+            return [shut, main.querySelectorAll('.places button').length, main.querySelector('.jobs').innerText.includes('queue')]""")
+        self.assertEqual(told, [True, 0, False])
 
 
 if __name__ == "__main__":

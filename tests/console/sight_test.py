@@ -5,7 +5,7 @@ each button, link and field, as page_test.py shows the screens.
 import sys
 import unittest
 
-from page_test import CELL, EVERYTHING, MOSAIC, Page
+from page_test import CELL, EVERYTHING, MOSAIC, QUEUE, Page
 
 CONTRAST = 4.5   # WCAG's AA for text of any size; here for what is shut, too
 TARGET_PX = 45.35  # 12 mm at 96 pixels to the inch
@@ -193,6 +193,11 @@ class Sight(Page):
     def test_every_screen_before_a_viewer(self):
         """What is shut is read, too."""
         self.seen("const before = show; const viewed = async (...of) => { model.role = 'viewer'; await before(...of); };" + self.SHOWN.replace("await show(", "await viewed("), SCREENS)
+
+    def test_jobs_that_wait(self):
+        for size in ((1280, 800), (390, 844)):
+            self.size(*size)
+            self.seen(QUEUE + "main.className = 'screen-run'; look('run, a queue', main);")
 
     def test_what_stands_on_every_screen(self):
         for size in ((1280, 800), (390, 844)):

@@ -10,6 +10,8 @@
 #                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
 #                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
+#   idle         the daemon at rest, newly started and after scans, a plan, a cut and a comparison, with and without a console
+#                that listens: its share of a processor (1 %) and its memory (60 MB); also written as idle.json
 #   workers      200 deaths of worker processes, 8 of each kind that hang, 1,000 truly hostile pictures at five doors and 320 hostile
 #                drawings while cuts go on, 48 lost looks at the bed, 48 deaths in the laser's and the camera's calibrations,
 #                64 of scans by SANE beside a drawing; what the twin says of each cut and of the beam. Then the two largest
@@ -94,6 +96,10 @@ show_table=1 campaign "clients/lihuiyu" "$seed" "$build/bin/veneer-soak" clients
 seed=$(fresh_seed)
 show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak" guardian-kills --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"
+
+seed=$(fresh_seed)
+show_table=1 campaign "idle/at-rest" "$seed" "$build/bin/veneer-soak" idle --seed "$seed" --dir "$(dirname "$out")/soak-idle" \
+  --out "$(dirname "$out")/idle.json"
 
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
