@@ -174,13 +174,13 @@ Result<std::optional<AreaBook>> PanelFigures::book(Repositories& r, const db::Pa
     const auto mask = library_.load_mask(panel);
     if (!mask) return std::optional<AreaBook>();
     if (booked.mask_file.empty())
-      booked.mask_file = panel.mask_file, booked.usable = usable_of_panel(*mask, panel.width, panel.height);
+      booked.mask_file = panel.mask_file, booked.panel = masked_panel(*mask, panel.width, panel.height);
     for (const auto& allocation : *allocations)
       if (!booked.wood.contains(allocation.id.value))
         booked.wood.emplace(allocation.id.value, booked_wood(allocation, *mask, whole));
     keep_booked(panel.id, booked);
   }
-  AreaBook book = opened(whole, booked.usable);
+  AreaBook book = opened(whole, booked.panel);
   for (const auto& [allocation, state] : *live) {
     const auto wood = booked.wood.find(allocation.value);
     if (wood == booked.wood.end())

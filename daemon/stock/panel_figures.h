@@ -64,7 +64,7 @@ class PanelFigures {
   };
   struct Booked {
     std::string mask_file;
-    SquareMillimetres usable{0};
+    MaskedWood panel;
     std::unordered_map<std::int64_t, BookedWood> wood;  // by allocation
   };
   Result<Wood> wood_of(Repositories& r, const db::PanelRecord& panel, std::int64_t newest);
