@@ -405,6 +405,7 @@ json Cell::status(Role told) const {
   out["load"] = nullptr;
   if (view.load) out["load"] = load_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;
+  out["may_be_watched"] = runner->may_be_watched().ok();
   out["recut"] =
       view.can_recut > 0
           ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}

@@ -888,6 +888,25 @@ MOSAIC = """
 """
 
 
+class Watching(Page):
+    def test_the_bed_is_watched_while_the_cell_says_that_it_may_be(self):
+        """Whatever it does: the page has no list of states of its own."""
+        told = self.does(CELL + """
+            const {bedView} = await load('watch.js'), kEveryMs = 2000, real = window.setTimeout;
+            let rounds = 0;
+            window.setTimeout = (act, ms, ...more) => { if (ms === kEveryMs) ++rounds; return real(act, ms === kEveryMs ? 0 : ms, ...more); };
+            window.answers['/bed.jpg'] = {error: {}};  // no look yet
+            const glances = () => window.asked.filter(({path}) => path.includes('/bed/glance.jpg')).length, out = [];
+            for (const [state, may_be_watched] of [['Execute', true], ['Idle', false], ['Completing', true], ['Suspended', false], ['Held', true]]) {
+              given_to({state, may_be_watched});
+              const before = glances(), from = rounds;
+              await until(() => { bedView('none'); return may_be_watched ? glances() > before : rounds > from + 5; });
+              out.push([state, glances() > before]);
+            }
+            return out""")
+        self.assertEqual(told, [["Execute", True], ["Idle", False], ["Completing", True], ["Suspended", False], ["Held", True]])
+
+
 class Mosaic(Page):
     def setUp(self):
         self.speak("en")
