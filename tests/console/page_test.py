@@ -1430,6 +1430,29 @@ class Screens(Page):
         self.assertEqual([told[0], told[1], told[2][:2]], ["290", [self.THOUSANDS, True, None], ["", False]])
         self.assertEqual({name: told[2][2][name] for name in ("board_height_mm", "board_width_mm", "height_mm")}, {"board_height_mm": 290.5, "board_width_mm": 490, "height_mm": 2.1})
 
+    def test_the_machine_is_told_in_the_pages_words(self):
+        for language, wanted in (("en", ["Hold (0)", "Speed of the cut 90 %, Power 80 %"]), ("de", ["angehalten (0)", "Tempo des Schnitts 90 %, Leistung 80 %"])):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.shown("""
+                const laser = {connected: true, homed: true, overrides_wanted: {feed: 90, rapid: 100, power: 80}}, row = (label) => [...main.querySelectorAll('.facts li')].find((one) => one.querySelector('.label').innerText === t(label)).children[2];
+                const {t} = await load('words.js');
+                await show('cell', [], {laser: {...laser, state: 'Hold:0'}});
+                const out = [row('laser').innerText, row('overrides').innerText];
+                await show('cell', [], {laser: {...laser, state: 'Unheard'}});
+                return [...out, row('laser').innerText, row('laser').querySelector('[lang]').lang]""")
+            self.assertEqual(told, [*wanted, "Unheard", "en"])
+
+    def test_grain_counts_where_pieces_choose_together(self):
+        told = self.shown("""
+            await show('new_picture', [], {}, (page) => page);
+            const page = await load('screens/new_picture.js'), draw = () => { put(main, ...[page.draw()].flat()); };
+            const idle = () => { draw(); return Boolean(main.querySelector('#grain-idle')); }, out = [idle()];
+            type('#slide-w_grain', '.1'); out.push(idle());
+            type('#picture-optimize', 'global'); out.push(idle());
+            return out""")
+        self.assertEqual(told, [False, True, False])
+
     def test_no_shut_button_is_the_next_step(self):
         told = self.shown("""
             window.answers['/certificates'] = {certificates: [], next: null};
