@@ -16,11 +16,11 @@ export function showRefusal(sentence, spoken = "en") {
   if (sentence) refusal.scrollIntoView({block: "nearest"});
 }
 
-// The reply, or null when it was refused, which is shown then.
-export async function command(path, {method = "POST", body = null, timeoutMs = 20000} = {}) {
+// The reply, or null when it was refused, which is shown then; or told, where it is shown elsewhere.
+export async function command(path, {method = "POST", body = null, timeoutMs = 20000, refused = showRefusal} = {}) {
   showRefusal("");
   let reply = null;
-  try { reply = await ask(method, `/api/v1${path}`, {body, timeoutMs}); } catch (fault) { showRefusal(fault.message); }
+  try { reply = await ask(method, `/api/v1${path}`, {body, timeoutMs}); } catch (fault) { refused(fault.message); }
   await askStatus();
   return reply;
 }

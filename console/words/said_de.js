@@ -153,7 +153,6 @@ export const said = {
   "the head moves: wait until it stands still": "der Kopf bewegt sich: Warten Sie, bis er steht",
   "the cell is Aborted: look at why, then Clear it": "die Zelle ist Aborted: Sehen Sie nach, warum, dann Clear",
   "the cell is {1}: let it end, or Stop it": "die Zelle ist {1}: Lassen Sie sie fertig werden, oder Stop",
-  "the cell is {1}, and the head may move: wait until it rests": "die Zelle ist {1}, und der Kopf kann sich bewegen: Warten Sie, bis sie ruht",
   "{1} is not possible while the cell is {2}": "{1} geht nicht, solange die Zelle {2} ist",
   "{1} is not possible while the cell is {2}: Clear it first, then Reset": "{1} geht nicht, solange die Zelle {2} ist: erst Clear, dann Reset",
   "{1} is not possible while the cell is {2}: Reset it first": "{1} geht nicht, solange die Zelle {2} ist: erst Reset",

@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "daemon/devices/device_places.h"
 #include "daemon/news/interlocks.h"
+#include "daemon/unit/at_rest.h"
 #include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {
@@ -101,6 +102,7 @@ json CellStatus::tell(Role told) const {
   out["load"] = nullptr;
   if (view.load) out["load"] = load_json(*view.load, p_.options, p_.config.sim.time_scale);
   out["framing"] = view.framing;
+  out["may_be_watched"] = check_may_be_watched(view.state).ok();
   out["recut"] =
       view.can_recut > 0
           ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}

@@ -118,7 +118,7 @@ class JobRunner : public UnitState,
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
   // May people who only watch have pictures of the bed (at_rest.h)?
-  Status may_be_watched() const { return check_may_be_watched(doings()); }
+  Status may_be_watched() const { return check_may_be_watched(view_.state); }
   const RunnerOptions& options() const { return options_; }
   // Somebody else said something of the job's pieces: what the view tells of them is read again.
   void job_changed(JobId job);

@@ -906,6 +906,25 @@ MOSAIC = """
 """
 
 
+class Watching(Page):
+    def test_the_bed_is_watched_while_the_cell_says_that_it_may_be(self):
+        """Whatever it does: the page has no list of states of its own."""
+        told = self.does(CELL + """
+            const {bedView} = await load('watch.js'), kEveryMs = 2000, real = window.setTimeout;
+            let rounds = 0;
+            window.setTimeout = (act, ms, ...more) => { if (ms === kEveryMs) ++rounds; return real(act, ms === kEveryMs ? 0 : ms, ...more); };
+            window.answers['/bed.jpg'] = {error: {}};  // no look yet
+            const glances = () => window.asked.filter(({path}) => path.includes('/bed/glance.jpg')).length, out = [];
+            for (const [state, may_be_watched] of [['Execute', true], ['Idle', false], ['Completing', true], ['Suspended', false], ['Held', true]]) {
+              given_to({state, may_be_watched});
+              const before = glances(), from = rounds;
+              await until(() => { bedView('none'); return may_be_watched ? glances() > before : rounds > from + 5; });
+              out.push([state, glances() > before]);
+            }
+            return out""")
+        self.assertEqual(told, [["Execute", True], ["Idle", False], ["Completing", True], ["Suspended", False], ["Held", True]])
+
+
 class Mosaic(Page):
     def setUp(self):
         self.speak("en")
@@ -1460,6 +1479,29 @@ class Screens(Page):
                             finish="for (const one of main.querySelectorAll('fieldset.confirm input')) if (!one.checked) one.click(); draw();")
         self.assertEqual([told[0], told[1], told[2][:2]], ["290", [self.THOUSANDS, True, None], ["", False]])
         self.assertEqual({name: told[2][2][name] for name in ("board_height_mm", "board_width_mm", "height_mm")}, {"board_height_mm": 290.5, "board_width_mm": 490, "height_mm": 2.1})
+
+    def test_the_machine_is_told_in_the_pages_words(self):
+        for language, wanted in (("en", ["Hold (0)", "Speed of the cut 90 %, Power 80 %"]), ("de", ["angehalten (0)", "Tempo des Schnitts 90 %, Leistung 80 %"])):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.shown("""
+                const laser = {connected: true, homed: true, overrides_wanted: {feed: 90, rapid: 100, power: 80}}, row = (label) => [...main.querySelectorAll('.facts li')].find((one) => one.querySelector('.label').innerText === t(label)).children[2];
+                const {t} = await load('words.js');
+                await show('cell', [], {laser: {...laser, state: 'Hold:0'}});
+                const out = [row('laser').innerText, row('overrides').innerText];
+                await show('cell', [], {laser: {...laser, state: 'Unheard'}});
+                return [...out, row('laser').innerText, row('laser').querySelector('[lang]').lang]""")
+            self.assertEqual(told, [*wanted, "Unheard", "en"])
+
+    def test_grain_counts_where_pieces_choose_together(self):
+        told = self.shown("""
+            await show('new_picture', [], {}, (page) => page);
+            const page = await load('screens/new_picture.js'), draw = () => { put(main, ...[page.draw()].flat()); };
+            const idle = () => { draw(); return Boolean(main.querySelector('#grain-idle')); }, out = [idle()];
+            type('#slide-w_grain', '.1'); out.push(idle());
+            type('#picture-optimize', 'global'); out.push(idle());
+            return out""")
+        self.assertEqual(told, [False, True, False])
 
     def test_no_shut_button_is_the_next_step(self):
         told = self.shown("""

@@ -249,6 +249,27 @@ class Sight(Page):
                 look('new picture, a wrong number', main);
                 """)
 
+    def test_a_panel_with_a_loose_tag_and_a_strip_that_is_drawn(self):
+        for size in ((1280, 800), (390, 844)):
+            self.reload()
+            self.size(*size)
+            self.seen("""
+                const tag = (tag_id, x, off_mm) => ({kind: 'tag', face: 'show', tag_id, centre_mm: [x, 5], corners_mm: [[x, 4], [x + 2, 4], [x + 2, 6], [x, 6]], off_mm, off_scan: off_mm && 4, over_limit: off_mm > .05});
+                const shape_mm = [[[0, 0], [100, 0], [100, 100], [0, 100]]], kind = (css) => document.querySelector(css);
+                window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3), tag(8, 60, .01), tag(9, 90, null)], zones: [{zone: 1, material: 'walnut', area_mm2: 1e4, shape_mm}]};
+                window.answers = {'/panels/P-0001/zones': {error: {message: 'the outline holds nothing of panel P-0001'}}, ...window.answers};
+                await show('panels', ['P-0001'], {}, async (page) => {
+                  const drawn = () => { given_to(about_all); put(main, ...[page.draw('P-0001')].flat()); for (const one of main.querySelectorAll('details')) one.open = true; page.drawn(main, 'P-0001'); };
+                  const pressed = async (css) => { await until(() => { drawn(); return kind(css) && !kind(css).disabled; }); kind(css).click(); await settled(); drawn(); };
+                  await pressed('#outline');
+                  for (const key of [' ', 'ArrowRight', ' ', 'ArrowUp', ' ']) kind('.map').dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true, cancelable: true}));
+                  await pressed('#outline-keep');
+                  await until(() => { drawn(); return kind('#outline-fault') && kind('ul.marks') && kind('.over-limit'); });
+                  main.className = 'screen-panels';
+                  look('a panel', main);
+                });
+                """)
+
     def test_plans_beside_each_other_and_one_in_hand(self):
         for size in ((1280, 800), (390, 844)):
             self.reload()  # nothing is ticked yet
