@@ -86,8 +86,8 @@ struct Found {
   std::optional<MaskCount> unknown;       // why nobody knows
 };
 
-Result<Found> found_in(Repositories& r, const RemnantServices& s, const db::PanelRecord& panel, const PanelSearch& search,
-                       const Remnants::Asked& asked, Look look) {
+Result<Found> found_in(Repositories& r, const RemnantServices& s, const db::PanelRecord& panel,
+                       const PanelSearch& search, const Remnants::Asked& asked, Look look) {
   // No picture is looked at for what cannot be.
   if (panel.retired) return Found{};
   const auto unknown = [&] {
