@@ -205,26 +205,19 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanO
   return shown;
 }
 
-struct MadePlan {
-  Plan plan;
-  bool interrupted = false;  // by Ctrl-C: it may be the best so far
-};
-
 // A run that was killed goes on where it was: the same command again, in the same directory.
-MadePlan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                           const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
+Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
+                       const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
   // Another build of this program may choose otherwise.
   const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
   planner::PlanJournal journal =
       or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
-  bool interrupted = false;
   with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
     plan = planner::make_plan(artworks, stock, options, progress, stop, &journal, nullptr, on_stop);
-    interrupted = stop.stop_requested();
   });
-  if (plan->ok()) return {std::move(**plan), interrupted};
+  if (plan->ok()) return std::move(**plan);
   if (plan->error().code == ErrorCode::kCancelled)
     end({ErrorCode::kCancelled, plan->error().message + ": the same command goes on where it stopped"});
   std::error_code ignored;
@@ -255,10 +248,18 @@ void tell_gain(const planner::GlobalReport& global) {
   }
 }
 
+// For the end of such a sentence.
+const char* if_stopped(bool stopped) { return stopped ? ", stopped before the end" : ""; }
+
 void tell_gain(const planner::RefineReport& refined) {
+  if (refined.stopped && refined.cost_refined == refined.cost_before) {
+    std::cerr << "veneerctl: borders are as they were, stopped before they were refined\n";
+    return;
+  }
   const auto less = [&](double cost) { return refined.cost_before > 0 ? 100 * (1 - cost / refined.cost_before) : 0.0; };
-  std::cerr << fmt::format("veneerctl: borders refined, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
-                           refined.cost_refined, refined.cost_before, less(refined.cost_refined));
+  std::cerr << fmt::format("veneerctl: borders refined, cost {:.2f} instead of {:.2f} ({:.1f} % less){}\n",
+                           refined.cost_refined, refined.cost_before, less(refined.cost_refined),
+                           if_stopped(refined.stopped));
   if (!refined.rounds.empty())
     std::cerr << fmt::format(
         "veneerctl: wood chosen again {} times for the refined shapes, cost {:.2f} ({:.1f} % less)\n",
@@ -266,9 +267,10 @@ void tell_gain(const planner::RefineReport& refined) {
 }
 
 void tell_gain(const planner::FineReport& fine) {
-  std::cerr << fmt::format("veneerctl: {} pieces turned finely, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
+  std::cerr << fmt::format("veneerctl: {} pieces turned finely, cost {:.2f} instead of {:.2f} ({:.1f} % less){}\n",
                            fine.moved, fine.cost, fine.cost_before,
-                           fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
+                           fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0,
+                           if_stopped(fine.stopped));
 }
 
 void tell_tiles(const planner::TilesReport& tiles) {
@@ -309,7 +311,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   planner::ReportSeconds spent;
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
-  auto [plan, interrupted] =
+  Plan plan =
       plan_with_journal(artworks, stock, options,
                         arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
   Previews preview;
@@ -323,9 +325,13 @@ void run_plan(const PlanCommandArguments& arguments) {
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
   if (plan.refined) tell_gain(*plan.refined);
-  std::error_code ignored;
-  if (!interrupted) fs::remove(journal, ignored);
   warn(plan.warnings);
+  if (plan.stopped) {
+    std::cerr << "veneerctl: this is the best plan so far, not the whole: the same command goes on from there\n";
+    return;
+  }
+  std::error_code ignored;
+  fs::remove(journal, ignored);
 }
 
 // As a shell takes it.
@@ -418,6 +424,10 @@ void add_plan_command(CLI::App& app) {
     if (arguments->tiles)
       end(kUnusableArguments,
           "--suggest draws no tiles: leave --tiles out, and add it to a command that it prints, with --layout mosaic");
+    if (arguments->best_so_far)
+      end(kUnusableArguments,
+          "--suggest makes no plan that Ctrl-C could stop: leave --best-so-far out, and add it to a command that it "
+          "prints");
     run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);
     if (arguments->mean_colours || arguments->as_built || arguments->full_preview)
       std::cerr << "veneerctl: pictures of a plan beside its preview are drawn by the commands that are suggested, not "

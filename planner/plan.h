@@ -106,8 +106,9 @@ struct KeptLayout {
   bool is_free = false;  // its patches have no rows and columns
 };
 
-// What a stop request makes of a plan. kCancel: none, but kCancelled. kBestSoFar, once every patch has chosen in turn:
-// the best that is whole by then (GlobalReport::stopped); warnings name what was not done to the end.
+// What a stop request makes of a plan. kCancel: none, but kCancelled. kBestSoFar, once every patch has chosen in turn,
+// and a run that goes on from a journal is where the earlier one was: the best that is whole by then (Plan::stopped);
+// warnings name what was not done to the end.
 enum class OnStop { kCancel, kBestSoFar };
 
 // Defaults are the paper's Table 1.
@@ -238,6 +239,7 @@ struct Shortage {
   // Free wood that no patch of the plan's sizes can use, without wood that limits close; none: not known.
   std::optional<SquareMillimetres> left;
   std::size_t behind_limits = 0;  // at least so many patches would fit in wood that limits close
+  bool limited = false;           // limits refused wood to patches
   struct Smaller {
     Millimetres side;
     std::size_t count = 0;  // at least so many squares of that side still fit
@@ -325,6 +327,7 @@ struct MaterialShare {
 struct FineReport {
   double cost_before = 0, cost = 0;
   std::size_t moved = 0;  // pieces
+  bool stopped = false;   // before all were turned: the others lie where they lay
 };
 
 // What `PlanOptions::refine` gained.
@@ -337,6 +340,7 @@ struct RefineReport {
     std::size_t moved = 0;  // pieces that took other wood
   };
   std::vector<Round> rounds;  // of choosing wood again
+  bool stopped = false;       // before all was done: as it was after the last step
   // How far borders lie beside the pixels' cheapest cut, along lines that are cut so, measured straight across them:
   // they are smoothed for curves' sake, and drawn back where a piece could not be made.
   struct PixelCut {
@@ -377,6 +381,7 @@ struct Plan {
   std::optional<RefineReport> refined;
   std::vector<UnfitPiece> unfit;      // in the order of the pieces
   std::vector<std::string> warnings;  // one sentence each
+  bool stopped = false;               // by a stop request, before all was done (OnStop::kBestSoFar)
 };
 
 double cost_total(const Plan& plan);
@@ -400,7 +405,8 @@ class SharedWork;   // shared_work.h
 // is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request,
 // unless `on_stop` asks for the best so far and there is a plan.
 //
-// `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
+// `journal`, opened for the plan_key() of these arguments, remembers what is placed, chosen together and turned, and
+// lets a later run go on there. Until it is where that one was, a stop request gives kCancelled whatever `on_stop` is.
 // `shared` spares several plans of the same wood and pictures the same work.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
                        const Progress& progress = {}, const std::stop_token& stop = {}, PlanJournal* journal = nullptr,

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "planner/boundaries/refinement.h"
+#include "planner/cancelled.h"
 #include "planner/edits/alternatives.h"
 #include "planner/edits/kept_pieces.h"
 #include "planner/files/plan_journal.h"
@@ -339,9 +340,18 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
           : place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed, journal);
   if (!chosen.ok()) return chosen.error();
   PatchPlacements patches = placements_of(*problem, *matcher, *chosen);
-  // Wood that was closed by its limit is there all the same.
-  if (!refused.empty())
-    if (const Status open = take_anew(*matcher, *problem, patches, threads, stop); !open.ok()) return open.error();
+  const auto leave_undone = [&](std::string_view what) {
+    plan.stopped = true;
+    plan.warnings.push_back(fmt::format("{}, because planning was stopped", what));
+  };
+  // Wood that was closed by its limit is there all the same. Where a stop leaves it closed nobody looks for wood any
+  // more.
+  Status open;
+  if (!refused.empty()) {
+    report(kIndexShare + greedy_share, "opening wood that limits have closed");
+    open = take_anew(*matcher, *problem, patches, threads, stop);
+  }
+  if (!open.ok() && on_stop == OnStop::kCancel) return open.error();
   if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {
     const double done = kIndexShare + greedy_share;
     Result<GlobalOutcome> global = plan_globally(
@@ -351,6 +361,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     if (!global.ok()) return global.error();
     patches = std::move(global->patches);
     plan.global = global->report;
+    if (global->stopped) leave_undone("patches have not chosen together to the end");
     if (global->refused) refused = *global->refused;
   }
   plan.seconds.match = match_start.seconds();
@@ -362,7 +373,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
         [&](double share) { report(placed_share - fine_share * (1 - share), "turning pieces finely"); }, stop, journal,
         on_stop);
     if (!fine.ok()) return fine.error();
-    if (fine->stopped) plan.warnings.emplace_back("not all pieces are turned finely, because planning was stopped");
+    if (fine->report.stopped) leave_undone("not all pieces are turned finely");
     patches = std::move(fine->patches);
     plan.fine = fine->report;
     plan.seconds.refine = fine_start.seconds();
@@ -373,23 +384,26 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     report(placed_share, "refining borders");
     Result<Refinement> cut = refine_boundaries(
         *problem, *matcher, std::move(patches), options, threads,
-        [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop, on_stop);
+        [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop, journal, on_stop);
     if (!cut.ok()) return cut.error();
     refined = *std::move(cut);
-    if (refined.stopped) plan.warnings.emplace_back("borders are not refined to the end, because planning was stopped");
+    if (refined.report.stopped) leave_undone("borders are not refined to the end");
     patches = std::move(refined.patches);
     plan.refined = std::move(refined.report);
     plan.refined->seconds = refine_start.seconds();
     plan.seconds.refine += plan.refined->seconds;
   }
+  // A plan worse than the one that an earlier run came to would take its place.
+  if (plan.stopped && journal != nullptr && journal->is_behind()) return cancelled();
   Result<std::optional<Shortage>> shortage = shortage_of(*problem, *matcher, patches, options.patch, refused, stop);
   if (!shortage.ok()) {
     if (on_stop == OnStop::kCancel) return shortage.error();
-    shortage = missing_wood(*problem, patches);
-    plan.warnings.emplace_back("what wood is left is not told, because planning was stopped");
+    shortage = missing_wood(*problem, patches, refused);
+    leave_undone("what wood is left is not told");
   }
-  Status listed;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
-  if (options.alternatives > 0 && (plan.global || plan.fine))
+  Status listed =
+      open;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
+  if (listed.ok() && options.alternatives > 0 && (plan.global || plan.fine))
     listed = take_anew(*matcher, *problem, patches, threads, stop);
   const std::size_t searched = problem->queue.size();
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
@@ -407,8 +421,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     if (listed.ok())
       listed = add_alternatives(stock, *problem, *matcher, patches, searched, options, threads, stop, plan);
     if (!listed.ok() && on_stop == OnStop::kCancel) return listed.error();
-    if (!listed.ok())
-      plan.warnings.emplace_back("no alternatives of the pieces are listed, because planning was stopped");
+    if (!listed.ok()) leave_undone("no alternatives of the pieces are listed");
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (shared != nullptr && listed.ok()) shared->keep(std::move(matcher), *problem, options);

@@ -12,19 +12,21 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kCuts = 4;           // after wood was chosen, at most
-constexpr double kEnough = 0.002;  // share of the cost that a step must gain for another one to follow
+constexpr int kCuts = 4;                  // after wood was chosen, at most
+constexpr double kEnough = 0.002;         // share of the cost that a step must gain for another one to follow
+constexpr const char* kStep = "borders";  // of lines in the journal
 
 class Refiner {
  public:
   Refiner(Problem& problem, const Matcher& matcher, PatchPlacements placements, const PlanOptions& options, int threads,
-          const std::function<void(double)>& progress, const std::stop_token& stop)
+          const std::function<void(double)>& progress, const std::stop_token& stop, PlanJournal* journal)
       : problem_(problem),
         matcher_(matcher),
         options_(options),
         threads_(threads),
         progress_(progress),
         stop_(stop),
+        journal_(journal),
         borders_(make_borders(problem, matcher.panels(),
                               {options.overlap, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                                piece_limits(problem, options), threads})) {
@@ -40,7 +42,7 @@ class Refiner {
     out_.report.cost_refined = cost_;
     if (going.ok() && options_.rematch > 0) going = choose_again();
     if (!going.ok() && on_stop == OnStop::kCancel) return going.error();
-    out_.stopped = !going.ok();
+    out_.report.stopped = !going.ok();
     finish();
     return std::move(out_);
   }
@@ -70,11 +72,18 @@ class Refiner {
     return sum;
   }
 
+  // That one more step is done. All of them are done anew where a run goes on, but that tells whether it is as far as
+  // the earlier one was.
+  void remember_step() {
+    if (journal_ != nullptr && !journal_->next_text(kStep)) journal_->add_text(kStep, "");
+  }
+
   // Borders are cut until that gains little. kCancelled: a stop was requested.
   Status cut() {
     for (int k = 0; k < kCuts; ++k) {
       const Borders::State before = borders_->state();
       if (Status done = borders_->cut(out_.patches, stop_); !done.ok()) return done;
+      remember_step();
       const double cost = measured(borders_->outlines(), out_.patches);
       if (cost >= cost_) {
         borders_->become(before);
@@ -106,6 +115,7 @@ class Refiner {
       for (std::size_t i = 0; i < placements.size(); ++i)
         moved += out_.patches[i] && !same_place(*out_.patches[i], *placements[i]) ? 1 : 0;
       out_.report.rounds.push_back({cost_, moved});
+      remember_step();
       progress_(static_cast<double>(round + 2) / (options_.rematch + 1));
       if (cost_ > cost * (1 - kEnough)) break;
     }
@@ -151,6 +161,7 @@ class Refiner {
   int threads_;
   const std::function<void(double)>& progress_;
   const std::stop_token& stop_;
+  PlanJournal* journal_;
   std::unique_ptr<Borders> borders_;
   double cost_ = 0;
   Refinement out_;
@@ -161,8 +172,8 @@ class Refiner {
 Result<Refinement> refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
                                      const PlanOptions& options, int threads,
                                      const std::function<void(double)>& progress, const std::stop_token& stop,
-                                     OnStop on_stop) {
-  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run(on_stop);
+                                     PlanJournal* journal, OnStop on_stop) {
+  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop, journal).run(on_stop);
 }
 
 }  // namespace veneer::planner

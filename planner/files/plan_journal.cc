@@ -156,7 +156,7 @@ void PlanJournal::forget_the_rest() {
 }
 
 std::optional<PlanJournal::Step> PlanJournal::next(const Step& asked) {
-  if (at_ == lines_.size()) return std::nullopt;
+  if (!is_behind()) return std::nullopt;
   Step step = step_of(lines_[at_]);
   const auto same = [](const Answer& a, const Answer& b) { return a.artwork == b.artwork && a.patch == b.patch; };
   if (step.size() >= asked.size() && std::equal(asked.begin(), asked.end(), step.begin(), same)) {
@@ -170,16 +170,14 @@ std::optional<PlanJournal::Step> PlanJournal::next(const Step& asked) {
 void PlanJournal::add(const Step& step) { append(body_of(step)); }
 
 std::optional<std::string> PlanJournal::next_text(const std::string& kind) {
-  if (at_ == lines_.size()) return std::nullopt;
-  const std::string& body = lines_[at_];
-  if (body.starts_with(kind + " ")) return lines_[at_++].substr(kind.size() + 1);
-  forget_the_rest();
-  return std::nullopt;
+  if (!is_behind() || !lines_[at_].starts_with(kind + " ")) return std::nullopt;
+  return lines_[at_++].substr(kind.size() + 1);
 }
 
 void PlanJournal::add_text(const std::string& kind, const std::string& text) { append(kind + " " + text); }
 
 void PlanJournal::append(const std::string& body) {
+  if (is_behind()) forget_the_rest();
   if (file_.is_open()) file_ << with_checksum(body) << std::flush;
 }
 

@@ -39,11 +39,14 @@ class PlanJournal {
   // Remembers a step, once there is no next. When the file cannot be written (a full disk) it is only ever shorter.
   void add(const Step& step);
 
-  // The same for lines of text. `kind`: a word.
+  // The same for lines of text. `kind`: a word, or several. A next line of another kind is none; it stays where it is
+  // until something else is added, and is forgotten then, with what follows.
   std::optional<std::string> next_text(const std::string& kind);
   void add_text(const std::string& kind, const std::string& text);
 
   bool goes_on() const { return !lines_.empty(); }  // there are lines of an earlier run
+  // That run was further: it remembered more than this one has asked for.
+  bool is_behind() const { return at_ < lines_.size(); }
 
  private:
   PlanJournal(std::filesystem::path path, std::string key) : path_(std::move(path)), key_(std::move(key)) {}

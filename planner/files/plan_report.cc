@@ -26,6 +26,7 @@ json refined_to_json(const RefineReport& refined) {
                                                  {"most_mm", refined.pixel_cut->most.count()}}
                                           : json()},
           {"segments", refined.segments},
+          {"stopped", refined.stopped},
           {"length_mm", refined.length.count()},
           {"seconds", refined.seconds}};
 }
@@ -103,7 +104,8 @@ json fine_to_json(const FineReport& fine) {
   return {{"cost_before", fine.cost_before},
           {"cost", fine.cost},
           {"gain", fine.cost_before > 0 ? 1 - fine.cost / fine.cost_before : 0},
-          {"moved", fine.moved}};
+          {"moved", fine.moved},
+          {"stopped", fine.stopped}};
 }
 
 json shortage_to_json(const Shortage& shortage) {

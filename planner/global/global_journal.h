@@ -1,5 +1,6 @@
 // What the global choice remembers in a plan's journal: the lists that it chooses from, once the wood is surveyed, and
-// where its search stands between two stages. A plan that was killed then goes on with the stage that it was in.
+// where its search stands between two stages and at its end. A plan that was killed then goes on with the stage that it
+// was in.
 #pragma once
 
 #include <optional>
@@ -24,6 +25,7 @@ class GlobalJournal {
   // The next state that an earlier run added, after the lists.
   std::optional<GlobalSearch::State> next_state(const GlobalSearch::Lists& lists);
   void add(const GlobalSearch::State& state);
+  bool is_behind() const { return journal_ != nullptr && journal_->is_behind(); }
 
  private:
   PlanJournal* journal_;

@@ -62,17 +62,17 @@ class GlobalPlanner {
     GlobalReport report;
     report.greedy_cost = greedy_.score.cost, report.greedy_unfilled = greedy_.score.unfilled;
     report.budget = kIterationsAPatch * greedy_.chosen.size();
+    Result<GlobalSearch> search = begun(journal);
+    const bool done = search.ok() && improve(*search, journal, report);
+    // A plan worse than the one that an earlier run came to would take its place.
+    if (stop_.stop_requested() && (on_stop == OnStop::kCancel || behind_)) return cancelled();
     std::optional<LimitSet> refused;
-    if (Result<GlobalSearch> search = begun(journal); search.ok()) {
-      improve(*search, journal, report);
-      refused = refusing(search->lists());
-    }
-    if (stop_.stop_requested() && on_stop == OnStop::kCancel) return cancelled();
+    if (search.ok()) refused = refusing(search->lists());
     report.iterations = best_at_;
     report.stopped = report.iterations < report.budget;
     report.cost = best_.score.cost, report.unfilled = best_.score.unfilled;
     report.seconds = begin_.seconds();
-    return GlobalOutcome{placements(), report, refused};
+    return GlobalOutcome{placements(), report, refused, !done};
   }
 
  private:
@@ -80,7 +80,10 @@ class GlobalPlanner {
   Result<GlobalSearch> begun(GlobalJournal& journal) {
     GlobalSearch::State state;
     Result<std::optional<GlobalSearch::Lists>> kept = journal.lists(greedy_.chosen.size(), stop_);
-    if (!kept.ok()) return kept.error();
+    if (!kept.ok()) {
+      behind_ = journal.is_behind();
+      return kept.error();
+    }
     std::optional<GlobalSearch::Lists>& lists = *kept;
     std::optional<GlobalSearch::State> remembered = lists ? journal.next_state(*lists) : std::nullopt;
     if (!remembered) {
@@ -92,7 +95,10 @@ class GlobalPlanner {
     }
     for (; remembered; remembered = journal.next_state(*lists)) {
       state = std::move(*remembered);
-      if (state.iteration > 0) settle_for(chosen_from(*lists, state.best), state.iteration);
+      if (state.iteration == 0) continue;
+      settle_for(chosen_from(*lists, state.best), state.iteration);
+      behind_ = stop_.stop_requested();
+      if (behind_) return cancelled();
     }
     return GlobalSearch(footprints_, matcher_.panels(), std::move(*lists), state, options_.seed, search_limits());
   }
@@ -239,7 +245,8 @@ class GlobalPlanner {
     return out;
   }
 
-  void improve(GlobalSearch& search, GlobalJournal& journal, const GlobalReport& report) {
+  // Whether it came to its end, its time's too; otherwise a stop was requested before.
+  bool improve(GlobalSearch& search, GlobalJournal& journal, const GlobalReport& report) {
     const double filled = static_cast<double>(greedy_.chosen.size() - report.greedy_unfilled);
     const double mean = report.greedy_cost / std::max(1.0, filled);
     const Cooling cooling{kHot * mean, kCold * mean, report.budget};
@@ -250,10 +257,12 @@ class GlobalPlanner {
       search.run(cooling, std::min({search.iteration() + kLeg, stage, last}), stop_);
       tell(search, static_cast<double>(search.iteration()) / static_cast<double>(last));
       const bool ends_stage = search.iteration() == stage, in_time = !out_of_time();
-      if (ends_stage && search.iteration() < last) journal.add(search.state());
-      if (ends_stage || search.iteration() == last || !in_time) settle_for(search.best(), search.iteration());
-      if (!in_time) return;
+      const bool ends = search.iteration() == last;
+      if (ends_stage || ends) journal.add(search.state());
+      if (ends_stage || ends || !in_time) settle_for(search.best(), search.iteration());
+      if (!in_time) return best_at_ == search.iteration();
     }
+    return best_at_ == last;
   }
 
   void tell(const GlobalSearch& search, double share) const {
@@ -362,6 +371,7 @@ class GlobalPlanner {
   std::vector<Footprint> footprints_;
   Verified greedy_, best_;
   std::uint64_t best_at_ = 0;
+  bool behind_ = false;  // a stop came before what an earlier run had settled for was settled for again
 };
 
 }  // namespace

@@ -29,6 +29,7 @@ struct GlobalOutcome {
   // Limits but for which a patch would have a cheaper place, or any; none: nobody chose together, because a stop was
   // requested before (OnStop::kBestSoFar).
   std::optional<LimitSet> refused;
+  bool stopped = false;  // by a stop request, before the end: the best so far (OnStop::kBestSoFar)
 };
 
 // Called on the calling thread, often, with the share done.
@@ -37,8 +38,8 @@ using GlobalProgress = std::function<void(double share, const std::string& text)
 // `matcher` with its index built; its wood may have been taken. The same for any number of threads; only `stop` and
 // PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns within 100 ms: kCancelled, or with
 // OnStop::kBestSoFar the best of the last stage that it has finished (a sixteenth of the iterations), at least
-// `greedy`; its report says after how many iterations that was. `journal`: see make_plan. `others`: what pieces that
-// are not in the queue take of limited woods.
+// `greedy`; its report says after how many iterations that was. Before it is where the `journal` says that an earlier
+// run was, that is kCancelled too. `others`: what pieces that are not in the queue take of limited woods.
 Result<GlobalOutcome> plan_globally(const Problem& problem, const Matcher& matcher,
                                     const std::vector<std::optional<LatticeCandidate>>& greedy,
                                     const PlanOptions& options, int threads, const GlobalProgress& progress,

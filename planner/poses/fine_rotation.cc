@@ -8,10 +8,12 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "planner/parallel.h"
 #include "planner/poses/arrangement.h"
 
@@ -60,10 +62,10 @@ class FineRotation {
   Result<FineOutcome> run(int threads, const std::function<void(double)>& progress, const std::stop_token& stop,
                           PlanJournal* journal, OnStop on_stop) {
     std::size_t done = 0;
-    bool stopped = false;
     for (const std::vector<std::size_t>& wave : waves()) {
       std::vector<std::optional<Candidate>> moved(wave.size());
-      if (const auto text = journal ? journal->next_text(kWave) : std::nullopt) {
+      const std::string kind = journal ? fmt::format("{} {}", kWave, whence()) : "";
+      if (const auto text = journal ? journal->next_text(kind) : std::nullopt) {
         moved = moved_in(*text, wave);
       } else {
         const Status searched = run_parallel(
@@ -71,17 +73,17 @@ class FineRotation {
             [&](std::size_t begun) {
               progress(static_cast<double>(done + begun) / static_cast<double>(patches_.size()));
             });
-        stopped = !searched.ok();
-        if (stopped && on_stop == OnStop::kCancel) return searched.error();
-        if (stopped) break;
-        if (journal) journal->add_text(kWave, text_of(moved));
+        report_.stopped = !searched.ok();
+        if (report_.stopped && on_stop == OnStop::kCancel) return searched.error();
+        if (report_.stopped) break;
+        if (journal) journal->add_text(kind, text_of(moved));
       }
       for (std::size_t k = 0; k < wave.size(); ++k)
         if (moved[k]) move(wave[k], *moved[k]);
       done += wave.size();
     }
     for (const auto& patch : patches_) report_.cost += patch ? patch->cost : 0;
-    return FineOutcome{std::move(patches_), report_, stopped};
+    return FineOutcome{std::move(patches_), report_};
   }
 
  private:
@@ -167,6 +169,21 @@ class FineRotation {
     arrangement_.put(patch, to.pose);
     patches_[patch] = PatchPlacement{to.pose.panel, footprints_[patch].panel_from_artwork(to.pose), to.cost};
     ++report_.moved;
+  }
+
+  // Names where all pieces lie, since a line of the journal holds for these places alone: what chose them may have had
+  // more time in this run than in that one.
+  std::string whence() const {
+    constexpr std::size_t kDigits = 16;
+    std::string text;
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      if (!arrangement_.pose(i)) continue;
+      const Pose& it = *arrangement_.pose(i);
+      text += fmt::format("{} {}", i, it.panel);
+      for (const double value : {it.x, it.y, it.angle}) text += fmt::format(" {}", std::bit_cast<std::uint64_t>(value));
+      text += '\n';
+    }
+    return sha256_hex(std::as_bytes(std::span(text))).substr(0, kDigits);
   }
 
   // A line of the journal: which of the wave have moved, and where to.

@@ -24,7 +24,6 @@ namespace veneer::planner {
 struct FineOutcome {
   PatchPlacements patches;
   FineReport report;
-  bool stopped = false;  // before all were turned: the others lie where they lay (OnStop::kBestSoFar)
 };
 
 // `patches`: one a task of the problem's queue, on wood that `matcher` had free at its beginning. `progress` gets the

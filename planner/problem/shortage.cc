@@ -100,8 +100,9 @@ std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const s
 
 }  // namespace
 
-std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacements& patches) {
+std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacements& patches, LimitSet closed) {
   Shortage out;
+  out.limited = !closed.empty();
   for (std::size_t i = 0; i < patches.size(); ++i) {
     if (patches[i]) continue;
     const MatchPatch& match = problem.queue[i].match;
@@ -121,7 +122,7 @@ std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacemen
 Result<std::optional<Shortage>> shortage_of(const Problem& problem, const Matcher& matcher,
                                             const PatchPlacements& patches, Millimetres patch, LimitSet closed,
                                             const std::stop_token& stop) {
-  std::optional<Shortage> missing = missing_wood(problem, patches);
+  std::optional<Shortage> missing = missing_wood(problem, patches, closed);
   if (!missing) return missing;
   Shortage& out = *missing;
   for (std::size_t i = 0; i < patches.size(); ++i) {
@@ -176,9 +177,9 @@ std::string what_is_missing(const Shortage& shortage, std::size_t pieces) {
     const double area = (shortage.missing[2 * i] + shortage.missing[2 * i + 1]).count();
     if (area >= 0.01 * shortage.area.count()) tones.push_back(fmt::format("{:.0f} mm2 {}", area, kNames[i]));
   }
-  return fmt::format("no free wood was left{} for {} of {} patches ({})",
-                     shortage.behind_limits > 0 ? " within the limits" : "", shortage.unfilled, pieces,
-                     fmt::join(tones, ", "));
+  const bool limited = shortage.behind_limits > 0 || (shortage.limited && !shortage.left);
+  return fmt::format("no free wood was left{} for {} of {} patches ({})", limited ? " within the limits" : "",
+                     shortage.unfilled, pieces, fmt::join(tones, ", "));
 }
 
 std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
@@ -191,7 +192,9 @@ std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
                            : fmt::format("at least {} of them", shortage.behind_limits));
     smaller_picture = "raise that limit (--material-limit), " + smaller_picture;
   }
-  if (!shortage.left) return out + fmt::format(": {}add a panel or choose smaller patches", smaller_picture);
+  if (!shortage.left)
+    return out + fmt::format(": {}{}add a panel or choose smaller patches",
+                             shortage.limited ? "raise a limit (--material-limit), " : "", smaller_picture);
   if (!shortage.smaller)
     return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: {}add a panel",
                              shortage.left->count(), smaller_picture);

@@ -13,10 +13,10 @@
 namespace veneer::planner {
 
 // What patches have no wood; none when every one has its own. What wood is left is not asked: Shortage::left,
-// behind_limits and smaller are not known.
-std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacements& patches);
+// behind_limits and smaller are not known. `closed`: limits that refused wood to patches (problem/material_limits.h).
+std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacements& patches, LimitSet closed = {});
 
-// The same, with what wood is left. `closed`: limits that refused wood to patches (problem/material_limits.h).
+// The same, with what wood is left.
 // kCancelled: a stop was requested.
 Result<std::optional<Shortage>> shortage_of(const Problem& problem, const Matcher& matcher,
                                             const PatchPlacements& patches, Millimetres patch, LimitSet closed = {},

@@ -313,10 +313,11 @@ TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
   EXPECT_EQ(text("out/preview.png"), preview);
 }
 
-// The run that goes on where the first one stopped may be asked for the best so far: it is the same plan.
+// Every run goes on where the one before stopped, whichever of them is asked for the best so far; the last gives the
+// plan of an unbroken run.
 TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereThatIsAskedFor) {
-  const std::string many =
-      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
+  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
+                           " --threads 1 --optimize global --fine-rotation";
   ReadAlong unasked(std::string(VENEERCTL) + " plan " + many);
   ASSERT_TRUE(unasked.until("optimising: "));
   unasked.interrupt();
@@ -332,13 +333,38 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
   ASSERT_EQ(stopped.status, 0) << stopped.errors;
   EXPECT_THAT(stopped.errors, HasSubstr("going on where an earlier run stopped"));
   EXPECT_THAT(stopped.errors, HasSubstr(", stopped after "));
-  EXPECT_TRUE(fs::exists(path("out/plan.journal"))) << "the same command can go on from there";
+  EXPECT_THAT(stopped.errors,
+              EndsWith("veneerctl: this is the best plan so far, not the whole: the same command goes on "
+                       "from there\n"));
+  EXPECT_TRUE(fs::exists(path("out/plan.journal")));
   const auto report = json("out/report.json");
   EXPECT_EQ(report["global"]["stopped"], true);
   EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
   EXPECT_EQ(report["unfilled"], 0);
   EXPECT_EQ(json("out/plan.json")["pieces"].size(), 8U * 12U);
   EXPECT_TRUE(fs::exists(path("out/preview.png")));
+  EXPECT_EQ(report["fine_rotation"]["stopped"], true);
+
+  // Stopped before it is as far, a run leaves that plan as it is.
+  const std::string best = text("out/plan.json"), journal = text("out/plan.journal");
+  ReadAlong early(std::string(VENEERCTL) + " plan " + many + " --best-so-far");
+  ASSERT_TRUE(early.until("placing pieces: "));
+  early.interrupt();
+  if (early.finish().status == 0)  // it was as far by then
+    EXPECT_GE(json("out/report.json")["global"]["iterations"], report["global"]["iterations"]);
+  else
+    EXPECT_EQ(text("out/plan.json"), best);
+  EXPECT_TRUE(text("out/plan.journal").starts_with(journal));
+
+  const Outcome gone_on = plan(many + " --best-so-far");
+  ASSERT_EQ(gone_on.status, 0) << gone_on.errors;
+  EXPECT_THAT(gone_on.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_THAT(gone_on.errors, Not(HasSubstr("best plan so far")));
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+  const std::string bytes = text("out/plan.json");
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(many).status, 0);
+  EXPECT_EQ(text("out/plan.json"), bytes);
 }
 
 TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {

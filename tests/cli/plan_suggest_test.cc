@@ -109,6 +109,7 @@ TEST_F(PlanSuggest, SuggestsForOnePicture) {
   expect_unusable(usual() + " --suggest --target " + path("target.png"), "give one --target");
   expect_unusable(usual() + " --suggest --layout segmentation", "leave --layout segmentation out");
   expect_unusable(usual() + " --suggest --repeat 2", "no --repeat");
+  expect_unusable(usual() + " --suggest --best-so-far", "leave --best-so-far out");
   expect_unusable(usual() + " --suggest --keep plan.json", "leave --keep out");
   expect_unusable(usual() + " --suggest --forbid Q,0,0,9,9", "Q");
 }

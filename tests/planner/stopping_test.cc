@@ -254,11 +254,11 @@ TEST(BestSoFar, SaysWhetherAllWasDone) {
       *problem, matcher, *chosen, options, 2, [](double, const std::string&) {}, stop, nullptr, nullptr,
       OnStop::kBestSoFar);
   ASSERT_TRUE(global.ok());
-  EXPECT_TRUE(global->report.stopped);
+  EXPECT_TRUE(global->report.stopped && global->stopped);
   EXPECT_EQ(cost(global->patches), cost(placed));
   const auto fine = turn_finely(*problem, matcher, placed, 2, quiet, stop, nullptr, OnStop::kBestSoFar);
   ASSERT_TRUE(fine.ok());
-  EXPECT_TRUE(fine->stopped);
+  EXPECT_TRUE(fine->report.stopped);
   EXPECT_EQ(fine->report.moved, 0U);
   EXPECT_EQ(cost(fine->patches), cost(placed));
   // Where there is nothing to turn, all of it was turned before the request.
@@ -266,11 +266,12 @@ TEST(BestSoFar, SaysWhetherAllWasDone) {
   for (const OnStop on_stop : {OnStop::kCancel, OnStop::kBestSoFar}) {
     const auto nothing = turn_finely(*problem, matcher, nowhere, 2, quiet, stop, nullptr, on_stop);
     ASSERT_TRUE(nothing.ok());
-    EXPECT_FALSE(nothing->stopped);
+    EXPECT_FALSE(nothing->report.stopped);
   }
-  const auto refined = refine_boundaries(*problem, matcher, placed, options, 2, quiet, stop, OnStop::kBestSoFar);
+  const auto refined =
+      refine_boundaries(*problem, matcher, placed, options, 2, quiet, stop, nullptr, OnStop::kBestSoFar);
   ASSERT_TRUE(refined.ok());
-  EXPECT_TRUE(refined->stopped);
+  EXPECT_TRUE(refined->report.stopped);
   EXPECT_EQ(refined->report.cost, refined->report.cost_before);
   const auto shortage = missing_wood(*problem, nowhere);
   ASSERT_TRUE(shortage.has_value());

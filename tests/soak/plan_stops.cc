@@ -72,7 +72,7 @@ struct Stopped {
 };
 
 Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork, const StockPanel& panel,
-                   const PlanOptions& options, const std::filesystem::path& folder) {
+                   const PlanOptions& options, OnStop on_stop, const std::filesystem::path& folder) {
   std::stop_source stop;
   Stopped out;
   std::promise<void> over;
@@ -83,8 +83,8 @@ Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork,
     const auto plan = make_plan(
         std::span(&artwork, 1), std::span(&panel, 1), options,
         [&](double, std::string_view text) { out.doing = text.substr(0, text.find(':')); }, stop.get_token(), &*journal,
-        nullptr, OnStop::kBestSoFar);
-    out.in_time = !plan.ok() || (plan->global && plan->global->stopped);
+        nullptr, on_stop);
+    out.in_time = !plan.ok() || plan->stopped;
     over.set_value();
   });
   const auto done = over.get_future();
@@ -107,7 +107,7 @@ int plan_stops(int argc, char** argv) {
   int stops = 100, width = 3000, height = 2400, patches = 20;
   std::uint64_t seed = 1;
   double limit_ms = 100;
-  bool together = false, give_back = false;
+  bool together = false, give_back = false, best_so_far = false;
   std::string out;
   PlanOptions options;
   options.patch = Millimetres(48 / 300.0 * 25.4);
@@ -120,6 +120,7 @@ int plan_stops(int argc, char** argv) {
   app.add_flag("--give-back", give_back, "Let memory go back to the system in the time that is measured");
   app.add_flag("--exact", options.exact, "With the certified search");
   app.add_flag("--together", together, "Patches choose together, and only then are stops requested");
+  app.add_flag("--best-so-far", best_so_far, "A stop gives the best plan so far, once there is one, instead of none");
   app.add_option("--index-cache", options.index_cache, "As veneerctl plan has it");
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc - 1, argv + 1);
@@ -157,7 +158,8 @@ int plan_stops(int argc, char** argv) {
     Stopped slowest;
     for (int i = 0; i < stops; ++i) {
       const double moment = std::uniform_real_distribution(from, to)(random);
-      const Stopped stopped = stop_after(std::chrono::duration<double>(moment), artwork, panel, options, folder.path());
+      const Stopped stopped = stop_after(std::chrono::duration<double>(moment), artwork, panel, options,
+                                         best_so_far ? OnStop::kBestSoFar : OnStop::kCancel, folder.path());
       if (!stopped.in_time) continue;
       values.push_back(stopped.ms), cpu.push_back(stopped.cpu_ms);
       if (stopped.ms > slowest.ms) slowest = stopped;

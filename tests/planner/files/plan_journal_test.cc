@@ -6,9 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <optional>
 #include <sstream>
 
 #include "planner/files/plan_files.h"
+#include "planner/global/global_search.h"
+#include "tests/support/stop_in_the_midst.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 
@@ -106,13 +109,13 @@ TEST_F(Journal, SoDoesOneWhosePatchesChooseTogether) {
   ASSERT_GT(ends.size(), patches + 5);
   fs::remove(path_);
   // In greedy, in the midst of the lists, after them, in a stage's line, after a stage.
-  for (const rlim_t bytes : {ends[1] + 9, ends[last - 12] + 9, ends[last - 4], ends[last - 3] + 9, ends[last - 1]}) {
+  for (const rlim_t bytes : {ends[1] + 9, ends[last - 13] + 9, ends[last - 5], ends[last - 4] + 9, ends[last - 1]}) {
     ASSERT_TRUE(killed_at(bytes)) << bytes;
     EXPECT_EQ(fs::file_size(path_), bytes);
   }
   EXPECT_EQ(gone_on(), whole);
   EXPECT_EQ(line_ends(path_), ends);
-  for (const rlim_t bytes : {ends[last - 12] + 9, ends[last - 3]}) {  // each alone
+  for (const rlim_t bytes : {ends[last - 13] + 9, ends[last - 4]}) {  // each alone
     fs::remove(path_);
     ASSERT_TRUE(killed_at(bytes)) << bytes;
     EXPECT_EQ(gone_on(), whole);
@@ -141,6 +144,123 @@ TEST_F(Journal, SoDoesOneWhosePiecesAreTurnedFinely) {
     EXPECT_EQ(gone_on(), whole);
     EXPECT_EQ(line_ends(path_), ends);
   }
+}
+
+// Whether nothing was forgotten or added since a link to the file was made: both write the file anew, or on.
+bool is_untouched(const fs::path& path, const fs::path& link, std::uintmax_t size) {
+  return fs::equivalent(path, link) && fs::file_size(path) == size;
+}
+
+TEST_F(Journal, OneThatChoseTogetherAndWasTurnedFinelyDoesNeitherAgain) {
+  options_.optimize = Optimize::kGlobal, options_.fine_rotation = true;
+  for (const std::uint64_t iterations : {std::uint64_t{30000}, std::uint64_t{0}}) {
+    options_.optimize_iterations = iterations;
+    const std::string whole = unbroken();
+    {
+      PlanJournal journal = opened();
+      const auto plan = make_plan(artworks_, stock_, options_, {}, {}, &journal);
+      ASSERT_TRUE(plan.ok());
+      ASSERT_GT(plan->fine->moved, 5U);
+    }
+    PlanJournal journal = opened();
+    const auto size = fs::file_size(path_);
+    const fs::path link = folder_.path() / "link";
+    fs::remove(link);
+    fs::create_hard_link(path_, link);
+    const auto plan = make_plan(
+        artworks_, stock_, options_,
+        [](double, std::string_view doing) { EXPECT_FALSE(doing.starts_with("optimising")) << doing; }, {}, &journal);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_EQ(plan_to_json(*plan), whole);
+    EXPECT_TRUE(is_untouched(path_, link, size));
+  }
+}
+
+// A stop before a run that goes on is where the earlier one was costs neither what that one remembered nor its plan,
+// which would be overwritten by a worse one.
+TEST_F(Journal, AStopBeforeItIsAsFarAsBeforeGivesNothingAndLosesNothing) {
+  options_.optimize = Optimize::kGlobal, options_.fine_rotation = true;
+  options_.refine = Refine::kDp, options_.rematch = 1;
+  std::string whole;
+  {
+    PlanJournal journal = opened();
+    const auto plan = make_plan(artworks_, stock_, options_, {}, {}, &journal);
+    ASSERT_TRUE(plan.ok());
+    ASSERT_GT(plan->fine->moved, 5U);
+    ASSERT_LT(plan->refined->cost, plan->refined->cost_before);
+    whole = plan_to_json(*plan);
+  }
+  for (const std::string_view doing : {"indexing", "placing pieces", "turning pieces finely", "refining borders"}) {
+    PlanJournal journal = opened();
+    const auto size = fs::file_size(path_);
+    const fs::path link = folder_.path() / "link";
+    fs::remove(link);
+    fs::create_hard_link(path_, link);
+    std::stop_source stop;
+    const auto plan = make_plan(
+        artworks_, stock_, options_,
+        [&](double, std::string_view text) {
+          if (text.starts_with(doing)) stop.request_stop();
+        },
+        stop.get_token(), &journal, nullptr, OnStop::kBestSoFar);
+    ASSERT_TRUE(stop.stop_requested()) << doing;
+    ASSERT_FALSE(plan.ok()) << doing;
+    EXPECT_EQ(plan.error().code, ErrorCode::kCancelled);
+    EXPECT_TRUE(is_untouched(path_, link, size)) << doing;
+  }
+  EXPECT_EQ(gone_on(), whole);
+}
+
+// At any moment, so also while stages are settled anew.
+TEST_F(Journal, AStopAtAnyMomentGivesNoWorsePlanThanTheRunBefore) {
+  options_.optimize = Optimize::kGlobal;
+  constexpr int kMoments = 12;
+  const auto same_journal = [&] { return std::move(*PlanJournal::open(path_, "whatever its budget")); };
+  GlobalReport first;
+  options_.optimize_iterations = 50000;  // the end of the eighth stage
+  {
+    PlanJournal journal = same_journal();
+    const auto plan = make_plan(artworks_, stock_, options_, {}, {}, &journal);
+    ASSERT_TRUE(plan.ok());
+    first = *plan->global;
+    ASSERT_EQ(first.iterations, 50000U);
+    ASSERT_TRUE((Score{first.unfilled, first.cost} < Score{first.greedy_unfilled, first.greedy_cost}));
+  }
+  options_.optimize_iterations = 0;
+  std::ostringstream before;
+  before << std::ifstream(path_, std::ios::binary).rdbuf();
+  double until_there = 0;  // processor time of a run that goes on, until it has caught up
+  {
+    PlanJournal journal = same_journal();
+    const test::StopInTheMidst never(1e6);
+    const double start = never.now();
+    std::stop_source stop;
+    ASSERT_FALSE(make_plan(
+                     artworks_, stock_, options_,
+                     [&](double, std::string_view doing) {
+                       if (!doing.starts_with("optimising") || stop.stop_requested()) return;
+                       until_there = never.now() - start, stop.request_stop();
+                     },
+                     stop.get_token(), &journal)
+                     .ok());
+  }
+  int stopped = 0;
+  for (int k = 0; k < kMoments; ++k) {
+    ASSERT_TRUE(write_text(before.str(), path_).ok());
+    PlanJournal journal = same_journal();
+    const test::StopInTheMidst stop(until_there * (k + 1) / kMoments);
+    const auto plan = make_plan(artworks_, stock_, options_, {}, stop.token(), &journal, nullptr, OnStop::kBestSoFar);
+    stopped += stop.token().stop_requested() ? 1 : 0;
+    if (plan.ok()) {
+      EXPECT_GE(plan->global->iterations, first.iterations) << k;
+      const Score was{first.unfilled, first.cost}, is{plan->global->unfilled, plan->global->cost};
+      EXPECT_FALSE(was < is) << k;
+    }
+    std::ostringstream after;
+    after << std::ifstream(path_, std::ios::binary).rdbuf();
+    EXPECT_TRUE(after.str().starts_with(before.str())) << k;
+  }
+  EXPECT_GT(stopped, kMoments / 2);
 }
 
 TEST_F(Journal, RemembersInsteadOfSearching) {

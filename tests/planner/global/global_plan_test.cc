@@ -10,6 +10,7 @@
 #include "planner/global/global_journal.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/free_wood.h"
+#include "planner/poses/fine_rotation.h"
 #include "planner/poses/footprint.h"
 #include "planner/problem/priority.h"
 #include "tests/support/small_plans.h"
@@ -195,10 +196,17 @@ class GlobalChoice {
   GlobalOutcome run(
       std::uint64_t iterations, const GlobalProgress& progress = [](double, const std::string&) {},
       const std::stop_token& stop = {}, PlanJournal* journal = nullptr) {
+    return *asked(iterations, progress, stop, journal);
+  }
+  Result<GlobalOutcome> asked(std::uint64_t iterations, const GlobalProgress& progress, const std::stop_token& stop,
+                              PlanJournal* journal) {
     PlanOptions options = options_;
     options.optimize_iterations = iterations;
-    return *plan_globally(problem_, matcher_, greedy_, options, 1, progress, stop, journal, nullptr,
-                          OnStop::kBestSoFar);
+    return plan_globally(problem_, matcher_, greedy_, options, 1, progress, stop, journal, nullptr, OnStop::kBestSoFar);
+  }
+  Result<FineOutcome> turned(const PatchPlacements& patches, const std::stop_token& stop, PlanJournal* journal) {
+    return turn_finely(
+        problem_, matcher_, patches, 1, [](double) {}, stop, journal, OnStop::kBestSoFar);
   }
   PatchPlacements greedy() const { return placements_of(problem_, matcher_, greedy_); }
   // Each in its turn.
@@ -265,10 +273,11 @@ TEST(GlobalPlan, IsNoneOnceItIsStoppedUnlessTheBestSoFarIsAskedFor) {
     const auto best = stopped_at(doing, options, OnStop::kBestSoFar);
     ASSERT_TRUE(best.ok()) << best.error().message;
     EXPECT_EQ(best->global->stopped, doing != "turning pieces finely");
-    EXPECT_EQ(best->warnings,
-              (std::vector<std::string>{"not all pieces are turned finely, because planning was stopped",
-                                        "no alternatives of the pieces are listed, because planning was stopped"}))
-        << doing;
+    std::vector<std::string> warnings{"not all pieces are turned finely, because planning was stopped",
+                                      "no alternatives of the pieces are listed, because planning was stopped"};
+    if (best->global->stopped)
+      warnings.insert(warnings.begin(), "patches have not chosen together to the end, because planning was stopped");
+    EXPECT_EQ(best->warnings, warnings) << doing;
   }
   options = global_options(), options.refine = Refine::kDp;
   EXPECT_FALSE(stopped_at("refining borders", options, OnStop::kCancel).ok());
@@ -401,6 +410,45 @@ TEST(GlobalPlan, GoesOnFromAJournalWithoutDoingAgainWhatWasDone) {
   EXPECT_FALSE(gone_on.report.stopped);
   EXPECT_EQ(gone_on.report.cost, unbroken.report.cost);
   expect_same(gone_on.patches, unbroken.patches);
+}
+
+// Neither its journal nor, with a plan that is greedy's, the better one that it gave.
+TEST(GlobalPlan, AStopBeforeItHasCaughtUpWithItsJournalLosesNothing) {
+  const veneer::testing::TempDirectory folder;
+  const auto journal = [&] { return std::move(*PlanJournal::open(folder.path() / "plan.journal", "key")); };
+  const auto bytes = [&] { return std::filesystem::file_size(folder.path() / "plan.journal"); };
+  GlobalChoice choice(global_options());
+  std::stop_source stop;
+  PlanJournal first = journal();
+  const GlobalOutcome stopped = choice.run(
+      0,
+      [&](double share, const std::string&) {
+        if (share > 0.6) stop.request_stop();
+      },
+      stop.get_token(), &first);
+  ASSERT_GT(stopped.report.iterations, 0U);
+  const auto all = bytes();
+  PlanJournal second = journal();
+  const auto none = choice.asked(
+      0, [](double, const std::string&) {}, stop.get_token(), &second);
+  EXPECT_FALSE(none.ok());
+  ASSERT_TRUE(choice.turned(stopped.patches, stop.get_token(), &second).ok());
+  EXPECT_EQ(bytes(), all);
+}
+
+// A line of the journal that turns pieces holds where they lay, and nowhere else.
+TEST(GlobalPlan, TurnsPiecesThatLieElsewhereAnew) {
+  const veneer::testing::TempDirectory folder;
+  const auto journal = [&] { return std::move(*PlanJournal::open(folder.path() / "plan.journal", "key")); };
+  GlobalChoice choice(global_options());
+  const PatchPlacements here = choice.greedy(), there = choice.run(0).patches;
+  PlanJournal first = journal();
+  ASSERT_TRUE(choice.turned(here, {}, &first).ok());
+  PlanJournal second = journal();
+  const auto anew = choice.turned(there, {}, nullptr), gone_on = choice.turned(there, {}, &second);
+  ASSERT_TRUE(anew.ok() && gone_on.ok());
+  EXPECT_EQ(gone_on->report.cost, anew->report.cost);
+  expect_same(gone_on->patches, anew->patches);
 }
 
 // The survey lists what it calls free. Should it err about one place, one patch goes without it, not all without

@@ -132,6 +132,39 @@ TEST_F(WoodLimits, IsKeptByPatchesThatChooseTogether) {
   EXPECT_LT(cost_total(*global), 0.99 * cost_total(*greedy)) << "the darkest patches have the dark wood now";
 }
 
+// All patches have had their turn by then.
+TEST_F(WoodLimits, AStopWhileClosedWoodIsOpenedAgainLeavesWhatWasChosen) {
+  options_.material_limits = {{"dark", 0.3}, {"pale", 0.3}};
+  options_.alternatives = 2;
+  const auto whole = planned();
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
+    options_.optimize = optimize;
+    for (const OnStop on_stop : {OnStop::kCancel, OnStop::kBestSoFar}) {
+      std::stop_source stop;
+      const auto plan = make_plan(
+          {&artwork_, 1}, stock_, options_,
+          [&](double, std::string_view doing) {
+            if (doing.starts_with("opening wood")) stop.request_stop();
+          },
+          stop.get_token(), nullptr, nullptr, on_stop);
+      ASSERT_TRUE(stop.stop_requested());
+      ASSERT_EQ(plan.ok(), on_stop == OnStop::kBestSoFar);
+      if (!plan.ok()) continue;
+      EXPECT_TRUE(plan->stopped);
+      ASSERT_EQ(plan->pieces.size(), whole->pieces.size());
+      ASSERT_GT(unfilled(*whole), 0U);
+      EXPECT_EQ(unfilled(*plan), unfilled(*whole));
+      EXPECT_EQ(cost_total(*plan), cost_total(*whole));
+      for (const Piece& piece : plan->pieces) EXPECT_TRUE(piece.alternatives.empty());
+      // What wood there is behind the limits is not told any more, but that they are what stands in the way.
+      EXPECT_THAT(plan->warnings[0], HasSubstr("no free wood was left within the limits"));
+      EXPECT_THAT(plan->warnings[0], HasSubstr(": raise a limit (--material-limit), "));
+      EXPECT_THAT(whole->warnings[0], HasSubstr("raise that limit (--material-limit), "));
+    }
+  }
+}
+
 TEST_F(WoodLimits, CountsZonesAndPiecesThatAreKept) {
   lay_both_on_one_panel();
   options_.material_limits = {{"dark", 0.4}, {"pale", 1}};
