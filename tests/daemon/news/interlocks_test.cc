@@ -82,7 +82,8 @@ TEST(Interlocks, WhatBlocksNamesItsRemedy) {
     return link.sentence + " | " + link.remedy;
   };
   EXPECT_EQ(blocks("lid", [](Chain& c) { c.laser.lid_open = true; }), "the lid is open | Close the lid.");
-  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1"; }), HasSubstr("Clear and Reset"));
+  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1", c.view.state = CellState::kAborted; }),
+              HasSubstr("Clear and Reset"));
   for (const char* open : {"Door", "Door:1", "Door:2"})
     EXPECT_THAT(blocks("machine", [&](Chain& c) { c.laser.state = open; }), HasSubstr("Close the door"));
   EXPECT_EQ(blocks("stop", [](Chain& c) { c.view.state = CellState::kAborted, c.view.reason = "STOP was pressed"; }),
