@@ -27,8 +27,10 @@ std::string overrides_words(const json& overrides) {
 }
 
 std::string home_words(const json& laser) {
-  if (!flag_or(laser, "homed", false)) return "not homed";
-  return flag_or(laser, "finds_home", true) ? "homed" : "no homing switches: counts from the corner it was given";
+  const bool homed = flag_or(laser, "homed", false);
+  if (flag_or(laser, "finds_home", true)) return homed ? "homed" : "not homed";
+  return homed ? "no homing switches: counts from the corner it was given"
+               : "no homing switches: does not count from its corner yet";
 }
 
 // The one that somebody chose; what is written in the configuration, its writer knows.

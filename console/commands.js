@@ -150,7 +150,7 @@ export const allConfirmed = () => askedNames().every((name) => confirmed.has(nam
 
 export const kSteps = {  // where the step of `next_step` is done
   calibrate_scanner: "setup", calibrate_camera: "setup", calibrate_laser: "setup", calibrate_kerf: "setup",
-  accept: "scan", scan: "scan", plan: "new", make_job: "new", reset: "run", start: "run", load: "run", confirm: "run", unhold: "run",
+  accept: "scan", scan: "scan", plan: "new", make_job: "new", reset: "run", start: "run", load: "run", confirm: "run", unhold: "run", stop: "run",
   clear: "run", settle: "run", redo: "run",
 };
 export const screenName = (screen) => t(`screen.${screen}`);

@@ -65,7 +65,7 @@ function controllerSays(state) {
 function machine(cell) {
   const laser = cell.laser || {};
   const rows = [];
-  const place = laser.homed === false ? t("laser.not_homed") : laser.homed && laser.finds_home === false ? t("laser.no_switches") : "";
+  const place = laser.homed === false ? t(laser.finds_home === false ? "laser.no_corner" : "laser.not_homed") : laser.homed && laser.finds_home === false ? t("laser.no_switches") : "";
   const words = [laser.state && controllerSays(laser.state), laser.connected && place].filter(Boolean).flatMap((word, n) => (n ? [", ", word] : [word]));
   rows.push(laser.connected ? fact(t("laser"), words.length ? words : t("laser.connected"))
                             : fact(t("laser"), cellSays(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));

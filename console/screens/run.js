@@ -127,7 +127,7 @@ export const sightWords = (load) => cellSays(asSentence(load.sentence)) || asSen
 
 let framePower = "0";  // %, as somebody typed it
 
-const kStepCommand = {reset: "reset", start: "start", confirm: "unsuspend", unhold: "unhold", clear: "clear"};
+const kStepCommand = {reset: "reset", start: "start", confirm: "unsuspend", unhold: "unhold", stop: "stop", clear: "clear"};
 
 function commandsCard() {
   const {cell} = model;

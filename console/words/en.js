@@ -43,7 +43,7 @@ export const words = {
   "interlock.camera": "Bed camera", "interlock.scanner": "Scanner", "interlock.disk": "Disk", "interlock.backup": "Backup", "interlock.database": "Database",
   "interlock.is_good": "good", "interlock.is_warns": "will be needed later", "interlock.is_blocks": "in the way", "interlock.is_unknown": "not known", "interlock.age": "{span} old.",
   "machine": "Machine", "work": "Work going on",
-  "laser": "Laser", "laser.none": "not connected yet: Reset connects it", "laser.chosen": "Chosen", "laser.connected": "connected", "laser.not_homed": "not homed", "laser.no_switches": "no homing switches: counts from the corner it was given",
+  "laser": "Laser", "laser.none": "not connected yet: Reset connects it", "laser.chosen": "Chosen", "laser.connected": "connected", "laser.not_homed": "not homed", "laser.no_switches": "no homing switches: counts from the corner it was given", "laser.no_corner": "no homing switches: does not count from its corner yet",
   "laser.says.Idle": "Idle", "laser.says.Run": "Run", "laser.says.Hold": "Hold", "laser.says.Jog": "Jog", "laser.says.Alarm": "Alarm", "laser.says.Door": "Door", "laser.says.Check": "Check", "laser.says.Home": "Home", "laser.says.Sleep": "Sleep", "laser.says.Tool": "Tool", "laser.says.Ready": "Ready", "laser.says.Busy": "Busy", "laser.says.Rejected": "Rejected", "laser.says.Finished": "Finished", "laser.says.No power": "No power",
   "beam": "Beam", "beam.on": "ON", "beam.off": "off", "controller": "Controller",
   "controller.twin": "the simulated cell", "controller.file": "records to a file, no laser", "controller.test": "a test controller, no laser",

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::chrono::seconds kGrace{10};
 
 WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder, const ScannerConfig& config,
-                   const std::string& laser_port, std::chrono::milliseconds deadline) {
+                   const std::string& laser_port, const fs::path& sys, std::chrono::milliseconds deadline) {
   WorkOrder order;
   order.kind = kind;
   order.what = what;
@@ -28,7 +28,7 @@ WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder,
   // Files that a setting names: firmware, or a picture to be served.
   for (const auto& [name, value] : config.options)
     if (value.starts_with('/')) order.readable.emplace_back(value);
-  order.devices = usb_devices_but_lasers(laser_port);
+  order.devices = usb_devices_but_lasers(laser_port, sys);
   order.network = true;
   order.deadline = deadline;
   order.grace = kGrace;
@@ -60,13 +60,13 @@ Error hangs(const std::string& device, std::chrono::milliseconds deadline) {
 
 }  // namespace
 
-SaneScanner::SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, std::string laser_port,
-                         fs::path data_dir, std::chrono::milliseconds deadline)
+SaneScanner::SaneScanner(std::unique_ptr<WorkRunner> workers, const Config& config, fs::path sys)
     : workers_(std::move(workers)),
-      config_(std::move(config)),
-      laser_port_(std::move(laser_port)),
-      data_dir_(std::move(data_dir)),
-      deadline_(deadline) {}
+      config_(config.scanner),
+      laser_port_(config.laser.port),
+      data_dir_(config.store.data_dir),
+      sys_(std::move(sys)),
+      deadline_(std::chrono::seconds(config.workers.scan_limit_s)) {}
 
 Result<ScanFile> SaneScanner::scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) {
   folder_.reset();  // first, for it may be large
@@ -78,7 +78,7 @@ Result<ScanFile> SaneScanner::scan(ScanResolution resolution, const ScanProgress
     if (progress) progress(fraction, doing);
   };
   const auto scanned = have_done<sane::ScannedPicture>(
-      *workers_, order_of(ScanGlass::kKind, "scanning", *folder, config_, laser_port_, deadline_),
+      *workers_, order_of(ScanGlass::kKind, "scanning", *folder, config_, laser_port_, sys_, deadline_),
       ScanGlass{config_.sane_config.string(), settings_of(config_, dpi)}, tell, stop);
   if (!scanned) return scanned.error().code == ErrorCode::kTimeout ? hangs(config_.device, deadline_) : scanned.error();
   std::error_code none;
@@ -100,12 +100,12 @@ std::string SaneScanner::device() const {
 }
 
 Result<ScannersFound> find_scanners(WorkRunner& workers, const Config& config, const TaskProgress& progress,
-                                    const std::stop_token& stop) {
+                                    const std::stop_token& stop, const fs::path& sys) {
   const auto folder = WorkFolder::make(config.store.data_dir);
   if (!folder) return folder.error();
   return have_done<ScannersFound>(workers,
                                   order_of(FindScanners::kKind, "looking for scanners", *folder, config.scanner,
-                                           config.laser.port, std::chrono::seconds(config.workers.look_limit_s)),
+                                           config.laser.port, sys, std::chrono::seconds(config.workers.look_limit_s)),
                                   FindScanners{config.scanner.sane_config.string()}, progress, stop);
 }
 

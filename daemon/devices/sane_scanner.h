@@ -21,10 +21,9 @@ namespace veneer::daemon {
 
 class SaneScanner final : public ScannerDriver {
  public:
-  // Nothing is opened yet. What is at `laser_port` (LaserConfig::port) its workers may not open. `deadline` is for one
-  // scan, from looking for the device on.
-  SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, std::string laser_port,
-              std::filesystem::path data_dir, std::chrono::milliseconds deadline);
+  // Nothing is opened yet. What is at the configured laser's port its workers may not open. workers.scan_limit_s is for
+  // one scan, from looking for the device on. `sys` is where the kernel tells of devices.
+  SaneScanner(std::unique_ptr<WorkRunner> workers, const Config& config, std::filesystem::path sys = "/sys");
 
   Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) override;
   // Its name or make as configured, and what of the settings changes where a point of the glass is seen.
@@ -34,13 +33,13 @@ class SaneScanner final : public ScannerDriver {
   std::unique_ptr<WorkRunner> workers_;
   ScannerConfig config_;
   std::string laser_port_;
-  std::filesystem::path data_dir_;
+  std::filesystem::path data_dir_, sys_;
   std::chrono::milliseconds deadline_;
   std::optional<WorkFolder> folder_;  // of the last scan
 };
 
 // Every scanner that SANE finds, whatever the cell is configured for. Blocks for seconds: on the scanner's worker.
 Result<ScannersFound> find_scanners(WorkRunner& workers, const Config& config, const TaskProgress& progress,
-                                    const std::stop_token& stop);
+                                    const std::stop_token& stop, const std::filesystem::path& sys = "/sys");
 
 }  // namespace veneer::daemon

@@ -13,6 +13,7 @@
 #include "daemon/devices/device_places.h"
 #include "daemon/news/cell_alarms.h"
 #include "daemon/unit/disk_room.h"
+#include "daemon/unit/preflight.h"
 
 namespace veneer::daemon {
 namespace {
@@ -32,54 +33,98 @@ Interlock lid_lock(const LaserStatus& laser) {
   return {"lid", kGood, "closed", ""};
 }
 
+// What has to be said before Reset is taken (cell_state.h); "": nothing.
+std::string before_reset(CellState state) {
+  switch (state) {
+    case CellState::kAborting:
+    case CellState::kAborted:
+      return "Clear";
+    case CellState::kStopped:
+    case CellState::kStopping:
+    case CellState::kClearing:
+    case CellState::kResetting:
+    case CellState::kCompleting:
+    case CellState::kComplete:
+      return "";
+    default:
+      return "Stop";
+  }
+}
+
+// "Clear, then Reset homes it."
+std::string reset_does(CellState state, const std::string& what) {
+  const std::string first = before_reset(state);
+  return first.empty() ? fmt::format("Reset {}", what) : fmt::format("{}, then Reset {}", first, what);
+}
+
+// "Clear and Reset", for what comes behind a "then".
+std::string and_reset(CellState state) {
+  const std::string first = before_reset(state);
+  return first.empty() ? "Reset" : first + " and Reset";
+}
+
+// A reason is told once, and its remedy is read in whatever state the cell has come to since.
+std::string with_reset_of(CellState state, std::string remedy) {
+  for (const std::string_view told : {"Clear and Reset", "Stop and Reset", "Stop, then Reset", "Clear, Reset", "Reset"})
+    if (const auto at = remedy.find(told); at != std::string::npos)
+      return remedy.replace(at, told.size(), and_reset(state));
+  return remedy;
+}
+
 // Most reasons say themselves what to do. A viewer, who is told no reason, can do nothing about it.
-Interlock unconnected_lock(const std::string& why, bool tell_why) {
+Interlock unconnected_lock(const std::string& why, CellState state, bool tell_why) {
   if (!tell_why) return {"machine", kBlocks, kLaserIsNotConnected, ""};
   const nlohmann::json told = error_json("", why);
-  if (told["remedy"].is_null()) return {"machine", kBlocks, why, "Reset tries to connect it again."};
+  if (told["remedy"].is_null()) return {"machine", kBlocks, why, reset_does(state, "tries to connect it again.")};
   std::string remedy = told["remedy"];
   remedy.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(remedy.front())));
-  remedy += remedy.find("Reset") == std::string::npos ? ", then Reset." : ".";
+  const bool is_whole =
+      remedy.find("Reset") != std::string::npos || remedy.find("restart veneerd") != std::string::npos;
+  remedy = with_reset_of(state, std::move(remedy)) + ".";
+  if (!is_whole) remedy += fmt::format(" Then {}.", and_reset(state));
   return {"machine", kBlocks, told["sentence"], remedy};
 }
 
 // Where its own place stands in the chain: a machine without homing switches never finds its corner itself.
-Interlock place_lock(const LaserStatus& laser, bool finds_home) {
+Interlock place_lock(const LaserStatus& laser, CellState state, bool finds_home) {
   if (!laser.homed && finds_home)
-    return {"machine", kWarns, "the laser is connected and not homed yet", "Reset homes it."};
+    return {"machine", kWarns, "the laser is connected and not homed yet", reset_does(state, "homes it.")};
   if (!laser.homed)
     return {"machine", kWarns, "the laser has no homing switches and does not count from its corner yet",
-            "Reset takes the place where its head stands as its corner, or brings the head back to the corner it was "
-            "given."};
-  // Door:0 waits for whatever is started next, Door:3 is on its way out of it.
-  const bool closed_again = laser.state == "Door:0" || laser.state == "Door:3";
+            reset_does(state,
+                       "takes the place where its head stands as its corner, or brings the head back to the corner it "
+                       "was given; where the controller has forgotten it, bring the head to that corner and say "
+                       "veneerctl laser here before Reset.")};
   return {"machine", kGood,
-          fmt::format("{}{}, its controller says {}",
-                      finds_home ? "homed" : "no homing switches, it counts from the corner it was given",
-                      closed_again ? ", the lid is closed again" : "", laser.state),
+          fmt::format("{}; {}its controller says {}",
+                      finds_home ? "homed" : "no homing switches; it counts from the corner it was given",
+                      laser.state == "Door:0" ? "the lid is closed again; " : "", laser.state),
           ""};
 }
 
 // Its link, and what its own pins have stopped: a limit, a door.
-Interlock machine_lock(const LaserStatus& laser, const InterlockFacts& facts) {
+Interlock machine_lock(const LaserStatus& laser, CellState state, const InterlockFacts& facts) {
   const bool asked = !laser.why_not_connected.empty();
   if (!laser.connected && !asked)
-    return {"machine", kUnknown, "nobody has connected the laser yet", "Reset connects and homes it."};
-  if (!laser.connected) return unconnected_lock(laser.why_not_connected, facts.tell_why);
+    return {"machine", kUnknown, "nobody has connected the laser yet", reset_does(state, "connects and homes it.")};
+  if (!laser.connected) return unconnected_lock(laser.why_not_connected, state, facts.tell_why);
   if (laser.state.starts_with("Alarm"))
     return {
         "machine", kBlocks,
         fmt::format("the controller says {}, as after a STOP in the midst of a move, at a limit, or when it has lost "
                     "its place",
                     laser.state),
-        "See that the head is free, then Clear and Reset."};
+        fmt::format("See that the head is free, then {}.", and_reset(state))};
   if (laser.state == "Door" || laser.state == "Door:1" || laser.state == "Door:2")
     return {"machine", kBlocks, fmt::format("the controller says {}: its door is open", laser.state),
             "Close the door."};
   // While no guardian watches, that is what it says.
   const bool guarded = !facts.guardian || facts.guardian->ok();
   if (guarded && !laser.refusal.empty()) return {"machine", kBlocks, laser.refusal, ""};
-  return place_lock(laser, facts.finds_home);
+  if (is_leaving_door(laser))
+    return {"machine", kWarns, "the lid is closed again, and the controller is still coming out of its wait",
+            "Wait a few seconds."};
+  return place_lock(laser, state, facts.finds_home);
 }
 
 Interlock stop_lock(const CellView& view) {
@@ -87,8 +132,11 @@ Interlock stop_lock(const CellView& view) {
     return {"stop", kBlocks, view.reason.empty() ? "the cell is aborted" : view.reason,
             "See to the cause, then Clear and Reset."};
   if (view.state == CellState::kHolding || view.state == CellState::kHeld)
-    return {"stop", kBlocks, view.reason.empty() ? "the cut is held" : view.reason,
-            "Unhold once nothing stands in the way."};
+    return {"stop", kBlocks,
+            !view.reason.empty() ? view.reason
+            : view.alone         ? "the laser is held"
+                                 : "the cut is held",
+            view.only_stop ? "Stop ends it." : "Unhold once nothing stands in the way."};
   return {"stop", kGood, "neither is in force", ""};
 }
 
@@ -212,7 +260,7 @@ std::string_view to_string(InterlockState state) {
 std::vector<Interlock> interlocks(const CellView& view, const LaserStatus& laser, const CellNeeds& needs,
                                   const InterlockFacts& facts) {
   return {lid_lock(laser),
-          machine_lock(laser, facts),
+          machine_lock(laser, view.state, facts),
           stop_lock(view),
           guardian_lock(facts.guardian),
           consent_lock(view, needs.confirm),

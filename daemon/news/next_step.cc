@@ -62,6 +62,9 @@ std::optional<NextStep> under_way(const CellView& view, const CellNeeds& needs) 
     case CellState::kCompleting:
       return while_cutting(view, needs);
     case CellState::kHeld:
+      if (view.only_stop)
+        return NextStep{Step::kStop, "The laser is held, and nobody wants the rest of it any more: Stop ends it.",
+                        "veneerctl job stop"};
       if (view.alone)
         return NextStep{Step::kUnhold,
                         "The laser is held: when nothing is in the way, Unhold goes on where it stopped.",
@@ -301,6 +304,8 @@ std::string_view to_string(Step step) {
       return "confirm";
     case Step::kUnhold:
       return "unhold";
+    case Step::kStop:
+      return "stop";
     case Step::kClear:
       return "clear";
     case Step::kSettle:

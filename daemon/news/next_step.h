@@ -36,6 +36,7 @@ enum class Step {
   kLoad,     // lay a panel on the bed
   kConfirm,  // say what was seen to, then Unsuspend
   kUnhold,
+  kStop,  // what is Held and nobody wants any more
   kClear,
   kSettle,  // say what became of suspect pieces
   kRedo,    // find other wood for missing ones

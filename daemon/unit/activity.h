@@ -182,6 +182,8 @@ class Activity {
   virtual std::optional<BrokenRun> broken_off(std::string& remark) = 0;
   // The end of all of it, for whoever waits for that. Said once.
   virtual void over(const Status& status) { static_cast<void>(status); }
+  // Does nobody want the rest of it any more? While it is Held, only Stop ends it then.
+  virtual bool is_given_up() const { return false; }
 };
 
 }  // namespace veneer::daemon

@@ -18,9 +18,9 @@ void BedProof::begin(Activity& activity, bool free_to_move, Reply then) {
 
 void BedProof::look(Activity& activity, int proof, const Reply& then) {
   const LaserStatus laser = host_.parts().laser.status();
-  if (lid_is_open(laser)) {  // hands may be in until it is closed, which nobody counts
+  if (const Status closed = check_lid(laser); !closed) {  // hands may be in until it is, which nobody counts
     proving_ = 0;
-    return then(Error{ErrorCode::kRefused, "the lid is open: close it"});
+    return then(closed);
   }
   // Counted before the picture is taken: a lid that opens later spoils it.
   const int openings = laser.lid_openings;

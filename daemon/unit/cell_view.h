@@ -56,11 +56,12 @@ struct CellView {
   bool hold_commanded = false;  // Holding or Held because somebody said so, not by the machine or a doubt
   std::optional<JobView> job;
   std::optional<LoadView> load;
-  bool framing = false;  // the frame is being traced: the head moves while Suspended
-  bool alone = false;    // from Starting on: strokes of no job (PatternBurn), which ask for no panel
-  int can_recut = 0;     // pieces that were cut in the pose the camera last proved
-  PanelId recut_panel;   // on which
-  JobId recut_job;       // of which job
+  bool framing = false;    // the frame is being traced: the head moves while Suspended
+  bool alone = false;      // from Starting on: strokes of no job (PatternBurn), which ask for no panel
+  bool only_stop = false;  // Held for good: nobody wants the rest of it any more, and Unhold is refused
+  int can_recut = 0;       // pieces that were cut in the pose the camera last proved
+  PanelId recut_panel;     // on which
+  JobId recut_job;         // of which job
   bool recutting = false;
   std::optional<OwedLook> owed_look;
   std::optional<JobRest> rest;  // of the job the unit had to do with last

@@ -14,14 +14,15 @@ Status check_lid_stayed(int openings, const LaserStatus& laser) {
 }
 
 Status check_consent(const Consent& given, const Consent& now, const LaserStatus& laser) {
-  const char* meanwhile = now.lid_openings != given.lid_openings
-                              ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
-                          : lid_is_open(laser) ? "the lid is open: close it"
-                          : now.states != given.states
-                              ? "the cell went on to something else since this was asked for: see that the bed is as "
-                                "it must be"
-                              : nullptr;
-  if (meanwhile == nullptr) return Ok();
+  const Status lid = check_lid(laser);
+  const std::string meanwhile =
+      now.lid_openings != given.lid_openings
+          ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
+      : !lid ? lid.error().message
+      : now.states != given.states
+          ? "the cell went on to something else since this was asked for: see that the bed is as it must be"
+          : "";
+  if (meanwhile.empty()) return Ok();
   return Error{ErrorCode::kRefused, fmt::format("{}, and ask for it again; nothing was burnt", meanwhile)};
 }
 

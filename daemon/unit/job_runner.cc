@@ -80,6 +80,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   ++states_entered_;
   view_.state = state;
   view_.reason = std::move(reason);
+  view_.only_stop = state == CellState::kHeld && activity_ && activity_->is_given_up();
   overrides_.state_entered();
   if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.

@@ -46,14 +46,14 @@ bool OwedProof::any() const {
 void OwedProof::look() {
   if (!any() || looking_) return;
   looking_ = true;
-  const bool was_open = lid_is_open(parts_.laser.status());
+  const bool was_open = !check_lid(parts_.laser.status());
   look_for_cut(parts_.bed, [this, was_open, before = disturbed_,
                             alive = std::weak_ptr<int>(alive_)](const Result<ProvenPose>& look) {
     if (alive.expired()) return;
     looking_ = false;
     if (disturbed_ != before) return void(left_ = 1);  // it is taken again once all is at rest
     // Through an open lid a panel that lies as it did is seen to; one that is not seen may be behind a hand.
-    const bool may_miss_it = was_open || lid_is_open(parts_.laser.status());
+    const bool may_miss_it = was_open || !check_lid(parts_.laser.status());
     if (look.ok() || (!may_miss_it && tells_where(look))) return judge(look);
     if (!any()) return;
     why_not_ = may_miss_it && tells_where(look) ? "the lid is open, and it may be behind a hand" : look.error().message;

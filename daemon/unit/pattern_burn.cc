@@ -60,6 +60,11 @@ Status PatternBurn::still_wanted() const {
       fmt::format("the {} was cancelled after it was begun, and part of it may be burnt: Stop ends it", pattern_.name)};
 }
 
+bool PatternBurn::is_given_up() const {
+  const Status wanted = still_wanted();
+  return begun_ && !wanted && wanted.error().code == ErrorCode::kCancelled;
+}
+
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {
   if (begun_) return std::nullopt;
   return pattern_.strokes.strokes.front().path.front();

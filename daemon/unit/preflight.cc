@@ -75,8 +75,19 @@ double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const P
 
 }  // namespace
 
+bool is_leaving_door(const LaserStatus& laser) { return laser.state == "Door:3"; }
+
 bool lid_is_open(const LaserStatus& laser) {
-  return laser.lid_open.value_or(false) || (laser.state.starts_with("Door") && laser.state != "Door:0");
+  return laser.lid_open.value_or(false) ||
+         (laser.state.starts_with("Door") && laser.state != "Door:0" && !is_leaving_door(laser));
+}
+
+Status check_lid(const LaserStatus& laser) {
+  if (lid_is_open(laser)) return Error{ErrorCode::kRefused, "the lid is open: close it"};
+  if (is_leaving_door(laser))
+    return Error{ErrorCode::kRefused,
+                 "the lid is closed again, and the controller is still coming out of its wait: wait a few seconds"};
+  return Ok();
 }
 
 bool stands_still(const LaserStatus& laser) {
@@ -88,7 +99,7 @@ bool stands_still(const LaserStatus& laser) {
 Status check_machine(const LaserStatus& laser) {
   if (!laser.connected)
     return Error{ErrorCode::kRefused, "the laser is not connected: switch it on, then Stop and Reset"};
-  if (lid_is_open(laser)) return Error{ErrorCode::kRefused, "the lid is open: close it"};
+  if (const Status closed = check_lid(laser); !closed) return closed;
   if (laser.state.rfind("Alarm", 0) == 0)
     return Error{ErrorCode::kRefused, "the laser is in alarm: clear what stopped it, then Stop and Reset"};
   if (!laser.homed) return Error{ErrorCode::kRefused, "the laser does not know where it is: Stop, then Reset homes it"};
@@ -98,7 +109,7 @@ Status check_machine(const LaserStatus& laser) {
 
 Status check_before_homing(const LaserStatus& laser) {
   if (!laser.connected) return Ok();
-  if (lid_is_open(laser)) return Error{ErrorCode::kRefused, "the lid is open: close it"};
+  if (const Status closed = check_lid(laser); !closed) return closed;
   if (!laser.refusal.empty()) return Error{ErrorCode::kRefused, laser.refusal};
   return Ok();
 }

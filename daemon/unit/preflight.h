@@ -22,8 +22,15 @@ struct KeepOut {
   Box<MachineFrame> area;
 };
 
-// As far as the machine tells; closed again and waiting for the operator ("Door:0") is not open.
+// As far as the machine tells; closed again, and waiting for the operator ("Door:0") or coming out of that ("Door:3"),
+// is not open.
 bool lid_is_open(const LaserStatus& laser);
+
+// Its lid is closed again, and the controller is on its way out of the wait for that: grblHAL takes seconds.
+bool is_leaving_door(const LaserStatus& laser);
+
+// kRefused while the lid is open, or was a moment ago: nothing may begin, and hands may be in.
+Status check_lid(const LaserStatus& laser);
 
 // As far as the machine tells: no motion is under way or interrupted, and the lid does not park its head.
 bool stands_still(const LaserStatus& laser);

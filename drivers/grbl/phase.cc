@@ -48,7 +48,7 @@ void Phase::reset() {
 Error Phase::reset_by_others() {
   m_.corner.forget();
   return {ErrorCode::kDeviceFault,
-          "the laser controller was reset, by itself or by a hand: check its power, then home it"};
+          "the laser controller was reset, by itself or by a hand: check its power, then Clear and Reset"};
 }
 
 std::string Phase::alarm_words(int number) const {
@@ -108,7 +108,7 @@ class Ready : public Phase {
 
 void Ready::home() {
   if (!m_.says("Door")) return host_.enter(homing(m_, host_));
-  if (m_.lid_open()) return fail({ErrorCode::kRefused, "the lid is open: close it, then home"});
+  if (m_.lid_open()) return fail({ErrorCode::kRefused, "the lid is open: close it, then Clear and Reset"});
   // A controller that waits for a cycle start after its lid was closed takes no line; a reset at rest ends the wait.
   m_.reset();
   host_.enter(resetting(m_, host_, true));
@@ -132,8 +132,9 @@ Status Ready::check(const LaserJob& job) {
 Status Ready::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
   if (!m_.report() || !m_.position()) return busy_for_jogs();
   if (m_.report()->state != "Idle")
-    return Error{ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", m_.report()->state,
-                                                  m_.lid_open() ? "close the lid and home it" : "home it first")};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the laser is not idle but says \"{}\": {}", m_.report()->state,
+                             m_.lid_open() ? "close the lid, then Stop and Reset" : "Stop, then Reset")};
   const double fastest = std::min(m_.settings.x.max_rate_mm_s, m_.settings.y.max_rate_mm_s);
   if (!(speed.count() > 0 && speed.count() <= fastest))
     return Error{ErrorCode::kInvalidArgument, fmt::format("the laser is jogged at up to {:.0f} mm/s", fastest)};
@@ -178,7 +179,7 @@ void Ready::reported(const StatusReport& report, const Heard&) {
   m_.step_overrides();
   if (!m_.homed || !report.is("Alarm")) return;
   m_.reset();
-  drop_out({ErrorCode::kDeviceFault, "the laser went into alarm: clear what stopped it, then home it"}, true);
+  drop_out({ErrorCode::kDeviceFault, "the laser went into alarm: clear what stopped it, then Clear and Reset"}, true);
   host_.enter(resetting(m_, host_));
 }
 
@@ -187,7 +188,7 @@ class Waking final : public Ready {
   Waking(Machine& machine, PhaseHost& host, LaserJob job) : Ready(machine, host), job_(std::move(job)) {}
 
   void entered() override { wake(); }
-  void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then home it"}); }
+  void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then Reset"}); }
   void start(LaserJob&&) override { fail(busy()); }
   Status check(const LaserJob&) override { return busy(); }
   Status jog(Millimetres, Millimetres, MmPerSecond) override { return busy_for_jogs(); }
@@ -301,14 +302,14 @@ std::unique_ptr<Phase> resetting(Machine& machine, PhaseHost& host, bool then_ho
 
 Status job_allowed(const Machine& machine, const LaserJob& job) {
   if (!machine.homed || !machine.position() || !machine.report())
-    return Error{ErrorCode::kRefused, "the laser does not know its position: home it first"};
+    return Error{ErrorCode::kRefused, "the laser does not know its position: Stop, then Reset"};
   if (!machine.at_focus())
     return Error{ErrorCode::kRefused, "the laser's head is not at the focus height: Stop, then Reset moves it there"};
   if (machine.report()->state != "Idle")
     return Error{ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", machine.report()->state,
                                                   machine.lid_open()     ? "close the lid"
-                                                  : machine.says("Door") ? "home it first"
-                                                                         : "clear it and home it first")};
+                                                  : machine.says("Door") ? "Stop, then Reset"
+                                                                         : "clear it, then Stop and Reset")};
   return check_job(job, machine.settings);
 }
 

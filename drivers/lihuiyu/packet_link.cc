@@ -180,7 +180,8 @@ void PacketLink::tick(TimePoint now) {
   const bool waits = sending_ == Sending::kAwaitReady || sending_ == Sending::kConfirming;
   if (waits && now - waiting_since_ >= options_.busy_timeout)
     return fail({ErrorCode::kDeviceFault,
-                 "the laser board takes no more packets, it has locked up: switch the laser off and on, then home it"});
+                 "the laser board takes no more packets, it has locked up: switch the laser off and on, then "
+                 "Clear and Reset"});
   go_on(now);
 }
 

@@ -125,7 +125,7 @@ class Ready final : public Phase {
   using Phase::Phase;
   void home() override { host_.enter(homing(m_, host_)); }
   void start(LaserJob&& job) override {
-    if (!m_.homed) return fail({ErrorCode::kRefused, "the laser does not know its position: home it first"});
+    if (!m_.homed) return fail({ErrorCode::kRefused, "the laser does not know its position: Stop, then Reset"});
     if (const Status checked = check_job(job, m_.grid); !checked.ok()) return fail(checked.error());
     host_.enter(burning(m_, host_, std::move(job)));
   }

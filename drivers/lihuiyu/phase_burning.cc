@@ -39,7 +39,8 @@ class Burning final : public Phase {
   void deadline() override {
     if (awaiting_end_)
       astray({ErrorCode::kDeviceFault,
-              "the laser board does not report the end of its program: switch the laser off and on, then home it"});
+              "the laser board does not report the end of its program: switch the laser off and on, then Clear and "
+              "Reset"});
   }
   void tick() override { check_hold(); }
   TimePoint next_deadline() const override {

@@ -35,8 +35,9 @@ std::optional<speed_t> speed_of(unsigned baud) {
 std::string system_text(int number) { return std::generic_category().message(number); }
 
 Error cannot_open(const std::string& path, int number) {
-  std::string remedy = "check the cable and the port in the configuration";
-  if (number == EACCES) remedy = "give the daemon's user the group of the device, usually dialout";
+  std::string remedy = "check the cable, then Reset, or correct the port in the configuration, then restart veneerd";
+  if (number == EACCES)
+    remedy = "give the daemon's user the group of the device, usually dialout, then restart veneerd";
   if (number == EBUSY) remedy = "end the other program that holds it";
   return {ErrorCode::kUnavailable,
           fmt::format("the serial port {} does not open ({}): {}", path, system_text(number), remedy)};
@@ -51,7 +52,7 @@ bool is_pseudo_terminal(const struct stat& file) {
 Error not_the_twins(const std::string& path) {
   return {ErrorCode::kInvalidArgument,
           fmt::format("{} is not the twin's port (a pseudo-terminal): give the twin's under [sim] laser, or for a real "
-                      "controller kind = \"grbl\" and its port under [laser]",
+                      "controller kind = \"grbl\" and its port under [laser], then restart veneerd",
                       path)};
 }
 

@@ -30,8 +30,9 @@ void StreamTransport::run_on(int descriptor) {
   if (error) {
     ::close(descriptor);
     return fail(
-        {ErrorCode::kUnavailable, fmt::format("{} does not work as a device ({}): check the port in the configuration",
-                                              name_, error.message())});
+        {ErrorCode::kUnavailable,
+         fmt::format("{} does not work as a device ({}): correct the port in the configuration, then restart veneerd",
+                     name_, error.message())});
   }
   descriptor_.non_blocking(true, error);
   read_more();

@@ -65,7 +65,8 @@ class UsbPort::Session {
       context_ = nullptr;
       return Error{
           ErrorCode::kUnavailable,
-          fmt::format("USB cannot be used here ({}): give the daemon access to USB devices", libusb_strerror(error))};
+          fmt::format("USB cannot be used here ({}): give the daemon access to USB devices, then restart veneerd",
+                      libusb_strerror(error))};
     }
     libusb_device** devices = nullptr;
     const ssize_t count = libusb_get_device_list(context_, &devices);
@@ -175,9 +176,11 @@ class UsbPort::Session {
                    fmt::format("no device {}{}{} is plugged in: check the cable and the laser's supply", name,
                                address.place.empty() ? "" : "@", address.place)};
     if (found.size() > 1)
-      return Error{ErrorCode::kUnavailable,
-                   fmt::format("there are {} devices {}: add the place of the right one, one of {}", found.size(), name,
-                               places)};
+      return Error{
+          ErrorCode::kUnavailable,
+          fmt::format("there are {} devices {}: add the place of the right one, one of {}, to the laser's port "
+                      "in the configuration, then restart veneerd",
+                      found.size(), name, places)};
     int error = libusb_open(found.front(), &handle_);
     if (error == 0) {
       libusb_set_auto_detach_kernel_driver(handle_, 1);

@@ -122,6 +122,10 @@ TEST(Render, StatusSaysOfALaserWhatIs) {
                                    {"overrides_wanted", {{"feed", 150}, {"rapid", 100}, {"power", 50}}}},
                                   "unknown");
   EXPECT_THAT(bare, ::testing::HasSubstr("counts from the corner it was given"));
+  EXPECT_THAT(status({{"connected", true}, {"homed", false}, {"finds_home", false}}, "unknown"),
+              ::testing::AllOf(::testing::HasSubstr("no homing switches: does not count from its corner yet"),
+                               ::testing::Not(::testing::HasSubstr("not homed"))));
+  EXPECT_THAT(status({{"connected", true}, {"homed", false}}, "unknown"), ::testing::HasSubstr("not homed"));
   EXPECT_THAT(bare, ::testing::HasSubstr("feed 150 %, power 50 % of what the job asks for"));
   EXPECT_THAT(bare, ::testing::HasSubstr("Lid          not known, the laser's controller has told of no lid switch\n"));
 }

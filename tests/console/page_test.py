@@ -379,10 +379,60 @@ class Said(Page):
         overdue = "as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and supply, end other heavy programs, then Clear and Reset"
         self.assertEqual(self.told("the laser did not finish homing in time, " + overdue),
                          "der Laser kam nicht rechtzeitig auf Referenz, als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören: Sehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann Clear und Reset")
-        self.assertEqual(self.told("no homing switches, it counts from the corner it was given, the lid is closed again, its controller says Door:0"),
-                         "keine Referenzschalter, er zählt von der Ecke, die ihm gegeben wurde, der Deckel ist wieder geschlossen, seine Steuerung meldet Door:0")
+        self.assertEqual(self.told("no homing switches; it counts from the corner it was given; the lid is closed again; its controller says Door:0"),
+                         "keine Referenzschalter; er zählt von der Ecke, die ihm gegeben wurde; der Deckel ist wieder geschlossen; seine Steuerung meldet Door:0")
         self.assertEqual(self.told("lay panel P-0001 on the bed, turned half round, 20 mm of it sticking out at the front: the camera finds it there"),
                          "legen Sie Platte P-0001 auf das Bett, um eine halbe Drehung gedreht, vorne stehen 20 mm von ihr über: Die Kamera findet sie dort")
+
+    def test_what_did_not_come_in_time_as_the_chain_splits_it(self):
+        """Sentence and remedy stand apart there, and end otherwise in each state."""
+        overdue = ", as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it"
+        seen_to = "see that the head is free, check cable and supply, end other heavy programs, then "
+        late = ", als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören"
+        care = "ehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann "
+        whats = {
+            "the laser did not finish homing in time": "der Laser kam nicht rechtzeitig auf Referenz",
+            "the laser's head did not reach the focus height (laser.focus_z_mm) in time": "der Kopf des Lasers kam nicht rechtzeitig auf die Höhe des Fokus (laser.focus_z_mm)",
+            "the laser controller does not come back from its reset": "die Steuerung des Lasers meldet sich nach dem Zurücksetzen nicht wieder",
+            "the laser controller stopped answering in its check mode": "die Steuerung des Lasers antwortet in ihrem Prüfmodus nicht mehr",
+            'the laser still says "Door:0", though its lid is closed': "der Laser meldet noch „Door:0“, obwohl sein Deckel geschlossen ist",
+        }
+        ends = {
+            "Reset": "Reset", "Clear and Reset": "Clear und Reset", "Stop and Reset": "Stop und Reset", "try again": "versuchen Sie es noch einmal",
+            "Clear and Reset, or switch the laser off and on": "Clear und Reset, oder schalten Sie den Laser aus und wieder ein",
+        }
+        for what, was in whats.items():
+            self.assertEqual(self.told(what + overdue), was + late)
+            for end, ending in ends.items():
+                with self.subTest(what + " " + end):
+                    self.assertEqual(self.told(what + overdue + ": " + seen_to + end), was + late + ": S" + care + ending)
+        for end, ending in ends.items():
+            self.assertEqual(self.told("S" + seen_to[1:] + end + "."), "S" + care + ending + ".")
+
+    def test_a_remedy_in_each_state(self):
+        for english, german in (
+            ("Reset homes it.", "Reset schickt ihn auf Referenz."),
+            ("Clear, then Reset homes it.", "Erst Clear; Reset schickt ihn auf Referenz."),
+            ("Stop, then Reset tries to connect it again.", "Erst Stop; Reset versucht noch einmal, ihn zu verbinden."),
+            ("Clear, then Reset takes the place where its head stands as its corner, or brings the head back to the corner it was given; where the controller has forgotten it, bring the head to that corner and say veneerctl laser here before Reset.",
+             "Erst Clear; Reset nimmt den Ort des Kopfes als seine Ecke oder bringt den Kopf zu der Ecke zurück, die ihm gegeben wurde; hat die Steuerung sie vergessen, so bringen Sie den Kopf in diese Ecke und sagen Sie vor Reset veneerctl laser here."),
+            ("Set $32=1 so that the beam goes out at rest. Then Reset.", "Stellen Sie $32=1 ein, damit der Strahl im Stillstand ausgeht. Dann Reset."),
+            ("Set $32=1 so that the beam goes out at rest. Then Clear and Reset.", "Stellen Sie $32=1 ein, damit der Strahl im Stillstand ausgeht. Dann Clear und Reset."),
+            ("See that the head is free, then Clear and Reset.", "Sehen Sie nach, dass der Kopf frei ist, dann Clear und Reset."),
+            ("See that the head is free, then Reset.", "Sehen Sie nach, dass der Kopf frei ist, dann Reset."),
+            ("Check the cable and the device's power. Then Clear and Reset.", "Prüfen Sie das Kabel und den Strom des Geräts. Dann Clear und Reset."),
+            ("Give the daemon's user the group of the device, usually dialout, then restart veneerd.",
+             "Nehmen Sie den Benutzer des Dienstes in die Gruppe des Geräts auf, meist dialout, und starten Sie dann veneerd neu."),
+            ("Check the cable, then Clear and Reset, or correct the port in the configuration, then restart veneerd.",
+             "Prüfen Sie das Kabel, dann Clear und Reset, oder berichtigen Sie den Anschluss in der Konfiguration und starten Sie dann veneerd neu."),
+            ("the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it",
+             "was gebrannt wird (pattern), wurde mittendrin abgebrochen, und ein Teil davon kann gebrannt sein: mit Stop endet es"),
+            ("The laser is held, and nobody wants the rest of it any more: Stop ends it.", "Der Laser ist angehalten, und niemand will den Rest noch: mit Stop endet es."),
+            ("The lid is closed again, and the controller is still coming out of its wait: wait a few seconds.",
+             "Der Deckel ist wieder geschlossen, und die Steuerung ist noch dabei, aus dem Warten zu kommen: warten Sie einige Sekunden."),
+        ):
+            with self.subTest(english):
+                self.assertEqual(self.told(english), german)
 
     def test_what_is_not_known_stays_english_and_is_marked(self):
         for sentence in ("the moon is full", "the laser is not homed: nobody has written this one down", ""):
@@ -1410,10 +1460,11 @@ class Screens(Page):
             const out = [];
             for (const laser of [{}, {finds_home: true}, {finds_home: false}, {finds_home: false, homed: false}, {finds_home: false, connected: false}]) {
               await show('cell', [], {laser: {...about_all.laser, ...laser}});
-              out.push(main.innerText.includes('no homing switches: counts from the corner it was given'));
+              const says = (words) => main.innerText.includes(words);
+              out.push([says('no homing switches: counts from the corner it was given'), says('no homing switches: does not count from its corner yet'), says('not homed')]);
             }
             return out""")
-        self.assertEqual(told, [False, False, True, False, False])
+        self.assertEqual(told, [[False, False, False], [False, False, False], [True, False, False], [False, True, False], [False, False, False]])
 
     # ---- numbers that go from a field to the cell
 

@@ -277,9 +277,10 @@ TEST_F(GrblHandTest, WhatALidThatIsClosedAgainIsInTheWayOfSaysNothingOfClosingIt
   cell.bench.controller.set_lid(false, cell.now());
   cell.run(2);
   ASSERT_EQ(cell.core.status().state, "Door:0");
-  EXPECT_THAT(jog(-5, 0).error().message, AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr("home it")));
+  EXPECT_THAT(jog(-5, 0).error().message,
+              AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr(": Stop, then Reset")));
   EXPECT_THAT(check(square_job(1)).error().message,
-              AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr("home it")));
+              AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr(": Stop, then Reset")));
 }
 
 // ---- a lid over a pattern, which is nobody's piece

@@ -175,7 +175,7 @@ TEST(GrblJob, AbortedAnywhereIsDarkAtOnceAndNeedsHoming) {
     EXPECT_EQ(cell.bench.burnt_mm(), burnt);
     cell.events.clear();
     cell.start(square_job(1));
-    EXPECT_THAT(ending(cell), ::testing::HasSubstr("home it first"));
+    EXPECT_THAT(ending(cell), ::testing::HasSubstr("Stop, then Reset"));
   }
 }
 

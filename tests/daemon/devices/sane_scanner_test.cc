@@ -6,6 +6,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <fstream>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -44,10 +45,14 @@ class SaneScannerTest : public ::testing::Test {
     config_.device = "test:0";
     config_.options = {{"read-limit", "true"}, {"read-delay", "true"}, {"read-delay-duration", "200000"}};
   }
-  SaneScanner scanner(std::chrono::milliseconds deadline = std::chrono::seconds(60)) {
+  SaneScanner scanner(int limit_s = 60) {
+    Config config;
+    config.scanner = config_;
+    config.store.data_dir = data_.path();
+    config.workers.scan_limit_s = limit_s;
     return {std::make_unique<WorkerProcesses>(
                 WorkerProcessOptions{VENEER_WORKER, 0, [this](pid_t pid) { worker_ = pid; }}, make_null_logger()),
-            config_, "", data_.path(), deadline};
+            config};
   }
 
   testing::TempDirectory settings_, pictures_, data_;
@@ -84,7 +89,7 @@ TEST_F(SaneScannerTest, AResolutionThatTheDeviceDoesNotHaveIsRefused) {
 TEST_F(SaneScannerTest, AScannerThatDoesNotComeToAnEndIsGivenUpAtItsDeadline) {
   be_slow();
   // Were its deadline not kept, the scan would be done one day, or this test would never end.
-  const auto scan = scanner(std::chrono::seconds(1)).scan(ScanResolution::from_dpi(300), {}, {});
+  const auto scan = scanner(1).scan(ScanResolution::from_dpi(300), {}, {});
   ASSERT_FALSE(scan.ok());
   EXPECT_EQ(scan.error().code, ErrorCode::kTimeout);
   EXPECT_THAT(scan.error().message, AllOf(HasSubstr("test:0"), HasSubstr("within 1 s"), HasSubstr("off and on")));
@@ -121,6 +126,48 @@ TEST_F(SaneScannerTest, IsNamedByWhatItsScansHangOn) {
   config_.source = "Flatbed";
   config_.area_mm = {0, 12.5, 200, 200};
   EXPECT_EQ(scanner().device(), "sane EPSON Perfection V39, Flatbed, from 0, 12.5 mm");
+}
+
+// Notes what a worker is asked to do, and does none of it.
+class Recorder final : public WorkRunner {
+ public:
+  explicit Recorder(std::vector<WorkOrder>& orders) : orders_(orders) {}
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token) override {
+    orders_.push_back(order);
+    return Error{ErrorCode::kUnavailable, "nobody works here"};
+  }
+
+ private:
+  std::vector<WorkOrder>& orders_;
+};
+
+TEST(SaneWorkers, MayNotOpenTheAdapterOfTheConfiguredLaser) {
+  const testing::TempDirectory sys, dev, data;
+  const auto plug = [&](const std::string& at, int number) {
+    const auto place = sys / "devices" / at;
+    std::filesystem::create_directories(place);
+    std::ofstream(place / "busnum") << "1\n";
+    std::ofstream(place / "devnum") << number << "\n";
+    std::ofstream(place / "idVendor") << "04b8\n";
+    std::filesystem::create_directories(sys / "bus/usb/devices");
+    std::filesystem::create_symlink(place, sys / "bus/usb/devices" / at);
+  };
+  plug("1-1", 7);   // a scanner
+  plug("1-2", 12);  // the laser's adapter
+  std::filesystem::create_directories(sys / "class/tty/ttyUSB0");
+  std::filesystem::create_symlink(sys / "devices/1-2", sys / "class/tty/ttyUSB0/device");
+  std::ofstream(dev / "ttyUSB0").flush();
+  Config config;
+  config.laser.port = "serial:" + (dev / "ttyUSB0").string() + "?baud=115200";
+  config.store.data_dir = data.path();
+  std::vector<WorkOrder> orders;
+  SaneScanner scanner(std::make_unique<Recorder>(orders), config, sys.path());
+  EXPECT_FALSE(scanner.scan(ScanResolution::from_dpi(300), {}, {}).ok());
+  Recorder looks(orders);
+  EXPECT_FALSE(find_scanners(looks, config, {}, {}, sys.path()).ok());
+  ASSERT_EQ(orders.size(), 2U);
+  for (const WorkOrder& order : orders)
+    EXPECT_EQ(order.devices, (std::vector<std::filesystem::path>{"/dev/bus/usb/001/007"})) << order.what;
 }
 
 TEST_F(SaneScannerTest, ThereAreListedWithTheirSettings) {

@@ -82,7 +82,8 @@ TEST(Interlocks, WhatBlocksNamesItsRemedy) {
     return link.sentence + " | " + link.remedy;
   };
   EXPECT_EQ(blocks("lid", [](Chain& c) { c.laser.lid_open = true; }), "the lid is open | Close the lid.");
-  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1"; }), HasSubstr("Clear and Reset"));
+  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1", c.view.state = CellState::kAborted; }),
+              HasSubstr("Clear and Reset"));
   for (const char* open : {"Door", "Door:1", "Door:2"})
     EXPECT_THAT(blocks("machine", [&](Chain& c) { c.laser.state = open; }), HasSubstr("Close the door"));
   EXPECT_EQ(blocks("stop", [](Chain& c) { c.view.state = CellState::kAborted, c.view.reason = "STOP was pressed"; }),
@@ -110,15 +111,24 @@ TEST(Interlocks, WhatBlocksNamesItsRemedy) {
 // As after every panel that is laid through the lid.
 TEST(Interlocks, ALidThatIsClosedAgainIsInNobodysWay) {
   Chain chain;
-  for (const char* closed : {"Door:0", "Door:3"}) {
-    chain.laser.state = closed;
-    EXPECT_EQ(chain.link("machine").state, InterlockState::kGood) << closed;
-    EXPECT_EQ(chain.link("machine").sentence,
-              std::string("homed, the lid is closed again, its controller says ") + closed);
-  }
-  chain.laser.homed = false;
+  chain.laser.state = "Door:0";
+  EXPECT_EQ(chain.link("machine").state, InterlockState::kGood);
+  EXPECT_EQ(chain.link("machine").sentence, "homed; the lid is closed again; its controller says Door:0");
+  chain.view.state = CellState::kStopped, chain.laser.homed = false;
   EXPECT_EQ(chain.link("machine").state, InterlockState::kWarns);
   EXPECT_EQ(chain.link("machine").remedy, "Reset homes it.");
+}
+
+// grblHAL takes seconds, and nothing begins meanwhile.
+TEST(Interlocks, AControllerThatComesOutOfItsDoorIsWaitedFor) {
+  for (const bool homed : {true, false}) {
+    Chain chain;
+    chain.laser.state = "Door:3", chain.laser.homed = homed;
+    EXPECT_EQ(chain.link("lid").state, InterlockState::kGood);
+    EXPECT_EQ(chain.link("machine").state, InterlockState::kWarns);
+    EXPECT_EQ(chain.link("machine").sentence + " | " + chain.link("machine").remedy,
+              "the lid is closed again, and the controller is still coming out of its wait | Wait a few seconds.");
+  }
 }
 
 TEST(Interlocks, AMachineWithoutHomingSwitchesIsNotCalledHomed) {
@@ -126,35 +136,84 @@ TEST(Interlocks, AMachineWithoutHomingSwitchesIsNotCalledHomed) {
   chain.facts.finds_home = false;
   EXPECT_EQ(chain.link("machine").state, InterlockState::kGood);
   EXPECT_EQ(chain.link("machine").sentence,
-            "no homing switches, it counts from the corner it was given, its controller says Idle");
+            "no homing switches; it counts from the corner it was given; its controller says Idle");
   chain.laser.state = "Door:0";
   EXPECT_THAT(chain.link("machine").sentence, AllOf(HasSubstr("the lid is closed again"), Not(HasSubstr("homed"))));
-  chain.laser.homed = false;
+  chain.view.state = CellState::kStopped, chain.laser.homed = false;
   EXPECT_EQ(chain.link("machine").state, InterlockState::kWarns);
   EXPECT_THAT(chain.link("machine").sentence, Not(HasSubstr("homed")));
-  EXPECT_THAT(chain.link("machine").remedy, AllOf(HasSubstr("where its head stands"), Not(HasSubstr("homes"))));
+  EXPECT_EQ(
+      chain.link("machine").remedy,
+      "Reset takes the place where its head stands as its corner, or brings the head back to the corner it was "
+      "given; where the controller has forgotten it, bring the head to that corner and say veneerctl laser here before "
+      "Reset.");
+}
+
+// What Reset does is done only from where Reset is taken.
+TEST(Interlocks, ResetIsNamedWithWhatLeadsThere) {
+  const auto remedy = [](CellState state, auto change) {
+    Chain chain;
+    chain.view.state = state;
+    change(chain.laser);
+    return chain.link("machine").remedy;
+  };
+  const auto unasked = [](LaserStatus& l) { l = {}; };
+  const auto lost = [](LaserStatus& l) { l.connected = false, l.why_not_connected = "stopped by command"; };
+  const auto astray = [](LaserStatus& l) { l.homed = false; };
+  const auto alarmed = [](LaserStatus& l) { l.state = "Alarm:1"; };
+  EXPECT_EQ(remedy(CellState::kStopped, unasked), "Reset connects and homes it.");
+  EXPECT_EQ(remedy(CellState::kAborted, unasked), "Clear, then Reset connects and homes it.");
+  EXPECT_EQ(remedy(CellState::kComplete, lost), "Reset tries to connect it again.");
+  EXPECT_EQ(remedy(CellState::kAborted, lost), "Clear, then Reset tries to connect it again.");
+  EXPECT_EQ(remedy(CellState::kIdle, astray), "Stop, then Reset homes it.");
+  EXPECT_EQ(remedy(CellState::kAborting, astray), "Clear, then Reset homes it.");
+  EXPECT_EQ(remedy(CellState::kResetting, astray), "Reset homes it.");
+  EXPECT_EQ(remedy(CellState::kAborted, alarmed), "See that the head is free, then Clear and Reset.");
+  EXPECT_EQ(remedy(CellState::kStopped, alarmed), "See that the head is free, then Reset.");
+  // And Reset is taken there, or after what is named.
+  for (const CellState state : {CellState::kStopped, CellState::kComplete, CellState::kAborted, CellState::kIdle}) {
+    const std::string words = remedy(state, astray);
+    EXPECT_EQ(words.starts_with("Reset"), after(state, CellCommand::kReset).has_value()) << to_string(state);
+    EXPECT_EQ(words.starts_with("Clear"), after(state, CellCommand::kClear).has_value()) << to_string(state);
+  }
 }
 
 TEST(Interlocks, ALaserThatIsNotConnectedHasTheRemedyOfItsOwnReason) {
-  const auto told = [](const char* why) {
+  const auto told = [](const char* why, CellState state) {
     Chain chain;
+    chain.view.state = state;
     chain.laser.connected = false, chain.laser.why_not_connected = why;
     const Interlock link = chain.link("machine");
     EXPECT_EQ(link.state, InterlockState::kBlocks);
     return link.sentence + " | " + link.remedy;
   };
-  EXPECT_EQ(
-      told("the laser controller (Grbl 1.1h) cannot be used, because laser mode is off: set $32=1 so that the beam "
-           "goes out at rest"),
-      "the laser controller (Grbl 1.1h) cannot be used, because laser mode is off | Set $32=1 so that the beam goes "
-      "out at rest, then Reset.");
-  EXPECT_EQ(
-      told("the link /dev/ttyUSB0 is gone (closed by the other side): check the cable and the device's power"),
-      "the link /dev/ttyUSB0 is gone (closed by the other side) | Check the cable and the device's power, then Reset.");
-  EXPECT_EQ(told("the laser controller stopped answering: check its cable and supply, then Clear and Reset"),
-            "the laser controller stopped answering | Check its cable and supply, then Clear and Reset.");
-  EXPECT_EQ(told("the laser was stopped by command"),
-            "the laser was stopped by command | Reset tries to connect it again.");
+  constexpr const char* kNoLaserMode =
+      "the laser controller (Grbl 1.1h) cannot be used, because laser mode is off: set $32=1 so that the beam goes out "
+      "at rest";
+  EXPECT_EQ(told(kNoLaserMode, CellState::kStopped),
+            "the laser controller (Grbl 1.1h) cannot be used, because laser mode is off | Set $32=1 so that the beam "
+            "goes out at rest. Then Reset.");
+  EXPECT_THAT(told(kNoLaserMode, CellState::kAborted), HasSubstr("goes out at rest. Then Clear and Reset."));
+  constexpr const char* kGone =
+      "the link /dev/ttyUSB0 is gone (closed by the other side): check the cable and the device's power";
+  EXPECT_EQ(told(kGone, CellState::kStopped),
+            "the link /dev/ttyUSB0 is gone (closed by the other side) | Check the cable and the device's power. Then "
+            "Reset.");
+  constexpr const char* kSilent = "the laser controller stopped answering: check its cable, then Clear and Reset";
+  EXPECT_EQ(told(kSilent, CellState::kAborted),
+            "the laser controller stopped answering | Check its cable, then Clear and Reset.");
+  EXPECT_EQ(told(kSilent, CellState::kStopped),
+            "the laser controller stopped answering | Check its cable, then Reset.");
+  constexpr const char* kUntold = "it did not tell its setting $22: check the cable, then Reset";
+  EXPECT_EQ(told(kUntold, CellState::kStopped), "it did not tell its setting $22 | Check the cable, then Reset.");
+  EXPECT_EQ(told(kUntold, CellState::kAborted),
+            "it did not tell its setting $22 | Check the cable, then Clear and Reset.");
+  // What is read only as the daemon starts.
+  EXPECT_EQ(told("the port does not open: give the daemon's user the group dialout, then restart veneerd",
+                 CellState::kAborted),
+            "the port does not open | Give the daemon's user the group dialout, then restart veneerd.");
+  EXPECT_EQ(told("the board is gone: unplug it and plug it in again", CellState::kStopped),
+            "the board is gone | Unplug it and plug it in again. Then Reset.");
 }
 
 TEST(Interlocks, NoLidSwitchIsDeniedThatNobodyHasDenied) {
@@ -186,6 +245,17 @@ TEST(Interlocks, ForAPatternGoWasSaidAndForNoPanel) {
     EXPECT_EQ(chain.link("consent").state, InterlockState::kGood);
     EXPECT_EQ(chain.link("consent").sentence, "an operator has said go for what runs") << to_string(state);
   }
+}
+
+TEST(Interlocks, WhatIsHeldIsNamedAndSoIsWhatEndsIt) {
+  Chain chain;
+  chain.view.state = CellState::kHeld;
+  EXPECT_EQ(chain.link("stop").sentence, "the cut is held");
+  chain.view.alone = true;
+  EXPECT_EQ(chain.link("stop").sentence, "the laser is held") << "no panel is cut";
+  EXPECT_EQ(chain.link("stop").remedy, "Unhold once nothing stands in the way.");
+  chain.view.only_stop = true;
+  EXPECT_EQ(chain.link("stop").remedy, "Stop ends it.");
 }
 
 TEST(Interlocks, WhatIsMissedOnlyLaterWarns) {

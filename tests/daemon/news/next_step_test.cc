@@ -248,6 +248,17 @@ TEST(NextStep, ADatabaseThatMayBeDamagedComesBeforeEverythingButTheMachine) {
   EXPECT_EQ(next_step(in(CellState::kHeld), needs).step, Step::kUnhold);
 }
 
+TEST(NextStep, WhatNobodyWantsAnyMoreIsStoppedAndNotUnheld) {
+  CellView view = in(CellState::kHeld);
+  view.alone = true;
+  EXPECT_EQ(to_string(next_step(view, {}).step), "unhold");
+  view.only_stop = true;
+  const NextStep next = next_step(view, {});
+  EXPECT_EQ(to_string(next.step), "stop");
+  EXPECT_EQ(next.sentence, "The laser is held, and nobody wants the rest of it any more: Stop ends it.");
+  EXPECT_EQ(next.command, "veneerctl job stop");
+}
+
 TEST(NextStep, EveryStepHasAWordOfItsOwn) {
   std::set<std::string_view> words;
   for (int step = 0; step <= static_cast<int>(Step::kRedo); ++step) words.insert(to_string(static_cast<Step>(step)));

@@ -167,8 +167,13 @@ TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
   settle();
   ASSERT_TRUE(laser_.burning());
   EXPECT_TRUE(runner_->view().alone);
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_FALSE(runner_->view().only_stop) << "it is still wanted";
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  ASSERT_TRUE(laser_.burning());
   wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
   ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_TRUE(runner_->view().only_stop) << "before anybody has tried";
   const Status unheld = command(CellCommand::kUnhold);
   ASSERT_FALSE(unheld.ok());
   EXPECT_EQ(unheld.error().code, ErrorCode::kCancelled);
@@ -176,9 +181,26 @@ TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
             "the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it");
   EXPECT_EQ(state(), CellState::kHeld);
   EXPECT_EQ(reason(), unheld.error().message);
+  EXPECT_TRUE(runner_->view().only_stop);
   ASSERT_TRUE(command(CellCommand::kStop).ok());
   EXPECT_NE(state(), CellState::kHeld) << "as it says";
   EXPECT_FALSE(runner_->view().alone);
+  EXPECT_FALSE(runner_->view().only_stop);
+}
+
+// The task may be cancelled while it is held already: then Unhold finds out.
+TEST_F(PatternTest, OneThatWasCancelledWhileItWasHeldCanOnlyBeStopped) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  Status wanted = Ok();
+  runner_->burn_pattern(
+      {pattern(0.2), name_}, "test", [](const Status&) {}, {}, [&] { return wanted; });
+  settle();
+  ASSERT_TRUE(laser_.burning());
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+  ASSERT_FALSE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_TRUE(runner_->view().only_stop);
 }
 
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {

@@ -190,6 +190,15 @@ TEST_F(PreflightTest, TheMachineMustBeThereHomedAndClosed) {
   EXPECT_TRUE(check_machine(laser).ok());
   laser.state = "Door:1";
   EXPECT_THAT(check_machine(laser).error().message, HasSubstr("lid is open"));
+  EXPECT_TRUE(lid_is_open(laser));
+  // It is closed again, and the controller takes seconds to come out of its wait.
+  laser.state = "Door:3", laser.lid_open = false;
+  EXPECT_FALSE(lid_is_open(laser));
+  for (const Status& refused : {check_machine(laser), check_before_homing(laser)})
+    EXPECT_EQ(refused.error().message,
+              "the lid is closed again, and the controller is still coming out of its wait: wait a few seconds");
+  laser.state = "Door:0";
+  EXPECT_TRUE(check_machine(laser).ok());
   laser.state = "Alarm";
   EXPECT_THAT(check_machine(laser).error().message, HasSubstr("alarm"));
   laser.state = "Idle", laser.homed = false;
