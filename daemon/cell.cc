@@ -157,7 +157,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
-        if (recovered) begin_after(*c.runner, *recovered, c.log);
+        if (recovered) log_recovered(*recovered, c.log), c.runner->begin(recovered->found);
         c.leases->changed({});
         c.refresh_counts();
         done(recovered ? Ok() : Status(recovered.error()));
@@ -166,7 +166,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   } else {
     const auto recovered = c.database->call(recover);
     if (!recovered) return recovered.error();
-    begin_after(*c.runner, *recovered, c.log);
+    log_recovered(*recovered, c.log);
+    c.runner->begin(recovered->found);
     c.leases->changed({});
   }
   c.standing->look_for_lost_choice(*c.database);
