@@ -194,9 +194,12 @@ Cell::~Cell() {
   counter_.reset();
   remnant_clerk.reset();
   camera_worker.reset();
-  runner.reset();
+  // What tells of the unit ends before it, each before what it was given.
+  leases.reset();
+  changes.reset();
   news.reset();
-  keeper_.reset();
+  standing.reset();
+  runner.reset();
 }
 
 // Who made room need not wait for the next look.

@@ -112,6 +112,15 @@ class Cell {
   std::unique_ptr<BedWatcher> bed;
   std::unique_ptr<BedGlances> glances;
   std::unique_ptr<CutPlanner> cuts;
+
+ private:
+  // They outlive the unit and what tells of it.
+  std::unique_ptr<Worker> keeper_;  // of small files, and of the data's disk
+  DiskWatch disk_;
+  std::unique_ptr<AuditLog> audit_log_;
+  std::unique_ptr<TaskAudit> task_audit_;
+
+ public:
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   CellCounts counts;
@@ -140,14 +149,8 @@ class Cell {
   Status may_book();  // what a run cuts, as far as the data's disk has said
   void take_counts(CellCounts counted);
 
-  std::unique_ptr<Worker> keeper_;  // of small files, and of the data's disk
-  DiskWatch disk_;
-  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
-
   std::unique_ptr<CellCounter> counter_;
-
-  std::unique_ptr<AuditLog> audit_log_;
-  std::unique_ptr<TaskAudit> task_audit_;
+  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look at the data's disk was begun
   std::string laser_identity_;
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
   std::string given_up_;                        // since when the series was kept that is given up
