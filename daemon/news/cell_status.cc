@@ -193,7 +193,9 @@ void CellStatus::look_for_lost_choice(DatabaseThread& database) {
                     p_.config.camera.set_by == SetBy::kNobody;
   if (!open || p_.config.devices.chosen) return;
   database.async([](Repositories& r) { return r.audit.devices_were_chosen(); },
-                 [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
+                 [this, alive = std::weak_ptr(alive_)](const Result<bool>& lost) {
+                   if (!alive.expired()) choice_lost_ = lost && *lost;
+                 });
 }
 
 }  // namespace veneer::daemon

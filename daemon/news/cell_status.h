@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -61,7 +62,8 @@ class CellStatus {
   NextStep next() const;
   // Whether the database has told yet what needs() say of it.
   bool is_counted() const { return p_.counts.counted; }
-  // Were devices chosen once, and is the file that says which gone? That is asked of the audit log, once.
+  // Were devices chosen once, and is the file that says which gone? That is asked of the audit log, once; an answer
+  // that comes after this has ended is dropped.
   void look_for_lost_choice(DatabaseThread& database);
 
  private:
@@ -72,6 +74,7 @@ class CellStatus {
 
   const Parts p_;
   bool choice_lost_ = false;
+  const std::shared_ptr<int> alive_ = std::make_shared<int>();
 };
 
 }  // namespace veneer::daemon
