@@ -51,6 +51,8 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
+              // Its row in the audit log is written before that of an alarm which the same end begins. Clients hear of
+              // the end after that.
               if (task_audit_) task_audit_->changed(task);
               if (news) news->changed(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
