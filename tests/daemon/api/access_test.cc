@@ -133,7 +133,9 @@ TEST(Access, AForeignPageIsKnownByHostOriginAndSite) {
     EXPECT_EQ(!refusal, row.ours) << (row.at.tls ? "TLS, " : "loopback, ") << row.host << ", "
                                   << row.origin.value_or("no origin") << ", " << row.site.value_or("no site")
                                   << (headers.opens_page ? ", a link" : "");
-    if (refusal) EXPECT_EQ(refusal->status, 403);
+    if (refusal) {
+      EXPECT_EQ(refusal->status, 403);
+    }
   }
   // A person may follow a link to the console, never to the API.
   BrowserHeaders link{"127.0.0.1:8765", none, {}};
