@@ -137,19 +137,19 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       std::make_unique<BedGlances>(BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner,
                                                      c.config, real_clock, make_reactor_timer(reactor)},
                                    [&c] { return c.runner->may_be_watched(); });
-  c.standing = std::make_unique<CellStatus>(
+  c.cell_status = std::make_unique<CellStatus>(
       CellStatus::Parts{c.config, *c.runner, c.runner->options(), *c.devices.laser, *noted_camera, *noted_scanner,
                         c.devices.hands.has_value(), *c.bed_pictures, c.counts, *c.integrity, *c.backup_disk, c.disk_,
                         *c.calibrations, *c.scans, c.alarms, c.tasks, c.guarded});
   c.news = std::make_unique<CellNews>(
-      CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.standing, c.hub, c.tasks, c.alarms, *c.audit_log_,
+      CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.cell_status, c.hub, c.tasks, c.alarms, *c.audit_log_,
                       *c.work_runner, c.metrics, *c.keeper_},
       [&c] { c.broadcast_status(); }, c.log);
   c.news->go_on_from_before();
-  c.changes = std::make_unique<ChangeAudit>(
+  c.change_audit = std::make_unique<ChangeAudit>(
       ChangeAudit::Parts{reactor, *c.database, *c.audit_log_, *c.task_audit_},
       [&c](std::int64_t task, const Caller& by) { c.news->began(task, by); }, c.log);
-  c.leases = std::make_unique<LeaseClerk>(
+  c.lease_clerk = std::make_unique<LeaseClerk>(
       *c.database,
       [&c](const PanelId& panel) {
         c.hub.broadcast({{"type", "panel"}, {"panel", panel.value}});
@@ -160,7 +160,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
         if (recovered) log_recovered(*recovered, c.log), c.runner->begin(recovered->found);
-        c.leases->changed({});
+        c.lease_clerk->changed({});
         c.refresh_counts();
         done(recovered ? Ok() : Status(recovered.error()));
       });
@@ -170,9 +170,9 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     if (!recovered) return recovered.error();
     log_recovered(*recovered, c.log);
     c.runner->begin(recovered->found);
-    c.leases->changed({});
+    c.lease_clerk->changed({});
   }
-  c.standing->look_for_lost_choice(*c.database);
+  c.cell_status->look_for_lost_choice(*c.database);
   c.refresh_counts();
   c.look_at_store();
   c.look_regularly();
@@ -197,10 +197,10 @@ Cell::~Cell() {
   remnant_clerk.reset();
   camera_worker.reset();
   // What tells of the unit ends before it, each before what it was given.
-  leases.reset();
-  changes.reset();
+  lease_clerk.reset();
+  change_audit.reset();
   news.reset();
-  standing.reset();
+  cell_status.reset();
   runner.reset();
 }
 
@@ -237,7 +237,7 @@ void Cell::look_regularly() {
     runner->look_again();
     if (counter_->has_failed()) refresh_counts();
     news->look();
-    leases->end_due();
+    lease_clerk->end_due();
     give_up_kept_scan();
     panel_library.forget_unasked(std::chrono::steady_clock::now() - kPicturesKept);
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
@@ -271,9 +271,9 @@ void Cell::follow_laser() {
 }
 
 void Cell::broadcast_status() {
-  if (!runner || !standing || hub.clients() == 0) return;
-  hub.broadcast_passing(json{{"type", "status"}, {"status", standing->tell(Role::kOperator)}},
-                        json{{"type", "status"}, {"status", standing->tell(Role::kViewer)}});
+  if (!runner || !cell_status || hub.clients() == 0) return;
+  hub.broadcast_passing(json{{"type", "status"}, {"status", cell_status->tell(Role::kOperator)}},
+                        json{{"type", "status"}, {"status", cell_status->tell(Role::kViewer)}});
 }
 
 }  // namespace veneer::daemon

@@ -76,7 +76,7 @@ class Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  nlohmann::json status(Role told) const { return standing->tell(told); }
+  nlohmann::json status(Role told) const { return cell_status->tell(told); }
   void broadcast_status();
 
   boost::asio::io_context& reactor;
@@ -129,10 +129,10 @@ class Cell {
   // What lists and searches tell of panels that nobody counted yet, soon and behind all else. From any thread, as long
   // as something may be asked.
   void count_stock();
-  std::unique_ptr<CellStatus> standing;
+  std::unique_ptr<CellStatus> cell_status;
   std::unique_ptr<CellNews> news;
-  std::unique_ptr<ChangeAudit> changes;
-  std::unique_ptr<LeaseClerk> leases;
+  std::unique_ptr<ChangeAudit> change_audit;
+  std::unique_ptr<LeaseClerk> lease_clerk;
 
   // Last, so that they finish their work before what it uses is gone.
   std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;

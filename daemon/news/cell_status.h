@@ -61,7 +61,7 @@ class CellStatus {
   CellNeeds needs() const;
   NextStep next() const;
   // Whether the database has told yet what needs() say of it.
-  bool is_counted() const { return p_.counts.counted; }
+  bool is_counted() const { return p_.counts.known; }
   // Were devices chosen once, and is the file that says which gone? That is asked of the audit log, once; an answer
   // that comes after this has ended is dropped.
   void look_for_lost_choice(DatabaseThread& database);

@@ -33,7 +33,7 @@ struct ScanTile {
 };
 
 // kRefused: a scanner that reads files gives this one's picture again.
-Error picture_of_series(const std::string& device);
+Error picture_given_again(const std::string& device);
 
 class ScanSeries {
  public:
