@@ -140,7 +140,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.cell_status = std::make_unique<CellStatus>(
       CellStatus::Parts{c.config, *c.runner, c.runner->options(), *c.devices.laser, *noted_camera, *noted_scanner,
                         c.devices.hands.has_value(), *c.bed_pictures, c.counts, *c.integrity, *c.backup_disk, c.disk_,
-                        *c.calibrations, *c.scans, c.alarms, c.tasks, c.guarded});
+                        [&c] { return c.calibrations->collected().view_heights; }, [&c] { return c.scans->open(); },
+                        [&c] { return c.scans->kept(); }, c.alarms, c.tasks, c.guarded});
   c.news = std::make_unique<CellNews>(
       CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.cell_status, c.hub, c.tasks, c.alarms, *c.audit_log_,
                       *c.work_runner, c.metrics, *c.keeper_},

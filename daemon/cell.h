@@ -1,5 +1,6 @@
 // The whole cell, wired: devices, workers, database, services, the unit's state machine, what people are told. What the
-// API's routes act on. Beside the wiring it only looks regularly whether something is due.
+// API's routes act on. Beside the wiring it looks regularly whether something is due, says whether the data's disk has
+// room for a run, and has tiles given up that were kept too long.
 //
 // Bound to the reactor, except where a service says otherwise. Its devices are made by wiring.cc.
 #pragma once

@@ -233,8 +233,8 @@ void HttpConnection::on_header(error_code fault) {
   if (!visitor_.peer) {
     const bool page = !path_of(request.target()).starts_with("/api/");
     const bool tls = visitor_.door == TransportKind::kTls;
-    const ListeningAddress at = tls ? ListeningAddress{&*shared_->tls, shared_->tls_port}
-                                    : ListeningAddress{nullptr, shared_->tcp_port};
+    const ListeningAddress at =
+        tls ? ListeningAddress{&*shared_->tls, shared_->tls_port} : ListeningAddress{nullptr, shared_->tcp_port};
     if (auto refusal = refuse_foreign(headers, at, page)) return answer(std::move(*refusal), true);
   }
   const auto who_asks = [&]() -> const Caller& {

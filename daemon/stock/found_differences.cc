@@ -27,7 +27,7 @@ const char* difference_words(calib::DifferenceKind kind) {
 }
 
 Result<std::vector<FoundDifference>> find_pieces_at(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences) {
+                                                    const std::vector<calib::Difference>& differences) {
   std::vector<FoundDifference> out;
   const auto live = r.ledger.live_allocations(panel);
   if (!live) return live.error();

@@ -27,7 +27,7 @@ const char* difference_words(calib::DifferenceKind kind);
 
 // Whose wood each difference is; nobody's when it is free. On the database's thread.
 Result<std::vector<FoundDifference>> find_pieces_at(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences);
+                                                    const std::vector<calib::Difference>& differences);
 
 // As the ledger keeps them. Pure.
 std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences);
