@@ -51,6 +51,8 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
+              // Its row in the audit log is written before that of an alarm which the same end begins. Clients hear of
+              // the end after that.
               if (task_audit_) task_audit_->changed(task);
               if (news) news->changed(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
@@ -135,19 +137,20 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       std::make_unique<BedGlances>(BedGlances::Parts{reactor, *c.devices.camera, *c.camera_worker, *c.work_runner,
                                                      c.config, real_clock, make_reactor_timer(reactor)},
                                    [&c] { return c.runner->may_be_watched(); });
-  c.standing = std::make_unique<CellStatus>(
+  c.cell_status = std::make_unique<CellStatus>(
       CellStatus::Parts{c.config, *c.runner, c.runner->options(), *c.devices.laser, *noted_camera, *noted_scanner,
                         c.devices.hands.has_value(), *c.bed_pictures, c.counts, *c.integrity, *c.backup_disk, c.disk_,
-                        *c.calibrations, *c.scans, c.alarms, c.tasks, c.guarded});
+                        [&c] { return c.calibrations->collected().view_heights; }, [&c] { return c.scans->open(); },
+                        [&c] { return c.scans->kept(); }, c.alarms, c.tasks, c.guarded});
   c.news = std::make_unique<CellNews>(
-      CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.standing, c.hub, c.tasks, c.alarms, *c.audit_log_,
+      CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.cell_status, c.hub, c.tasks, c.alarms, *c.audit_log_,
                       *c.work_runner, c.metrics, *c.keeper_},
       [&c] { c.broadcast_status(); }, c.log);
   c.news->go_on_from_before();
-  c.changes = std::make_unique<ChangeAudit>(
+  c.change_audit = std::make_unique<ChangeAudit>(
       ChangeAudit::Parts{reactor, *c.database, *c.audit_log_, *c.task_audit_},
       [&c](std::int64_t task, const Caller& by) { c.news->began(task, by); }, c.log);
-  c.leases = std::make_unique<LeaseClerk>(
+  c.lease_clerk = std::make_unique<LeaseClerk>(
       *c.database,
       [&c](const PanelId& panel) {
         c.hub.broadcast({{"type", "panel"}, {"panel", panel.value}});
@@ -157,8 +160,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
-        if (recovered) begin_after(*c.runner, *recovered, c.log);
-        c.leases->changed({});
+        if (recovered) log_recovered(*recovered, c.log), c.runner->begin(recovered->found);
+        c.lease_clerk->changed({});
         c.refresh_counts();
         done(recovered ? Ok() : Status(recovered.error()));
       });
@@ -166,10 +169,11 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   } else {
     const auto recovered = c.database->call(recover);
     if (!recovered) return recovered.error();
-    begin_after(*c.runner, *recovered, c.log);
-    c.leases->changed({});
+    log_recovered(*recovered, c.log);
+    c.runner->begin(recovered->found);
+    c.lease_clerk->changed({});
   }
-  c.standing->look_for_lost_choice(*c.database);
+  c.cell_status->look_for_lost_choice(*c.database);
   c.refresh_counts();
   c.look_at_store();
   c.look_regularly();
@@ -193,9 +197,12 @@ Cell::~Cell() {
   counter_.reset();
   remnant_clerk.reset();
   camera_worker.reset();
-  runner.reset();
+  // What tells of the unit ends before it, each before what it was given.
+  lease_clerk.reset();
+  change_audit.reset();
   news.reset();
-  keeper_.reset();
+  cell_status.reset();
+  runner.reset();
 }
 
 // Who made room need not wait for the next look.
@@ -231,7 +238,7 @@ void Cell::look_regularly() {
     runner->look_again();
     if (counter_->has_failed()) refresh_counts();
     news->look();
-    leases->end_due();
+    lease_clerk->end_due();
     give_up_kept_scan();
     panel_library.forget_unasked(std::chrono::steady_clock::now() - kPicturesKept);
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
@@ -265,9 +272,9 @@ void Cell::follow_laser() {
 }
 
 void Cell::broadcast_status() {
-  if (!runner || !standing || hub.clients() == 0) return;
-  hub.broadcast_passing(json{{"type", "status"}, {"status", standing->tell(Role::kOperator)}},
-                        json{{"type", "status"}, {"status", standing->tell(Role::kViewer)}});
+  if (!runner || !cell_status || hub.clients() == 0) return;
+  hub.broadcast_passing(json{{"type", "status"}, {"status", cell_status->tell(Role::kOperator)}},
+                        json{{"type", "status"}, {"status", cell_status->tell(Role::kViewer)}});
 }
 
 }  // namespace veneer::daemon

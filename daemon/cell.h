@@ -1,5 +1,6 @@
 // The whole cell, wired: devices, workers, database, services, the unit's state machine, what people are told. What the
-// API's routes act on. Beside the wiring it only looks regularly whether something is due.
+// API's routes act on. Beside the wiring it looks regularly whether something is due, says whether the data's disk has
+// room for a run, and has tiles given up that were kept too long.
 //
 // Bound to the reactor, except where a service says otherwise. Its devices are made by wiring.cc.
 #pragma once
@@ -76,7 +77,7 @@ class Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  nlohmann::json status(Role told) const { return standing->tell(told); }
+  nlohmann::json status(Role told) const { return cell_status->tell(told); }
   void broadcast_status();
 
   boost::asio::io_context& reactor;
@@ -112,6 +113,15 @@ class Cell {
   std::unique_ptr<BedWatcher> bed;
   std::unique_ptr<BedGlances> glances;
   std::unique_ptr<CutPlanner> cuts;
+
+ private:
+  // They outlive the unit and what tells of it.
+  std::unique_ptr<Worker> keeper_;  // of small files, and of the data's disk
+  DiskWatch disk_;
+  std::unique_ptr<AuditLog> audit_log_;
+  std::unique_ptr<TaskAudit> task_audit_;
+
+ public:
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   CellCounts counts;
@@ -120,10 +130,10 @@ class Cell {
   // What lists and searches tell of panels that nobody counted yet, soon and behind all else. From any thread, as long
   // as something may be asked.
   void count_stock();
-  std::unique_ptr<CellStatus> standing;
+  std::unique_ptr<CellStatus> cell_status;
   std::unique_ptr<CellNews> news;
-  std::unique_ptr<ChangeAudit> changes;
-  std::unique_ptr<LeaseClerk> leases;
+  std::unique_ptr<ChangeAudit> change_audit;
+  std::unique_ptr<LeaseClerk> lease_clerk;
 
   // Last, so that they finish their work before what it uses is gone.
   std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
@@ -140,14 +150,8 @@ class Cell {
   Status may_book();  // what a run cuts, as far as the data's disk has said
   void take_counts(CellCounts counted);
 
-  std::unique_ptr<Worker> keeper_;  // of small files, and of the data's disk
-  DiskWatch disk_;
-  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look was begun
-
   std::unique_ptr<CellCounter> counter_;
-
-  std::unique_ptr<AuditLog> audit_log_;
-  std::unique_ptr<TaskAudit> task_audit_;
+  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look at the data's disk was begun
   std::string laser_identity_;
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
   std::string given_up_;                        // since when the series was kept that is given up

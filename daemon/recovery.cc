@@ -37,10 +37,9 @@ Result<Recovered> recover(Repositories& r) {
   return out;
 }
 
-void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& log) {
+void log_recovered(const Recovered& recovered, const Logger& log) {
   for (const std::string& sentence : recovered.sentences) log->warn("{}", sentence);
   for (const std::string& sentence : recovered.ended_leases) log->info("{}", sentence);
-  runner.begin(recovered.found);
 }
 
 }  // namespace veneer::daemon

@@ -1,4 +1,5 @@
-// What the daemon before this one left behind, however it ended: the unit and the database begin with it.
+// What the daemon before this one left behind, however it ended: the database begins with it, and then the unit
+// (JobRunner::begin).
 #pragma once
 
 #include <string>
@@ -7,7 +8,7 @@
 #include "base/log.h"
 #include "base/result.h"
 #include "daemon/store/database_thread.h"
-#include "daemon/unit/job_runner.h"
+#include "db/job_store.h"
 
 namespace veneer::daemon {
 
@@ -20,7 +21,7 @@ struct Recovered {
 
 // On the database's thread.
 Result<Recovered> recover(Repositories& r);
-// Says it, and hands it to the unit. On the reactor.
-void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& log);
+// Says it in the log.
+void log_recovered(const Recovered& recovered, const Logger& log);
 
 }  // namespace veneer::daemon

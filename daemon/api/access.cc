@@ -72,21 +72,21 @@ bool site_is_ours(const BrowserHeaders& headers) {
   return !headers.fetch_site || *headers.fetch_site == "same-origin" || *headers.fetch_site == "none";
 }
 
-std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const OurDoor& door, bool page) {
-  if (door.tls && !names_certificate(headers.host, *door.tls, door.port)) {
+std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const ListeningAddress& at, bool page) {
+  if (at.tls && !names_certificate(headers.host, *at.tls, at.port)) {
     return ApiReply::error(403, "forbidden",
-                           "this name is not in the cell's certificate: use https://" + door.tls->name() + ":" +
-                               std::to_string(door.port) + "/console");
+                           "this name is not in the cell's certificate: use https://" + at.tls->name() + ":" +
+                               std::to_string(at.port) + "/console");
   }
-  if (!door.tls && !host_is_ours(headers.host, door.port)) {
+  if (!at.tls && !host_is_ours(headers.host, at.port)) {
     return ApiReply::error(
         403, "forbidden",
-        "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(door.port) + "/console");
+        "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(at.port) + "/console");
   }
   // Also of what only reads: a foreign page may not see the cell's pictures, count its jobs, or keep it busy. A link to
   // the console may stand anywhere. Origin tells more than Sec-Fetch-Site, which browsers disagree about for
   // WebSockets.
-  const TransportKind kind = door.tls ? TransportKind::kTls : TransportKind::kTcp;
+  const TransportKind kind = at.tls ? TransportKind::kTls : TransportKind::kTcp;
   const bool ours =
       headers.origin ? origin_is_ours(headers, kind) : site_is_ours(headers) || (page && headers.opens_page);
   if (!ours) {

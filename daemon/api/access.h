@@ -55,14 +55,14 @@ bool origin_is_ours(const BrowserHeaders& headers, TransportKind door);
 // is "same-site", and is not ours.
 bool site_is_ours(const BrowserHeaders& headers);
 
-// A door of ours for browsers: over TLS, or without on loopback.
-struct OurDoor {
-  const TlsIdentity* tls = nullptr;
-  int port = 0;
+// Where browsers reach us. No defaults: whoever forgets the certificate would judge by the rules of loopback.
+struct ListeningAddress {
+  const TlsIdentity* tls;  // nullptr: without, on loopback
+  int port;
 };
 // 403 for what another page than the cell's own sent, or a browser that was told another name of the cell: which name,
 // or page, is to be used. `page`: it asks for the console, and a link to that may stand anywhere.
-std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const OurDoor& door, bool page);
+std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const ListeningAddress& at, bool page);
 
 // Whoever has the secret of a session or token, in the header that only the console's own script and programs set. Over
 // TLS also in a cookie; for a change only with an Origin or a Sec-Fetch-Site that is ours. On loopback there is no

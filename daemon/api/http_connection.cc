@@ -232,9 +232,10 @@ void HttpConnection::on_header(error_code fault) {
   const BrowserHeaders headers = browser_headers(request, request.method() != http::verb::get);
   if (!visitor_.peer) {
     const bool page = !path_of(request.target()).starts_with("/api/");
-    const OurDoor ours = visitor_.door == TransportKind::kTls ? OurDoor{&*shared_->tls, shared_->tls_port}
-                                                              : OurDoor{nullptr, shared_->tcp_port};
-    if (auto refusal = refuse_foreign(headers, ours, page)) return answer(std::move(*refusal), true);
+    const bool tls = visitor_.door == TransportKind::kTls;
+    const ListeningAddress at =
+        tls ? ListeningAddress{&*shared_->tls, shared_->tls_port} : ListeningAddress{nullptr, shared_->tcp_port};
+    if (auto refusal = refuse_foreign(headers, at, page)) return answer(std::move(*refusal), true);
   }
   const auto who_asks = [&]() -> const Caller& {
     caller_ =

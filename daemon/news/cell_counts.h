@@ -18,7 +18,7 @@
 namespace veneer::daemon {
 
 struct CellCounts {
-  bool counted = false;                    // at least once
+  bool known = false;                      // counted at least once
   int panels = 0;                          // in stock
   std::vector<PanelId> panels_to_scan;     // of those: nothing is planned from them until they are scanned
   std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused

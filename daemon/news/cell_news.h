@@ -46,7 +46,7 @@ class CellNews {
     Metrics& metrics;
     Worker& keeper;  // writes the files
   };
-  // `on_alarms` comes whenever alarms have changed.
+  // `on_alarms` comes when an alarm has begun, ended or was acknowledged; not when one only got less urgent.
   CellNews(Parts parts, std::function<void()> on_alarms, Logger log);
 
   // Alarms and tasks, as the daemon before this one left them. Before the reactor runs and any task begins.
@@ -68,7 +68,8 @@ class CellNews {
 
   // Somebody acknowledged some.
   void alarms_changed();
-  // A notice that says that it is a try, to whoever is told of alarms: the task that sends it.
+  // A notice that says that it is a try, to whoever is told of alarms: the task that sends it. REQUIRES: end() was not
+  // called.
   Result<std::int64_t> try_notices();
 
  private:

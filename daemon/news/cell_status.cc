@@ -112,13 +112,13 @@ json CellStatus::tell(Role told) const {
     out["owed_look"] = {
         {"job", owed->job.value}, {"panel", owed->panel.value}, {"pieces", owed->pieces}, {"sentence", owed->sentence}};
   out["open_scan"] = nullptr;
-  if (const auto open = p_.scans.open())
+  if (const auto open = p_.open_scan())
     out["open_scan"] = {{"panel", open->panel ? json(open->panel->value) : json()},
                         {"face", to_string(open->face)},
                         {"tiles", open->tiles},
                         {"retag", open->retag}};
   out["kept_scan"] = nullptr;
-  if (const auto kept = p_.scans.kept()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
+  if (const auto kept = p_.kept_scan()) out["kept_scan"] = {{"tiles", kept->tiles}, {"since", kept->since}};
   out["confirm"] = asked_by_name();
   out["calibration"] = json::object();
   for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);
@@ -154,7 +154,7 @@ CellNeeds CellStatus::needs() const {
   needs.database_busy = p_.integrity.sentence();
   needs.choice_lost = choice_lost_;
   needs.certificates = certificates();
-  needs.camera_views = p_.calibrations.collected().view_heights;
+  needs.camera_views = p_.camera_views();
   needs.panels = p_.counts.panels;
   needs.proposal = p_.counts.proposal;
   needs.to_scan = p_.counts.panels_to_scan;
@@ -193,7 +193,9 @@ void CellStatus::look_for_lost_choice(DatabaseThread& database) {
                     p_.config.camera.set_by == SetBy::kNobody;
   if (!open || p_.config.devices.chosen) return;
   database.async([](Repositories& r) { return r.audit.devices_were_chosen(); },
-                 [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
+                 [this, alive = std::weak_ptr(alive_)](const Result<bool>& lost) {
+                   if (!alive.expired()) choice_lost_ = lost && *lost;
+                 });
 }
 
 }  // namespace veneer::daemon

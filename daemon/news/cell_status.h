@@ -5,15 +5,17 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "daemon/api/api_message.h"
 #include "daemon/api/tasks.h"
-#include "daemon/calibration/calibration_service.h"
 #include "daemon/config.h"
 #include "daemon/devices/bed_pictures.h"
 #include "daemon/devices/noted_devices.h"
@@ -22,7 +24,7 @@
 #include "daemon/news/next_step.h"
 #include "daemon/records/backup_disk.h"
 #include "daemon/records/database_check.h"
-#include "daemon/stock/scan_service.h"
+#include "daemon/stock/scan_series.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/disk_watch.h"
 #include "daemon/unit/runner_options.h"
@@ -47,8 +49,9 @@ class CellStatus {
     const DatabaseCheck& integrity;
     const BackupDisk& backups;
     const DiskWatch& disk;
-    const CalibrationService& calibrations;
-    const ScanService& scans;
+    std::function<std::vector<Millimetres>()> camera_views;  // as CellNeeds has them
+    std::function<std::optional<ScanSeries::Open>()> open_scan;
+    std::function<std::optional<ScanSeries::Kept>()> kept_scan;
     const AlarmBook& alarms;
     const TaskRegistry& tasks;
     const std::function<Status()>& guarded;  // whether a guardian watches, or why not; empty: there is nobody to ask
@@ -60,8 +63,9 @@ class CellStatus {
   CellNeeds needs() const;
   NextStep next() const;
   // Whether the database has told yet what needs() say of it.
-  bool is_counted() const { return p_.counts.counted; }
-  // Were devices chosen once, and is the file that says which gone? That is asked of the audit log, once.
+  bool is_counted() const { return p_.counts.known; }
+  // Were devices chosen once, and is the file that says which gone? That is asked of the audit log, once; an answer
+  // that comes after this has ended is dropped.
   void look_for_lost_choice(DatabaseThread& database);
 
  private:
@@ -72,6 +76,7 @@ class CellStatus {
 
   const Parts p_;
   bool choice_lost_ = false;
+  const std::shared_ptr<int> alive_ = std::make_shared<int>();
 };
 
 }  // namespace veneer::daemon

@@ -24,8 +24,8 @@ Result<EndedLeases> expire_leases(Repositories& r) {
 void LeaseClerk::changed(const std::vector<PanelId>& touched) {
   for (const PanelId& panel : touched) on_panel_(panel);
   database_.async([](Repositories& r) { return r.leases.next_end(); },
-                  [this](const Result<std::string>& next) {
-                    if (next) next_end_ = *next;
+                  [this, alive = std::weak_ptr(alive_)](const Result<std::string>& next) {
+                    if (!alive.expired() && next) next_end_ = *next;
                   });
 }
 
@@ -33,7 +33,8 @@ void LeaseClerk::changed(const std::vector<PanelId>& touched) {
 void LeaseClerk::end_due() {
   if (next_end_.empty() || utc_timestamp() < next_end_) return;
   next_end_ = utc_timestamp(std::chrono::minutes(1));  // until it is known better: if it fails, then again
-  database_.async(expire_leases, [this](const Result<EndedLeases>& ended) {
+  database_.async(expire_leases, [this, alive = std::weak_ptr(alive_)](const Result<EndedLeases>& ended) {
+    if (alive.expired()) return;
     if (!ended) return log_->warn("leases that are over could not be ended: {}", ended.error().message);
     for (const std::string& sentence : ended->sentences) log_->info("{}", sentence);
     changed(ended->panels);

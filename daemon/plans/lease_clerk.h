@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +26,8 @@ Result<EndedLeases> expire_leases(Repositories& r);
 
 class LeaseClerk {
  public:
-  // `on_panel` is told each panel whose wood is somebody else's, or nobody's. The database outlives this.
+  // `on_panel` is told each panel whose wood is somebody else's, or nobody's. The database outlives this; what it
+  // answers after this has ended is dropped.
   LeaseClerk(DatabaseThread& database, std::function<void(const PanelId& panel)> on_panel, Logger log)
       : database_(database), on_panel_(std::move(on_panel)), log_(std::move(log)) {}
 
@@ -39,6 +41,7 @@ class LeaseClerk {
   std::function<void(const PanelId& panel)> on_panel_;
   Logger log_;
   std::string next_end_;  // of the lease that ends next; "" when none is known
+  const std::shared_ptr<int> alive_ = std::make_shared<int>();
 };
 
 }  // namespace veneer::daemon

@@ -13,7 +13,7 @@ void bind_routes(Router& router, Cell& cell) {
   const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
   router.gate_changes([&c](std::string_view operation, const ApiRequest& request) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
-    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.changes->may_be_noted(request.caller);
+    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.change_audit->may_be_noted(request.caller);
   });
   bind_unit_routes(router, {*c.runner, *c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks,
                             *c.queries, [&c](Role told) { return c.status(told); }});
@@ -48,7 +48,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_device_routes(
       router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, c.camera_trials, on_reactor,
                [&c](const std::string& who, const std::string& what, const std::string& detail) {
-                 return c.changes->note_now(who, what, detail);
+                 return c.change_audit->note_now(who, what, detail);
                },
                c.restart});
   const auto job_changed = [&c, on_reactor](JobId job) {
@@ -59,7 +59,7 @@ void bind_routes(Router& router, Cell& cell) {
     });
   };
   const auto leases_changed = [&c, on_reactor](const std::vector<PanelId>& panels) {
-    on_reactor([&c, panels] { c.leases->changed(panels); });
+    on_reactor([&c, panels] { c.lease_clerk->changed(panels); });
   };
   bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.runner, *c.runner, *c.database,
                            *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed});

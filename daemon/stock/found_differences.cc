@@ -21,13 +21,13 @@ bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
 
 }  // namespace
 
-const char* in_words(calib::DifferenceKind kind) {
+const char* difference_words(calib::DifferenceKind kind) {
   return kind == calib::DifferenceKind::kGoneNotBooked ? "wood is gone that is not booked as cut"
                                                        : "booked as cut, and still in the panel";
 }
 
-Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences) {
+Result<std::vector<FoundDifference>> find_pieces_at(Repositories& r, const PanelId& panel,
+                                                    const std::vector<calib::Difference>& differences) {
   std::vector<FoundDifference> out;
   const auto live = r.ledger.live_allocations(panel);
   if (!live) return live.error();

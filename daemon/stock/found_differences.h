@@ -23,11 +23,11 @@ struct FoundDifference {
   std::vector<Piece> pieces;
 };
 
-const char* in_words(calib::DifferenceKind kind);
+const char* difference_words(calib::DifferenceKind kind);
 
 // Whose wood each difference is; nobody's when it is free. On the database's thread.
-Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences);
+Result<std::vector<FoundDifference>> find_pieces_at(Repositories& r, const PanelId& panel,
+                                                    const std::vector<calib::Difference>& differences);
 
 // As the ledger keeps them. Pure.
 std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences);

@@ -345,7 +345,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     tell_of_no_zones(panel, *kept, edits, outcome.warnings);
     db::LaterScan scan{made, seen.after, seen.read.zones, std::nullopt, seen.later_map, {}, scans, new_tags};
     if (seen.read.differences) {
-      auto named = with_pieces(r, panel, *seen.read.differences);
+      auto named = find_pieces_at(r, panel, *seen.read.differences);
       if (!named) return named.error();
       differences = std::move(*named);
       scan.differences = to_records(*differences);
@@ -376,7 +376,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     std::string pieces;
     for (const auto& piece : difference.pieces)
       pieces += fmt::format(", piece {} of job {}", piece.mark, piece.job.value);
-    log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.value, in_words(difference.seen.kind),
+    log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.value, difference_words(difference.seen.kind),
                difference.seen.place.x.count(), difference.seen.place.y.count(), difference.seen.area.count(), pieces);
   }
   return outcome;

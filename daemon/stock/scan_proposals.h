@@ -16,32 +16,13 @@
 #include "daemon/orders/scan_work.h"
 #include "daemon/stock/found_differences.h"
 #include "daemon/stock/panel_library.h"
+#include "daemon/stock/scan_request.h"
 #include "daemon/stock/seen_sheet.h"
 #include "daemon/stock/strip_answers.h"
 #include "daemon/stock/suspect_sightings.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
-
-struct ScanOutcome {
-  std::size_t tiles = 0;         // collected so far
-  std::optional<PanelId> panel;  // none while further tiles follow, and of a new sheet that waits to be accepted
-  std::optional<db::ProposalId> proposal;  // that waits to be accepted or refused: nothing has changed yet
-  bool is_new = false;
-  std::optional<PanelId> part_of;  // of a new panel: the one that it was sawn from
-  std::size_t carried = 0;         // pieces and scrap of that one that lay in its wood
-  Face face = Face::kShow;
-  std::optional<Millimetres> rms, max;  // of the registration
-  std::optional<Millimetres> left_out;  // the worst fiducial of a later scan, from where the others put it
-  std::vector<int> new_tags;            // that became the panel's
-  SquareMillimetres usable{0};          // of a show face
-  std::size_t zones = 0;
-  std::optional<std::vector<FoundDifference>> differences;  // of a show face that was known: against the ledger
-  std::vector<SeenSuspect> suspects;                        // of a show face that was known
-  Millimetres width{0}, height{0};                          // of a show face: the sheet
-  SquareMillimetres lost{0}, gained{0};                     // of a show face that was known: PanelRead
-  std::vector<ScanWarning> warnings;                        // of a show face
-};
 
 // How much free wood a scan may take from a panel, or give back, before somebody has to look: the greater of the two.
 inline constexpr SquareMillimetres kMostUnasked{200};

@@ -8,7 +8,7 @@
 
 namespace veneer::daemon {
 
-Error picture_of_series(const std::string& device) {
+Error picture_given_again(const std::string& device) {
   return {
       ErrorCode::kRefused,
       fmt::format("{} gives a picture again that is a tile of this series already: move the panel and scan it anew, "
@@ -25,7 +25,7 @@ Status ScanSeries::add(ScanTile tile, const ScanRequest& request) {
   // once another one is begun.
   give_up_kept();
   if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear(), note_kept();
-  if (is_there(tile)) return picture_of_series(tile.device);
+  if (is_there(tile)) return picture_given_again(tile.device);
   tiles_.push_back(std::move(tile));
   return Ok();
 }

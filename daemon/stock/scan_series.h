@@ -16,25 +16,11 @@
 #include "calib/registration.h"
 #include "daemon/orders/scan_work.h"
 #include "daemon/stock/panel_library.h"
-#include "daemon/stock/scan_proposals.h"
+#include "daemon/stock/scan_request.h"
+#include "daemon/stock/seen_sheet.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
-
-struct ScanRequest {
-  Face face = Face::kShow;
-  std::optional<PanelId> panel;    // needed for the first look at a panel's back
-  std::optional<PanelId> part_of;  // a sawn panel, where the tags do not say so
-  bool retag = false;              // strange tags were newly glued to the panel, and become its own
-  bool more = false;               // further tiles follow
-  // This scan is one tile of the series that was refused, counted from 1, once more: face, panel, part_of and retag are
-  // that series' own where they are not said.
-  std::optional<int> again;
-  bool anew = false;                  // gives up the tiles of a series that was begun or refused
-  bool accept = false;                // takes it into stock when each of its warnings is overruled
-  std::vector<std::string> overrule;  // names of warnings
-  std::string who = "veneerd";
-};
 
 struct ScanTile {
   WorkFolder folder;  // holds the picture, kMadeScan
@@ -47,7 +33,7 @@ struct ScanTile {
 };
 
 // kRefused: a scanner that reads files gives this one's picture again.
-Error picture_of_series(const std::string& device);
+Error picture_given_again(const std::string& device);
 
 class ScanSeries {
  public:

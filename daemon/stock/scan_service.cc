@@ -99,7 +99,7 @@ Result<ScanTile> ScanService::scan_new_tile(const TaskProgress& progress, const 
     device = tile->device;
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "the scan was cancelled"};
   }
-  return picture_of_series(device);
+  return picture_given_again(device);
 }
 
 // What the worker is told; of a panel that is known also what the ledger holds of it.

@@ -37,6 +37,8 @@ class ScanService {
   // Thread-safe.
   std::optional<ScanSeries::Kept> kept() const { return series_.kept(); }
   std::optional<ScanSeries::Open> open() const { return series_.open(); }
+
+  // On the scanner's worker only.
   void give_up_kept() { series_.give_up_kept(); }
 
  private:

@@ -19,6 +19,7 @@ std::optional<SeenSheet> seen_from_text(const std::string& text) {
   try {
     json seen = json::parse(text);
     json& read = seen.at("read");
+    // Of a scan that waited while the program became this one.
     read.emplace("asked", json::array());
     read.emplace("edge_margin", PanelRead{}.edge_margin), read.emplace("round_margin", PanelRead{}.round_margin);
     return seen.get<SeenSheet>();

@@ -12,24 +12,25 @@
 
 #include "base/result.h"
 #include "calib/registration.h"
-#include "daemon/stock/scan_proposals.h"
 #include "daemon/stock/scan_series.h"
+#include "daemon/stock/seen_sheet.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 
-// What the database knows of the sheet on the glass.
+// What is known of the sheet on the glass: by identify() whose it is, the rest by whoever compares it.
 struct KnownSheet {
   std::optional<db::PanelRecord> panel;
   calib::PanelFiducials fiducials;
   std::set<int> foreign_tags;
   Face face = Face::kShow;
-  bool later_map = false;  // its first map is not there: the scan is compared with a later one
   // Of a sheet that is new: the sawn panel that it is a part of.
   std::optional<PanelId> parent;
   calib::PanelFiducials parent_fiducials;
-  std::vector<SuspectWood> suspects;  // of a panel: its wood that may have been cut
   std::map<PanelId, calib::PanelFiducials> stock;
+  // Not of identify(), but of ScanService::ask_of().
+  bool later_map = false;             // its first map is not there: the scan is compared with a later one
+  std::vector<SuspectWood> suspects;  // of a panel: its wood that may have been cut
 };
 
 // kNotFound, kConflict, kInvalidArgument or kRefused where tags and request do not go together, each with what to do.

@@ -27,9 +27,10 @@ struct BedCalibration {
 
 nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
 nlohmann::json to_payload(const calib::CameraFit& camera);
-// `reach`: of the beam, over which the error is predicted; empty: the pattern's area.
+// `reach`: of the beam, over which the error is predicted; empty: the pattern's area. Whoever forgot it would tell of
+// the pattern's area alone.
 nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern,
-                          const Box<MachineFrame>& reach = {});
+                          const Box<MachineFrame>& reach);
 nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
 
 // The device, or devices, that it was made on; "" where it names none, and of what is no payload at all.

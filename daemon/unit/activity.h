@@ -155,10 +155,11 @@ class Activity {
   virtual bool needs_look() const = 0;
   // Looks with the beam off; a refusal says what is wrong with what lies there.
   virtual void look(Reply reply) = 0;
-  // Does look() prove where a panel lies? Then it is repeated now and then, with the head out of the picture.
-  virtual bool proves_pose() const { return false; }
+  // Does look() prove where a panel lies? Then it is repeated now and then, with the head out of the picture. Each says
+  // it: wood of the stock that nobody looks at again is cut wherever it has been pushed.
+  virtual bool proves_pose() const = 0;
   // Is something burnt since the last look that has to be proven by another one before the end?
-  virtual bool ends_unproven() const { return false; }
+  virtual bool ends_unproven() const = 0;
   // All that has to be ready before the first stroke; the bed is as it must be.
   virtual void prepare(const Reply& ready) { ready(Ok()); }
 

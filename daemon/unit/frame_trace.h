@@ -24,6 +24,8 @@ class FrameTrace final : public Activity {
   std::string recorded() const override;
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
+  bool proves_pose() const override { return false; }
+  bool ends_unproven() const override { return false; }
   void prepare(const Reply& ready) override;
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;

@@ -19,6 +19,7 @@ class Recut final : public Activity {
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
   bool proves_pose() const override { return true; }
+  bool ends_unproven() const override { return false; }  // nothing of it is booked
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string&) override { host_.next(); }

@@ -56,7 +56,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       allowed["daemon/stock"] = "base calib db drivers planner daemon daemon/orders daemon/store daemon/threads daemon/workers"
       allowed["daemon/devices"] = "base drivers daemon daemon/orders daemon/stock daemon/store daemon/threads daemon/unit" \
                                   " daemon/workers"
-      allowed["daemon/news"] = "base calib db drivers daemon daemon/api daemon/calibration daemon/devices daemon/orders" \
+      allowed["daemon/news"] = "base calib db drivers daemon daemon/api daemon/devices daemon/orders" \
                                " daemon/records daemon/stock daemon/store daemon/threads daemon/unit daemon/workers"
       allowed["daemon/plans"] = "base db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/stock daemon/store" \
                                 " daemon/threads daemon/unit daemon/workers"

@@ -42,7 +42,7 @@ inline Status stock_two_panels(daemon::DatabaseThread& database, int first, int 
     for (const auto& [kind, payload] :
          {std::pair(db::CertificateKind::kCamera, daemon::to_payload(calib::CameraFit{}).dump()),
           std::pair(db::CertificateKind::kAxes,
-                    daemon::to_payload(known_axes(), CertificateId{1}, {whole_bed()}).dump()),
+                    daemon::to_payload(known_axes(), CertificateId{1}, {whole_bed()}, {}).dump()),
           std::pair(db::CertificateKind::kKerf, std::string("{\"kerf_mm\":0.27}"))}) {
       db::CertificateRecord certificate;
       certificate.kind = kind;

@@ -1,11 +1,16 @@
 // Who comes in, and what foreign pages try. Who may do what is in access_table_test.cc.
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "daemon/api/access.h"
+#include "daemon/api/tls.h"
 #include "tests/support/api_server.h"
 #include "tests/support/http_probe.h"
+#include "tests/support/temp_directory.h"
+#include "tests/support/throwaway_certificate.h"
 
 namespace veneer::daemon {
 namespace {
@@ -56,6 +61,92 @@ TEST(Access, StrangersOfOneNetworkShareWhatOneClientMayTake) {
   EXPECT_EQ(stranger("192.168.1.7"), "anonymous at 192.168.1.7");
   EXPECT_EQ(identity_of({Role::kViewer, "user anna", TransportKind::kTls}, "2001:db8:1:2::1"), "user anna");
   EXPECT_EQ(identity_of({Role::kViewer, "anonymous", TransportKind::kTcp}, "127.0.0.9"), "anonymous");
+}
+
+// What a browser says of itself, without a server; what whole requests are answered is below.
+TEST(Access, AForeignPageIsKnownByHostOriginAndSite) {
+  const testing::TempDirectory folder;
+  const testing::ThrowawayCertificate made(folder.path());  // of cell.test and 127.0.0.1
+  const auto tls = TlsIdentity::load(made.certificate, made.key);
+  ASSERT_TRUE(tls.ok()) << tls.error().message;
+  const ListeningAddress loopback{nullptr, 8765}, http{nullptr, 80}, cell{&**tls, 8443}, https{&**tls, 443};
+  using Word = std::optional<std::string_view>;
+  const Word none;
+  enum class Asks { kApi, kPage, kLink };  // kLink: for a page that a person opens
+  struct Row {
+    bool ours;
+    const ListeningAddress& at;
+    std::string_view host;
+    Word origin, site;
+    Asks asks;
+  };
+  const Row rows[] = {
+      // The host, of whoever is no browser.
+      {true, loopback, "127.0.0.1:8765", none, none, Asks::kApi},
+      {true, loopback, "LocalHost:8765", none, none, Asks::kApi},
+      {true, loopback, "[::1]:8765", none, none, Asks::kApi},
+      {false, loopback, "127.0.0.1", none, none, Asks::kApi},
+      {true, http, "127.0.0.1", none, none, Asks::kApi},
+      {false, loopback, "cell.test:8765", none, none, Asks::kApi},
+      {false, loopback, "evil.example:8765", none, none, Asks::kLink},
+      {false, loopback, "", none, none, Asks::kApi},
+      {true, cell, "cell.test:8443", none, none, Asks::kApi},
+      {true, cell, "127.0.0.1:8443", none, none, Asks::kApi},
+      {false, cell, "cell.test", none, none, Asks::kApi},
+      {true, https, "cell.test", none, none, Asks::kApi},
+      {false, cell, "localhost:8443", none, none, Asks::kApi},
+      {false, cell, "evil.example:8443", none, none, Asks::kLink},
+      // The origin: host, port and scheme.
+      {true, loopback, "127.0.0.1:8765", "http://127.0.0.1:8765", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "https://127.0.0.1:8765", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "http://127.0.0.1:80", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "http://localhost:8765", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "http://evil.example", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "null", none, Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "", none, Asks::kApi},
+      {true, cell, "cell.test:8443", "https://cell.test:8443", none, Asks::kApi},
+      {false, cell, "cell.test:8443", "http://cell.test:8443", none, Asks::kApi},
+      {false, cell, "cell.test:8443", "https://evil.example", none, Asks::kApi},
+      // What the browser says of the page that sent it, where it names no origin.
+      {true, loopback, "127.0.0.1:8765", none, "same-origin", Asks::kApi},
+      {true, loopback, "127.0.0.1:8765", none, "none", Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", none, "same-site", Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", none, "cross-site", Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", none, "", Asks::kApi},
+      {true, cell, "cell.test:8443", none, "same-origin", Asks::kApi},
+      {false, cell, "cell.test:8443", none, "cross-site", Asks::kApi},
+      // A link to the console may stand anywhere; only a person follows it.
+      {true, loopback, "127.0.0.1:8765", none, "cross-site", Asks::kLink},
+      {true, cell, "cell.test:8443", none, "cross-site", Asks::kLink},
+      {false, loopback, "127.0.0.1:8765", none, "cross-site", Asks::kPage},
+      {false, cell, "cell.test:8443", none, "cross-site", Asks::kPage},
+      {false, cell, "cell.test:8443", "https://evil.example", none, Asks::kLink},
+      // The origin tells more than the site.
+      {true, loopback, "127.0.0.1:8765", "http://127.0.0.1:8765", "cross-site", Asks::kApi},
+      {false, loopback, "127.0.0.1:8765", "http://evil.example", "same-origin", Asks::kApi},
+  };
+  for (const Row& row : rows) {
+    BrowserHeaders headers{row.host, row.origin, {}};
+    headers.fetch_site = row.site;
+    headers.opens_page = row.asks == Asks::kLink;
+    const auto refusal = refuse_foreign(headers, row.at, row.asks != Asks::kApi);
+    EXPECT_EQ(!refusal, row.ours) << (row.at.tls ? "TLS, " : "loopback, ") << row.host << ", "
+                                  << row.origin.value_or("no origin") << ", " << row.site.value_or("no site")
+                                  << (headers.opens_page ? ", a link" : "");
+    if (refusal) {
+      EXPECT_EQ(refusal->status, 403);
+    }
+  }
+  // A person may follow a link to the console, never to the API.
+  BrowserHeaders link{"127.0.0.1:8765", none, {}};
+  link.fetch_site = "cross-site", link.opens_page = true;
+  EXPECT_TRUE(refuse_foreign(link, loopback, false));
+  const auto why_not = [](std::string_view host, const ListeningAddress& at) {
+    const auto refusal = refuse_foreign({host, {}, {}}, at, true);
+    return refusal ? refusal->body : "";
+  };
+  EXPECT_NE(why_not("evil.example", loopback).find("use http://127.0.0.1:8765/console"), std::string::npos);
+  EXPECT_NE(why_not("evil.example", cell).find("use https://cell.test:8443/console"), std::string::npos);
 }
 
 TEST(Access, ForeignHostNamesAreRefusedOverTcp) {

@@ -320,7 +320,7 @@ TEST_F(CollectedViews, OfTheBurntBoardAreNotThoseOfAnotherCertificate) {
 // The board of an axes certificate from before, whose rings were evenly spaced, until another one is burnt.
 TEST_F(CollectedViews, OfTheBurntBoardAreReadByThePatternThatWasBurnt) {
   certify(db::CertificateKind::kScanner, to_payload(calib::ScannerCertificateData{}));
-  nlohmann::json axes = to_payload(calib::MachineAxes{}, CertificateId{0}, {kTravel});
+  nlohmann::json axes = to_payload(calib::MachineAxes{}, CertificateId{0}, {kTravel}, {});
   axes.erase("pattern_spacing");
   certify_camera();
   certify(db::CertificateKind::kAxes, axes);

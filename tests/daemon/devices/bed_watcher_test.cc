@@ -146,7 +146,7 @@ class BedWatcherTest : public ::testing::Test {
     certificate.expires_at = "2999-01-01T00:00:00.000Z";
     certificate.payload =
         to_payload(axes, CertificateId{1},
-                   PatternLayout{{{Millimetres(0), Millimetres(0)}, {Millimetres(520), Millimetres(380)}}})
+                   PatternLayout{{{Millimetres(0), Millimetres(0)}, {Millimetres(520), Millimetres(380)}}}, {})
             .dump();
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
     certificate.kind = db::CertificateKind::kKerf;

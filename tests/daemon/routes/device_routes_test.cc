@@ -41,7 +41,7 @@ class DeviceRoutes : public testing::RoutedCell {
     cell->device_roots = {directory / "dev", directory / "sys"};
     cell->restart = [this] { ++restarts; };
     again.emplace();
-    again->on_change([this](const Router::Change& change) { cell->changes->note(change); });
+    again->on_change([this](const Router::Change& change) { cell->change_audit->note(change); });
     bind_routes(*again, *cell);
   }
   // The configuration file.
@@ -591,7 +591,7 @@ TEST_F(DeviceRoutes, WhatAnotherThreadRefusesIsNotedInTheReactorsTurn) {
   };
   std::thread([this] {
     const Caller caller{Role::kOperator, "uid 1000", TransportKind::kUnix};
-    cell->changes->note({caller, "chooseDevice", "no such laser", true});
+    cell->change_audit->note({caller, "chooseDevice", "no such laser", true});
   }).join();
   EXPECT_EQ(noted(), 0);
   reactor.restart();

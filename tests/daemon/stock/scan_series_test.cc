@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <fstream>
+#include <new>
 
 #include "tests/support/temp_directory.h"
 
@@ -66,6 +68,24 @@ TEST_F(ScanSeriesTest, NothingIsKeptOfOneTileNorOfADiskThatFails) {
   ASSERT_TRUE(series_.add(tile("b"), asked()).ok());
   EXPECT_EQ(end(ErrorCode::kStorage, "the disk is full").error().message, "the disk is full");
   EXPECT_FALSE(series_.kept());
+}
+
+TEST_F(ScanSeriesTest, NothingIsKeptWhereATilesPictureIsGone) {
+  ASSERT_TRUE(series_.add(tile("a"), asked()).ok());
+  ASSERT_TRUE(series_.add(tile("b"), asked()).ok());
+  ASSERT_TRUE(std::filesystem::remove(series_.picture_of(series_.tiles().front())));
+  EXPECT_EQ(end(ErrorCode::kRefused, "the tiles do not meet").error().message, "the tiles do not meet");
+  EXPECT_FALSE(series_.kept());
+  EXPECT_TRUE(series_.tiles().empty());
+}
+
+TEST_F(ScanSeriesTest, WhateverIsThrownEndsTheSeries) {
+  ASSERT_TRUE(series_.add(tile("a"), asked()).ok());
+  ASSERT_TRUE(series_.add(tile("b"), asked()).ok());
+  const auto out_of_memory = []() -> Result<ScanOutcome> { throw std::bad_alloc(); };
+  EXPECT_THROW(static_cast<void>(series_.end(asked(), out_of_memory)), std::bad_alloc);
+  EXPECT_FALSE(series_.kept());
+  EXPECT_TRUE(series_.tiles().empty());
 }
 
 TEST_F(ScanSeriesTest, APictureThatIsThereAlreadyIsNoFurtherTile) {

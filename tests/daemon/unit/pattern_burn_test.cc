@@ -33,19 +33,35 @@ class PatternTest : public ProofTest {
 };
 
 // Whoever leaves out what is confirmed, or whether it is still wanted, does not compile: an absent word is no yes.
-template <class Unit>
-constexpr bool kBurnsUnasked = requires(Unit& unit, Pattern pattern, PatternCommands::Reply reply) {
-  unit.burn_pattern(pattern, "test", reply, {});
+template <class Unit, class... Words>
+constexpr bool kBurns = requires(Unit& unit, Pattern pattern, PatternCommands::Reply reply, Words... words) {
+  unit.burn_pattern(pattern, "test", reply, words...);
 };
-template <class Unit>
-constexpr bool kMovesUnconfirmed = requires(Unit& unit, CellCommands::Reply reply) {
-  unit.command(CellCommand::kUnsuspend, "test", reply);
+template <class Unit, class... Words>
+constexpr bool kMoves = requires(Unit& unit, CellCommands::Reply reply, Words... words) {
+  unit.command(CellCommand::kUnsuspend, "test", reply, words...);
+};
+template <class Unit, class... Words>
+constexpr bool kFrames = requires(Unit& unit, CellCommands::Reply reply, Words... words) {
+  unit.frame(PowerFraction(0.02), "test", reply, words...);
+};
+
+template <class Patterns, class Cell>
+void expect_each_word_counts() {
+  using Confirmed = std::vector<std::string>;
+  using StillWanted = std::function<Status()>;
+  EXPECT_TRUE((kBurns<Patterns, Confirmed, StillWanted>)) << "every word is said";
+  EXPECT_FALSE((kBurns<Patterns, Confirmed>));
+  EXPECT_FALSE((kBurns<Patterns>));
+  EXPECT_TRUE((kMoves<Cell, Confirmed>)) << "every word is said";
+  EXPECT_FALSE((kMoves<Cell>));
+  EXPECT_TRUE((kFrames<Cell, Confirmed>)) << "every word is said";
+  EXPECT_FALSE((kFrames<Cell>));
 }
-|| requires(Unit& unit, CellCommands::Reply reply) { unit.frame(PowerFraction(0.02), "test", reply); };
 
 TEST(AWordThatIsNotSaid, IsNoYes) {
-  EXPECT_FALSE(kBurnsUnasked<JobRunner>);
-  EXPECT_FALSE(kMovesUnconfirmed<JobRunner>);
+  expect_each_word_counts<PatternCommands, CellCommands>();  // what routes see of it
+  expect_each_word_counts<JobRunner, JobRunner>();
 }
 
 TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {

@@ -14,7 +14,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// All that an activity has to do, but for what is on record of it and what is written when it is broken off.
+// All that an activity has to do, but for one thing that nobody would miss before it is too late.
 class Forgetful : public Activity {
  public:
   bool needs_look() const override { return false; }
@@ -23,16 +23,28 @@ class Forgetful : public Activity {
   void go_on() override {}
   void burnt(const std::string&) override {}
 };
-struct Recorded : Forgetful {
+struct Recorded : virtual Forgetful {
   std::string recorded() const override { return "while nothing was done"; }
 };
-struct BrokenOff : Forgetful {
+struct BrokenOff : virtual Forgetful {
   std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }
 };
+struct ProvesPose : virtual Forgetful {
+  bool proves_pose() const override { return true; }
+};
+struct EndsUnproven : virtual Forgetful {
+  bool ends_unproven() const override { return true; }
+};
+// What says these, and nothing else.
+template <class... Said>
+struct Says final : Said... {};
 
-TEST(AnActivity, CannotForgetItsRecordNorWhatItsEndLeaves) {
-  EXPECT_TRUE(std::is_abstract_v<Recorded>);
-  EXPECT_TRUE(std::is_abstract_v<BrokenOff>);
+TEST(AnActivity, CannotForgetItsRecordNorItsProofsNorWhatItsEndLeaves) {
+  EXPECT_FALSE((std::is_abstract_v<Says<Recorded, BrokenOff, ProvesPose, EndsUnproven>>)) << "it has said it all";
+  EXPECT_TRUE((std::is_abstract_v<Says<BrokenOff, ProvesPose, EndsUnproven>>)) << "its record is forgotten";
+  EXPECT_TRUE((std::is_abstract_v<Says<Recorded, ProvesPose, EndsUnproven>>)) << "what its end leaves is forgotten";
+  EXPECT_TRUE((std::is_abstract_v<Says<Recorded, BrokenOff, EndsUnproven>>)) << "the looks again are forgotten";
+  EXPECT_TRUE((std::is_abstract_v<Says<Recorded, BrokenOff, ProvesPose>>)) << "the last look is forgotten";
 }
 
 class WorkUnderWay : public JobRunnerTest {
