@@ -207,7 +207,7 @@ TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
   const auto asked_for = [&](const WoodWanted& wanted) {
     double found = 0;
     const int statements = db::statements_of(
-        stay.database, [&] { found = must(stay.remnants.fitting(stay.r, panel, wanted, asked)).count(); });
+        stay.database, [&] { found = must(stay.remnants.fitting(stay.r, panel, wanted, asked, Look::kNot))->count(); });
     return std::pair(found > 0, statements);
   };
   EXPECT_EQ(asked_for({{}, Tone::kLight, Millimetres(8)}), std::pair(true, 0));
