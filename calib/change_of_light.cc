@@ -12,15 +12,15 @@ namespace {
 using Terms = ChangeOfLight::Terms;
 constexpr int kTerms = Terms::channels;
 
-struct Place {
+struct SheetPoint {
   double x, y;  // -1 to 1
 };
-Place place_on_sheet(int row, int column, const cv::Size& size) {
+SheetPoint point_on_sheet(int row, int column, const cv::Size& size) {
   return {2.0 * column / size.width - 1, 2.0 * row / size.height - 1};
 }
 
 // The light: earlier level times a surface, a black level, and what bends the tone curve.
-Terms light_terms(double level, const Place& at) {
+Terms light_terms(double level, const SheetPoint& at) {
   return {level, level * at.x,       level * at.y, level * at.x * at.x, level * at.x * at.y, level * at.y * at.y,
           1,     level * level / 255};
 }
@@ -33,7 +33,7 @@ Terms no_change() {
 }
 
 struct Sample {
-  Place at;
+  SheetPoint at;
   cv::Vec3b was, is;
 };
 
@@ -56,7 +56,7 @@ std::vector<Sample> untouched_samples(const cv::Mat& before, const cv::Mat& now,
   for (int r = step / 2; r < cells.height; r += step)
     for (int c = step / 2; c < cells.width; c += step)
       if (left.at<std::uint8_t>(r, c) != 0)
-        out.push_back({place_on_sheet(r, c, cells), was.at<cv::Vec3b>(r, c), is.at<cv::Vec3b>(r, c)});
+        out.push_back({point_on_sheet(r, c, cells), was.at<cv::Vec3b>(r, c), is.at<cv::Vec3b>(r, c)});
   return out;
 }
 
@@ -123,7 +123,7 @@ Terms fit_change(const std::vector<Sample>& samples, int channel, bool all_over)
   return light;
 }
 
-double level_in(const Terms& light, double level, const Place& at) { return light.dot(light_terms(level, at)); }
+double level_in(const Terms& light, double level, const SheetPoint& at) { return light.dot(light_terms(level, at)); }
 
 // No lamp drifts so far between two scans: a fit that says so was made of what is gone.
 bool is_of_a_lamp(const Terms& light) {
@@ -158,7 +158,7 @@ cv::Mat in_later_light(const ChangeOfLight& light, const cv::Mat& before, const 
   cv::Mat out(before.size(), CV_32FC3);
   for (int r = 0; r < out.rows; ++r)
     for (int c = 0; c < out.cols; ++c) {
-      const Place place = place_on_sheet(at.y + r, at.x + c, light.sheet);
+      const SheetPoint place = point_on_sheet(at.y + r, at.x + c, light.sheet);
       const auto& level = before.at<cv::Vec3f>(r, c);
       for (int k = 0; k < 3; ++k) {
         const double seen = level_in(light.channels[static_cast<std::size_t>(k)], level[k], place);

@@ -210,6 +210,7 @@ Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& 
     const bool moved = std::binary_search(found.moved.begin(), found.moved.end(), l);
     if (found.left_out[l]) {
       which[l].off = Millimetres(*found.left_out[l]);
+      out.agreement.offsets.push_back(which[l]);
       (moved ? out.moved : out.left_out).push_back(which[l]);
     }
     if (moved) continue;

@@ -79,6 +79,8 @@ struct RegistrationOptions {
 struct TileAgreement {
   std::size_t fiducials = 0;
   std::optional<Millimetres> worst;  // from where the others put it; nothing with fewer than three: nobody can tell
+  // Of each that is seen on the tile and of which that can be told, those that have moved included.
+  std::vector<FiducialOffset> offsets;
   // Whether it is proven where the tile lies.
   bool within(Millimetres limit) const { return worst && *worst <= limit; }
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
@@ -10,13 +9,11 @@
 #include "calib/lid_holes.h"
 #include "calib/odd_marks.h"
 #include "calib/round_rim.h"
+#include "calib/strip_colours.h"
 
 namespace veneer::calib {
 namespace {
 
-constexpr double kCell = 4;           // mm; a colour is counted by the cells of the strip that show it
-constexpr double kAllOver = 0.12;     // share of the cells that make a colour the wood's own
-constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
 constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
 constexpr double kSideBlur = 0.3;     // mm of a strip whose colours the optics mix with the board's
@@ -26,107 +23,6 @@ constexpr double kShaded = 0.6;       // mm of the wood's own colour that the sh
 constexpr double kShadeFrom = 2.5;    // mm from an opening that its side may shade
 constexpr double kMixedRim = 0.15;    // mm
 constexpr double kLargestRound = 11;  // mm across
-
-// Colours of the planes in steps: lightness, and the two opponent colours.
-constexpr std::array<double, 3> kHueStep = {0.10, 0.055, 0.055}, kLowest = {-3.5, -1.2, -1.2};
-constexpr std::array<int, 3> kBins = {60, 44, 44};
-constexpr int kHueReach = 2;  // steps from an own colour within which a colour is still the wood's
-
-int bin_of(const BoardView& view, int r, int c) {
-  int bin = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const int at = static_cast<int>((view.planes[k].at<float>(r, c) - kLowest[k]) / kHueStep[k]);
-    bin = bin * kBins[k] + std::clamp(at, 0, kBins[k] - 1);
-  }
-  return bin;
-}
-
-// Sets every colour within kHueReach steps of one that is set.
-void widen(std::vector<std::uint8_t>& own) {
-  const std::array<int, 3> stride = {kBins[1] * kBins[2], kBins[2], 1};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::vector<std::uint8_t> before = own;
-    for (int i = 0; i < static_cast<int>(own.size()); ++i) {
-      if (before[static_cast<std::size_t>(i)] == 0) continue;
-      const int at = i / stride[k] % kBins[k];
-      for (int d = -kHueReach; d <= kHueReach; ++d)
-        if (at + d >= 0 && at + d < kBins[k]) own[static_cast<std::size_t>(i + d * stride[k])] = 1;
-    }
-  }
-}
-
-// A crack shows its colour in many cells, but along one line only: an own colour is seen across the strip as well.
-std::vector<std::uint8_t> own_colours(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
-  const auto cell = std::max(1, static_cast<int>(kCell * view.px_per_mm));
-  const int columns = std::min(64, (box.width + cell - 1) / cell), rows = std::min(64, (box.height + cell - 1) / cell);
-  struct Seen {
-    std::uint64_t columns = 0, rows = 0;
-    int cells = 0, last = -1, pixels = 0;
-  };
-  std::vector<Seen> seen(static_cast<std::size_t>(kBins[0]) * kBins[1] * kBins[2]);
-  int count = 0;
-  for (int top = box.y; top < box.br().y; top += cell)
-    for (int left = box.x; left < box.br().x; left += cell) {
-      int inside = 0;
-      for (int r = top; r < std::min(top + cell, box.br().y); ++r)
-        for (int c = left; c < std::min(left + cell, box.br().x); ++c) {
-          if (strip.at<std::uint8_t>(r, c) == 0) continue;
-          ++inside;
-          Seen& colour = seen[static_cast<std::size_t>(bin_of(view, r, c))];
-          if (colour.last != count) colour.last = count, colour.pixels = 0;
-          if (++colour.pixels != 2) continue;
-          ++colour.cells;
-          colour.columns |= std::uint64_t{1}
-                            << ((left - box.x) / cell * columns / std::max(columns, (box.width + cell - 1) / cell));
-          colour.rows |= std::uint64_t{1}
-                         << ((top - box.y) / cell * rows / std::max(rows, (box.height + cell - 1) / cell));
-        }
-      if (inside > 0) ++count;
-    }
-  std::vector<std::uint8_t> own(seen.size(), 0);
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    own[i] = seen[i].cells >= std::max(3.0, kAllOver * count) && std::popcount(seen[i].columns) >= kAcross * columns &&
-                     std::popcount(seen[i].rows) >= kAcross * rows
-                 ? 1
-                 : 0;
-  widen(own);
-  return own;
-}
-
-// The line along which a wood's colours lie: figure is more or less of one pigment, which in logarithms of light is one
-// direction (Lambert and Beer). A hole's black, a head's metal and the lid lie beside it, or much farther along it.
-class PigmentLine {
- public:
-  // Of the whole strip, or of those of its colours that are `own`.
-  PigmentLine(const BoardView& view, const cv::Mat& strip, const cv::Rect& box,
-              const std::vector<std::uint8_t>& own = {}) {
-    cv::Mat colours(0, 3, CV_32FC1);
-    for (int r = box.y; r < box.br().y; r += kSampled)
-      for (int c = box.x; c < box.br().x; c += kSampled)
-        if (strip.at<std::uint8_t>(r, c) != 0 &&
-            (own.empty() || own[static_cast<std::size_t>(bin_of(view, r, c))] != 0))
-          colours.push_back(cv::Mat(cv::Matx13f(view.planes[0].at<float>(r, c), view.planes[1].at<float>(r, c),
-                                                view.planes[2].at<float>(r, c))));
-    if (colours.rows < 100) return;
-    const cv::PCA pca(colours, {}, cv::PCA::DATA_AS_ROW);
-    for (int k = 0; k < 3; ++k) middle_[k] = pca.mean.at<float>(0, k), along_[k] = pca.eigenvectors.at<float>(0, k);
-    along_spread_ = std::sqrt(pca.eigenvalues.at<float>(0));
-    beside_spread_ = std::sqrt(pca.eigenvalues.at<float>(1) + pca.eigenvalues.at<float>(2));
-  }
-  bool holds(const BoardView& view, int r, int c) const {
-    cv::Vec3f off;
-    for (int k = 0; k < 3; ++k) off[k] = view.planes[static_cast<std::size_t>(k)].at<float>(r, c) - middle_[k];
-    const double at = off.dot(along_), beside = cv::norm(off - along_ * static_cast<float>(at));
-    return std::abs(at) < kLong * along_spread_ && beside < kWide * beside_spread_;
-  }
-
- private:
-  static constexpr int kSampled = 3;               // px
-  static constexpr double kLong = 4, kWide = 2.5;  // spreads
-
-  cv::Vec3f middle_{0, 0, 0}, along_{1, 0, 0};
-  double along_spread_ = 0, beside_spread_ = 0;
-};
 
 // Whether the strip goes on around a round: at its side an odd patch has no roundness to judge.
 bool lies_within(const cv::Mat& strip, const cv::Point2d& centre, double radius) {
@@ -325,17 +221,15 @@ cv::Mat large_openings(const cv::Mat& beside_own, double px) {
 void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, const RimScale& scale,
                           WoodFaults& faults, std::vector<RoundRim>& rims) {
   const double px = view.px_per_mm;
-  const std::vector<std::uint8_t> own = own_colours(view, strip, box);
+  const OwnColours own(view, strip, box);
   cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), inner_strip, labels, stats, centres;
   cv::erode(strip, inner_strip, round_kernel(kSideBlur * px));
-  const PigmentLine pigment(view, inner_strip, box), of_own(view, inner_strip, box, own);
+  const PigmentLine pigment(view, inner_strip, box), of_own(view, inner_strip, box, &own);
   cv::Mat unusual = foreign.clone(), beside_own = foreign.clone();  // figure of the wood's own pigment included
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c) {
       const int row = box.y + r, column = box.x + c;
-      if (inner_strip.at<std::uint8_t>(row, column) == 0 ||
-          own[static_cast<std::size_t>(bin_of(view, row, column))] != 0)
-        continue;
+      if (inner_strip.at<std::uint8_t>(row, column) == 0 || own.has(view, row, column)) continue;
       unusual.at<std::uint8_t>(r, c) = 255;
       if (!pigment.holds(view, row, column)) foreign.at<std::uint8_t>(r, c) = 255;
       if (!of_own.holds(view, row, column)) beside_own.at<std::uint8_t>(r, c) = 255;

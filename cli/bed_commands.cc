@@ -53,10 +53,8 @@ void add_bed_commands(CLI::App& app, CommandContext& context) {
   bed->add_subcommand("look", "Look whose tags lie on the bed; proves nothing, a run looks for itself")
       ->callback(
           [&context] { context.finish_step(context.run_task(context.client().post("/bed/look")), render_sight); });
-  add_picture(
-      *bed, context, "glance", "/bed/glance.jpg",
-      "Save the bed as it is seen now, at most some seconds old; while the head rests and nothing else needs the "
-      "camera");
+  add_picture(*bed, context, "glance", "/bed/glance.jpg",
+              "Save the bed as it is seen now, at most some seconds old; while nothing else needs the camera");
   add_picture(*bed, context, "picture", "/bed.jpg", "Save the picture of the last look, with what was found drawn in");
 }
 

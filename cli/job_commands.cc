@@ -1,5 +1,5 @@
-// job list|show|map|start|pieces|recut|redo|settle|assembled|cancel|archive|unarchive and the commands to the cell
-// under its name; task list|show|cancel.
+// job list|show|map|start|move|pieces|recut|redo|settle|assembled|cancel|archive|unarchive and the commands to the
+// cell under its name; task list|show|cancel.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -208,6 +208,28 @@ void add_archive(CLI::App& job, CommandContext& context) {
       [back, &context] { context.finish_step(archive_each(context, *back, "unarchive"), render_jobs); });
 }
 
+// In which order the jobs are cut that wait.
+void add_move(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto before = std::make_shared<std::int64_t>(0);
+  const auto last = std::make_shared<bool>(false);
+  CLI::App* move = add_with_number(
+      job, "move", "Give a job another place in the queue: the first of those that wait is cut next", "JOB", id);
+  CLI::Option* other =
+      move->add_option("--before", *before, "Right before this one, by its number")->check(positive_number());
+  move->add_flag("--last", *last, "Behind all others")->excludes(other);
+  move->callback([id, before, last, &context] {
+    if (*before == 0 && !*last)
+      return context.finish(
+          Error{ErrorCode::kInvalidArgument, "say where the job is to stand: --before and a job's number, or --last"},
+          render_jobs);
+    const json body = *last ? json::object() : json{{"before", *before}};
+    context.finish_step(context.client().post(fmt::format("/jobs/{}/move", *id), body), [](const json& reply) {
+      return fmt::format("The queue: {}. The first is cut next.\n", names_of(member(reply, "jobs")));
+    });
+  });
+}
+
 void add_task_commands(CLI::App& app, CommandContext& context) {
   CLI::App* task = app.add_subcommand("task", "Long work");
   task->require_subcommand(1);
@@ -248,6 +270,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
     context.finish_step(context.run_task(context.client().post("/jobs/" + std::to_string(*to_start) + "/start")),
                         render_state);
   });
+  add_move(*job, context);
   add_unit_commands(*job, context);
   add_job_stop(*job, context);
   add_afterwards(*job, context);

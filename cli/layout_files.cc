@@ -34,7 +34,7 @@ constexpr LayoutOption kImportance{"--importance", &LayoutFiles::importance, "",
 constexpr LayoutOption kLayoutOptions[] = {
     {"--segmentation", &LayoutFiles::segmentation, "segmentation", "says where pieces end",
      "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
-     "the pieces (a straight stroke is a joint: it parts those that it crosses), stretched over the whole picture. "
+     "the pieces (a straight stroke parts those that it crosses), stretched over the whole picture. "
      "Without it: areas of about one tone"},
     {"--guides", &LayoutFiles::guides, "morph", "say where a morphed grid's lines go",
      "With --layout morph: a mask over {}, white where its edges count, or a JSON file with such pictures and with "

@@ -216,7 +216,7 @@ void add_change(CLI::App& job, CommandContext& context) {
   const CLI::Option* alternatives =
       change
           ->add_option("--alternatives", options->alternatives,
-                       "List up to this many other places for each piece of the new plan [as the plan itself]")
+                       "List up to this many alternatives for each piece of the new plan [as the plan itself]")
           ->check(CLI::Range(0, 1000));
   change->callback([options, alternatives, &context] {
     json body = json::object();

@@ -26,6 +26,7 @@
 #include "planner/files/as_built.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/plan_journal.h"
+#include "planner/files/plan_report.h"
 #include "planner/files/preview.h"
 #include "planner/files/tile_picture.h"
 #include "planner/grain/grain_coherence.h"
@@ -45,6 +46,7 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
+  bool best_so_far = false;  // where Ctrl-C stops it
   bool suggest = false, as_built = false, full_preview = false, cut_lines = false, tiles = false, mean_colours = false;
   double distance_m = 0;
   std::string putty;
@@ -203,19 +205,26 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanO
   return shown;
 }
 
+struct MadePlan {
+  Plan plan;
+  bool interrupted = false;  // by Ctrl-C: it may be the best so far
+};
+
 // A run that was killed goes on where it was: the same command again, in the same directory.
-Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                       const PlanOptions& options, const fs::path& path) {
+MadePlan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
+                           const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
   // Another build of this program may choose otherwise.
   const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
   planner::PlanJournal journal =
       or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
+  bool interrupted = false;
   with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
-    plan = planner::make_plan(artworks, stock, options, progress, stop, &journal);
+    plan = planner::make_plan(artworks, stock, options, progress, stop, &journal, nullptr, on_stop);
+    interrupted = stop.stop_requested();
   });
-  if (plan->ok()) return std::move(**plan);
+  if (plan->ok()) return {std::move(**plan), interrupted};
   if (plan->error().code == ErrorCode::kCancelled)
     end({ErrorCode::kCancelled, plan->error().message + ": the same command goes on where it stopped"});
   std::error_code ignored;
@@ -300,7 +309,9 @@ void run_plan(const PlanCommandArguments& arguments) {
   planner::ReportSeconds spent;
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
-  Plan plan = plan_with_journal(artworks, stock, options, journal);
+  auto [plan, interrupted] =
+      plan_with_journal(artworks, stock, options,
+                        arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
   Previews preview;
   or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
   if (looks.tiles) or_fail(write_tiles(plan, artworks, *looks.tiles, arguments.out));
@@ -313,7 +324,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   if (plan.fine) tell_gain(*plan.fine);
   if (plan.refined) tell_gain(*plan.refined);
   std::error_code ignored;
-  fs::remove(journal, ignored);
+  if (!interrupted) fs::remove(journal, ignored);
   warn(plan.warnings);
 }
 
@@ -390,6 +401,8 @@ void add_plan_command(CLI::App& app) {
       ->check(CLI::IsMember({"area", "point"}))
       ->capture_default_str();
   plan->add_option("--grout", arguments->grout, "With --tiles: colour of the joints, as RRGGBB [8c8276]")->needs(tiles);
+  plan->add_flag("--best-so-far", arguments->best_so_far,
+                 "At Ctrl-C write the best plan so far, once every patch has had its turn, instead of none");
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->add_flag(
       "--suggest", arguments->suggest,

@@ -107,7 +107,7 @@ std::string calibration_words(const json& calibration) {
 
 std::string lid_words(const std::string& lid, bool connected) {
   if (lid == "open") return "OPEN";
-  return lid == "unknown" && connected ? "not known: no lid switch is wired to the laser's controller" : lid;
+  return lid == "unknown" && connected ? "not known, the laser's controller has told of no lid switch" : lid;
 }
 
 // "12 panels, of which 2 wait for a scan: P-0001, P-0002".

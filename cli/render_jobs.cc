@@ -26,11 +26,13 @@ std::string render_jobs(const json& reply) {
   const json& jobs = member(reply, "jobs");
   if (!jobs.is_array() || jobs.empty())
     return "No jobs here. `veneerctl job new PICTURE` plans one, `veneerctl job list --all` shows archived ones too.\n";
-  TextTable table({">JOB", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
+  TextTable table({">JOB", ">QUEUE", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
   for (const json& job : jobs) {
-    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""), state_of(job),
-               std::to_string(whole_or(job, "pieces", 0)), std::to_string(whole_or(job, "cut", 0)),
-               std::to_string(whole_or(job, "suspect", 0)), text_or(job, "created", "")});
+    const json& place = member(job, "queue_place");
+    table.add({std::to_string(whole_or(job, "id", 0)), place.is_number_integer() ? place.dump() : "",
+               text_or(job, "name", ""), state_of(job), std::to_string(whole_or(job, "pieces", 0)),
+               std::to_string(whole_or(job, "cut", 0)), std::to_string(whole_or(job, "suspect", 0)),
+               text_or(job, "created", "")});
   }
   return table.str();
 }

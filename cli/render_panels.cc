@@ -173,9 +173,26 @@ std::string render_differences(const json& reply) {
 }
 
 std::string render_registration(const json& registration) {
-  return line("Registered", joined({"RMS " + millimetres(registration, "rms_mm", 3),
-                                    "worst " + millimetres(registration, "max_mm", 3)},
-                                   ", "));
+  std::string out =
+      line("Registered",
+           joined({"RMS " + millimetres(registration, "rms_mm", 3), "worst " + millimetres(registration, "max_mm", 3)},
+                  ", "));
+  const json& scans = member(registration, "scans");
+  if (!scans.is_array()) return out;
+  for (const json& scan : scans) {
+    const json& fiducials = member(scan, "fiducials");
+    if (!fiducials.is_array()) continue;
+    std::vector<std::string> parts;
+    for (const json& one : fiducials) {
+      const bool is_tag = member(one, "tag_id").is_number_integer();
+      parts.push_back(fmt::format("{} {}{}", is_tag ? fmt::format("tag {}", whole_or(one, "tag_id", 0)) : "hole",
+                                  millimetres(one, "off_mm", 3),
+                                  one.value("over_limit", false) ? " (over 0.05 mm)" : ""));
+    }
+    out += line(fmt::format("Scan {}", whole_or(scan, "id", 0)),
+                fmt::format("{} face: {}", text_or(scan, "face", "?"), joined(parts, ", ")));
+  }
+  return out;
 }
 
 std::string render_zones(const json& panel) {

@@ -133,9 +133,12 @@ std::string render_place(const json& reply) {
     else if (whole_or(entry, "piece", 0) == 0)
       text += fmt::format("Written off since {}: {}\n", since, text_or(entry, "reason", "?"));
     else
-      text += fmt::format("{}piece {} of job {}, {} since {}: `veneerctl piece show {}`\n",
-                          flag_or(entry, "kerf", false) ? "In the kerf of " : "", text_or(entry, "mark", "?"),
-                          whole_or(entry, "job", 0), state, since, whole_or(entry, "piece", 0));
+      text += fmt::format("{} {} of job {}, {} since {}: `veneerctl piece show {}`\n",
+                          flag_or(entry, "lead_in", false) ? "In the lead-in of piece"
+                          : flag_or(entry, "kerf", false)  ? "In the kerf of piece"
+                                                           : "Piece",
+                          text_or(entry, "mark", "?"), whole_or(entry, "job", 0), state, since,
+                          whole_or(entry, "piece", 0));
     if (text.starts_with("piece")) text[0] = 'P';
   }
   return text;

@@ -217,7 +217,7 @@ void add_run_command(CLI::App& laser, CommandContext& context) {
   CLI::Option* dry = command->add_flag("--dry", options->dry, "Only with the beam off");
   CLI::Option* check = command->add_flag("--check", options->check,
                                          "Only let the controller read it ($C); nothing moves after homing. Not with a "
-                                         "Lihuiyu board");
+                                         "Lihuiyu board: there, --dry");
   CLI::Option* no_dry = command->add_flag("--no-dry", options->no_dry, "Burn it without the run before");
   dry->excludes(check)->excludes(no_dry);
   check->excludes(no_dry);

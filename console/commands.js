@@ -1,7 +1,7 @@
 // What an operator may do now, and doing it: every change goes through here and says when it was refused.
 import {asSentence, t} from "./words.js";
 import {ask} from "./link.js";
-import {askStatus, changed, databaseSound, followStatus, isOver, isStale, mayChange, model, operates} from "./model.js";
+import {askStatus, changed, databaseSound, followStatus, inCuttingOrder, isOver, isStale, mayChange, model, operates} from "./model.js";
 
 import {cellSays} from "./parts.js";
 
@@ -16,11 +16,11 @@ export function showRefusal(sentence, spoken = "en") {
   if (sentence) refusal.scrollIntoView({block: "nearest"});
 }
 
-// The reply, or null when it was refused, which is shown then.
-export async function command(path, {method = "POST", body = null, timeoutMs = 20000} = {}) {
+// The reply, or null when it was refused, which is shown then; or told, where it is shown elsewhere.
+export async function command(path, {method = "POST", body = null, timeoutMs = 20000, refused = showRefusal} = {}) {
   showRefusal("");
   let reply = null;
-  try { reply = await ask(method, `/api/v1${path}`, {body, timeoutMs}); } catch (fault) { showRefusal(fault.message); }
+  try { reply = await ask(method, `/api/v1${path}`, {body, timeoutMs}); } catch (fault) { refused(fault.message); }
   await askStatus();
   return reply;
 }
@@ -101,7 +101,7 @@ export function clearing() {
 
 // ---- which job ------------------------------------------------------------------------------------------------------
 
-let chosen = 0;  // what Start starts; 0 = the one under way, else the one that the next step leads to, else the oldest
+let chosen = 0;  // what Start starts; 0 = the one under way, else the one that the next step leads to, else the first of the queue
 const target = sameThing();
 export function choose(job) { chosen = job; target.is(job); changed(); }
 // A way led to it, which is not yet seen.
@@ -111,7 +111,7 @@ export function leadTo(job) { chosen = job; changed(); }
 export function startable() {
   const open = model.jobs.filter((job) => !isOver(job));
   const wanted = [chosen, model.cell && model.cell.job && model.cell.job.id, model.cell && model.cell.next_step && model.cell.next_step.job];
-  return wanted.map((id) => open.find((job) => job.id === id)).find(Boolean) || open[0] || null;
+  return wanted.map((id) => open.find((job) => job.id === id)).find(Boolean) || inCuttingOrder(open).find((job) => job.queue_place) || open[0] || null;
 }
 // Another job than the one that the next step names, since somebody chose it here.
 export function chosenInstead() {

@@ -11,13 +11,13 @@ const kFields = {
   wood: picture("picture.woods"), material: picture("picture.woods"), wood_limit: picture("limits"), material_limit: picture("limits"),
   crop: picture("picture.part"), segmentation: picture("picture.drawing.short"), importance: picture("matters"), large_edges: picture("edges"), fine_edges: picture("edges"), pinned_vertices: picture("lines"),
   cell_sizes: picture("sizes"), cell_aspect: picture("cells.shape"), flow_lines: picture("cells"), flow_lines_only: picture("cells.edges"),
-  ...Object.fromEntries(["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"].map((weight) => [`w_${weight}`, picture(`w.${weight}`)])),
+  ...Object.fromEntries(["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut", "grain"].map((weight) => [`w_${weight}`, picture(`w.${weight}`)])),
   speed_mm_s: one("settings", "recipe.speed_mm_s"), kerf_back_mm: one("settings", "recipe.kerf_back_mm"), kerf_show_mm: one("settings", "recipe.kerf_show_mm"),
   travel_x_mm: one("setup/devices", "choose.travel_x_mm"), travel_y_mm: one("setup/devices", "choose.travel_y_mm"),
   height_mm: one("setup/camera", "camera.blocks"), board_width_mm: one("setup/laser", "board.width"), board_height_mm: one("setup/laser", "board.height"),
   veneer_mm: one("panels", "say.veneer_mm"), substrate_mm: one("panels", "say.substrate_mm"), retag: one("scan", "scan.retag"),
 };
-const kUnsaid = ["min_width_mm", "min_size_mm", "edge_mm", "dpi", "w_grain"];  // of a plan, by veneerctl only
+const kUnsaid = ["min_width_mm", "min_size_mm", "edge_mm", "dpi"];  // of a plan, by veneerctl only
 // Where the value is named behind the option, as in `--layout morph`.
 const kChoices = {layout: {grid: "layout.grid", morph: "layout.morph", mosaic: "layout.mosaic", segmentation: "layout.segmentation"}, optimize: {greedy: "care.quick", global: "care.global"}, marks: {place: "marks.place", short: "marks.short"}};
 

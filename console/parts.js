@@ -80,7 +80,8 @@ export function jobWords(job) {
   const current = model.cell && model.cell.job && model.cell.job.id === job.id;
   const {cut, suspect} = current ? model.cell.job : job;
   const now = current ? model.cell.job.now : job.now;
-  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", now ? cellSays(now) : t(`job.${job.state}`), t("job.cut", {cut, n: job.pieces})];
+  const waits = !now && job.queue_place && model.jobs.filter((one) => one.queue_place).length > 1;
+  const words = [t("job.number", {n: job.id}), waits && t("job.queue", {n: job.queue_place}), job.archived ? t("job.archived") : "", now ? cellSays(now) : t(`job.${job.state}`), t("job.cut", {cut, n: job.pieces})];
   if (suspect) words.push(`▲ ${t("job.suspect", {n: suspect})}`);
   if (job.state === "incomplete") words.push(`▲ ${t("job.missing", {n: job.missing})}`);
   return words.filter(Boolean).flatMap((word, at) => (at ? [", ", word] : [word]));

@@ -10,8 +10,6 @@ const kEveryMs = 2000, kStaleMs = 10000;
 const kNoneMs = 20000;      // where there is no picture to be had now
 const kLookStaysMs = 8000;  // what a look has outlined is to be read
 const kSeenMs = 1500;       // screens are drawn twice a second
-// The head rests, and the unit does not look by itself. The cell says so too, but a refusal each time would fill logs.
-const kWatchable = ["Stopped", "Idle", "Complete", "Aborted", "Held"];
 
 const shown = {url: "", of: "", at: 0, since: 0};  // at: when it was taken, in ms of performance.now(); 0: nobody knows
 let before = "";         // its successor may still be on its way to the screen
@@ -67,7 +65,7 @@ async function go() {
   if (goes) return;
   goes = true;
   while (isSeen()) {
-    const may = model.cell && kWatchable.includes(model.cell.state) && !lookCame();
+    const may = model.cell && model.cell.may_be_watched && !lookCame();
     await pause(may ? await fetchGlance() : kEveryMs);
   }
   goes = false;

@@ -155,7 +155,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   const AccountServices sign_in{accounts, passwords, throttle, links, [&] { return console_url; }, log};
   IdempotencyKeys keys(real_clock);
   router.remember_in(keys);
-  router.on_change([&c](const Router::Change& change) { c.audit(change); });
+  router.on_change([&c](const Router::Change& change) { c.changes->note(change); });
   SystemdNotifier notifier;
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
   OrderlyEnd end(reactor, c);

@@ -111,8 +111,8 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
     devices.scanner = std::make_unique<sim::SimScanner>(config.sim.socket.string());
   else if (config.scanner.kind == "sane")
     devices.scanner = std::make_unique<SaneScanner>(
-        std::make_unique<WorkerProcesses>(worker_process_options(config), log), config.scanner, config.store.data_dir,
-        std::chrono::seconds(config.workers.scan_limit_s));
+        std::make_unique<WorkerProcesses>(worker_process_options(config), log), config.scanner, config.laser.port,
+        config.store.data_dir, std::chrono::seconds(config.workers.scan_limit_s));
   else
     devices.scanner = std::make_unique<FileScanner>(config.scanner.device);
 

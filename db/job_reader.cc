@@ -180,24 +180,29 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit, bool archi
   });
 }
 
+std::vector<JobWork> jobs_with_work(SQLite::Database& connection) {
+  // At most one allocation of a piece is neither released nor scrap, and it is the newest.
+  SQLite::Statement rows(
+      connection,
+      "SELECT j.id, j.name, j.state, w.state, w.pieces FROM (SELECT job, state, count(*) AS pieces "
+      "FROM allocations WHERE state IN ('reserved', 'cutting', 'suspect') GROUP BY job, state) AS w "
+      "JOIN jobs AS j ON j.id = w.job LEFT JOIN json_each((SELECT jobs FROM queue_orders ORDER BY id DESC LIMIT 1)) AS "
+      "q ON q.value = j.id WHERE coalesce((SELECT archived FROM archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), "
+      "0) = 0 ORDER BY q.key IS NULL, q.key, j.id");
+  std::vector<JobWork> out;
+  while (rows.executeStep()) {
+    const JobId job{rows.getColumn(0).getInt64()};
+    if (out.empty() || out.back().id != job)
+      out.push_back({job, text(rows.getColumn(1)), job_state_of(text(rows.getColumn(2)))});
+    const bool suspect = piece_state_of(text(rows.getColumn(3))) == PieceState::kSuspect;
+    (suspect ? out.back().suspect : out.back().open) += rows.getColumn(4).getInt();
+  }
+  return out;
+}
+
 Result<std::vector<JobWork>> JobStore::with_work() {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobWork>> {
-    // At most one allocation of a piece is neither released nor scrap, and it is the newest.
-    SQLite::Statement rows(
-        connection,
-        "SELECT j.id, j.name, j.state, w.state, w.pieces FROM (SELECT job, state, count(*) AS pieces "
-        "FROM allocations WHERE state IN ('reserved', 'cutting', 'suspect') GROUP BY job, state) AS w "
-        "JOIN jobs AS j ON j.id = w.job WHERE coalesce((SELECT archived FROM archivings WHERE job = "
-        "j.id ORDER BY id DESC LIMIT 1), 0) = 0 ORDER BY j.id");
-    std::vector<JobWork> out;
-    while (rows.executeStep()) {
-      const JobId job{rows.getColumn(0).getInt64()};
-      if (out.empty() || out.back().id != job)
-        out.push_back({job, text(rows.getColumn(1)), job_state_of(text(rows.getColumn(2)))});
-      const bool suspect = piece_state_of(text(rows.getColumn(3))) == PieceState::kSuspect;
-      (suspect ? out.back().suspect : out.back().open) += rows.getColumn(4).getInt();
-    }
-    return out;
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<JobWork>> {
+    return jobs_with_work(connection);
   });
 }
 

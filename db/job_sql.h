@@ -1,5 +1,5 @@
-// Steps that job_store.cc shares with job_reader.cc, settling.cc, proofs.cc and aborts.cc. Private to db; these throw
-// SQLite::Exception.
+// Steps that job_store.cc shares with job_reader.cc, queue.cc, settling.cc, proofs.cc and aborts.cc. Private to db;
+// these throw SQLite::Exception.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "db/job_store.h"
 
@@ -39,6 +40,7 @@ int open_pieces(SQLite::Database& connection, JobId job);  // reserved, being cu
 // kConflict, or kNotFound: it is in another state than the one from which it becomes `to`.
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to);
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece);
+std::vector<JobWork> jobs_with_work(SQLite::Database& connection);  // as JobStore::with_work()
 // What a person said of a piece.
 struct SaidOfPiece {
   AllocationState verdict;

@@ -272,6 +272,13 @@ class JobStore {
   // that were in sight.
   Result<std::vector<JobId>> archive_done(const std::string& at, const std::string& who = {});
 
+  // The queue: jobs in sight with pieces to cut, as they stand. `job` is put right before `other`, or behind all
+  // others. One that comes later stands behind those that stood there then. Gives the queue as it is now; where nothing
+  // changes, nothing is noted. kConflict: one of the two has no piece to cut. kInvalidArgument: they are the same.
+  Result<std::vector<JobId>> put_before(JobId job, std::optional<JobId> other, const std::string& who,
+                                        const std::string& at);
+  Result<std::vector<JobId>> queue();
+
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
   // complete), and what was so broken off, or was under way, is to be cleared, in one transaction.
   Result<Recovery> recover(const std::string& at);
@@ -291,8 +298,8 @@ class JobStore {
   Result<std::vector<JobRecord>> list();  // in order of id
   // At most `limit` of them, behind `after`; `archived`: those too.
   Result<std::vector<JobRecord>> list(JobId after, int limit, bool archived = true);
-  // Those in sight with pieces that are reserved, being cut or suspect, in order of id. Of an index alone, however many
-  // pieces there are.
+  // Those in sight with pieces that are reserved, being cut or suspect, in the order in which they are to be cut. Of an
+  // index alone, however many pieces there are.
   Result<std::vector<JobWork>> with_work();
   // Those in sight of which pieces are missing and none is left to cut or to settle, in order of id: aborted, stopped,
   // and complete ones of which wood was lost (not those that never found all). Cheap, too.

@@ -122,7 +122,7 @@ struct LaserStatus {
   std::string firmware;
   LaserOverrides overrides;         // as the machine told last
   LaserOverrides overrides_wanted;  // as asked for last; the machine gets there step by step
-  // Nothing when the machine does not tell: no lid switch is wired to its controller.
+  // Nothing while the machine has told of no lid switch; some tell of one only when the lid is opened.
   std::optional<bool> lid_open;
   std::string why_not_connected;  // "" when connected, or when nobody has asked for it yet
   // How often the lid was opened, as far as the machine told, since this driver was made. An opening between two

@@ -106,6 +106,10 @@ struct KeptLayout {
   bool is_free = false;  // its patches have no rows and columns
 };
 
+// What a stop request makes of a plan. kCancel: none, but kCancelled. kBestSoFar, once every patch has chosen in turn:
+// the best that is whole by then (GlobalReport::stopped); warnings name what was not done to the end.
+enum class OnStop { kCancel, kBestSoFar };
+
 // Defaults are the paper's Table 1.
 struct PlanOptions {
   LayoutKind layout = LayoutKind::kGrid;
@@ -185,7 +189,7 @@ struct PlanOptions {
   Millimetres margin_and_web() const { return position_margin + web / 2; }
 };
 
-// Where else a piece could be cut from wood that the plan leaves free.
+// Where else a piece could be cut from, of wood that the plan leaves free.
 struct Alternative {
   Placement placement;
   double cost = 0;
@@ -393,14 +397,13 @@ class SharedWork;   // shared_work.h
 // rest stays unfilled and the plan is still a success.
 //
 // kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, a patch
-// is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request;
-// Optimize::kGlobal that has greedy's plan already gives the best that it has settled for (global_plan.h), and no
-// alternatives; pieces that are to be turned finely stay as they are from then on.
+// is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request,
+// unless `on_stop` asks for the best so far and there is a plan.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 // `shared` spares several plans of the same wood and pictures the same work.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
                        const Progress& progress = {}, const std::stop_token& stop = {}, PlanJournal* journal = nullptr,
-                       SharedWork* shared = nullptr);
+                       SharedWork* shared = nullptr, OnStop on_stop = OnStop::kCancel);
 
 }  // namespace veneer::planner

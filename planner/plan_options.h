@@ -44,7 +44,7 @@ inline constexpr std::array kNamedOptions = {
                 "In the end, turn and shift each piece a little, to angles between those that were tried"},
     NamedOption{"refine", OptionKind::kWord,
                 "Borders between pieces: none (straight) or dp (cut along the picture once wood is chosen)"},
-    NamedOption{"curves", OptionKind::kWord, "Curved borders: g0 (may turn at joints) or g1 (smooth)"},
+    NamedOption{"curves", OptionKind::kWord, "Curved borders: g0 (may turn where they meet) or g1 (smooth)"},
     NamedOption{"overlap_mm", OptionKind::kNumber,
                 "How far refined pieces may grow over their borders, in millimetres; 0: three eighths of a patch"},
     NamedOption{"min_width_mm", OptionKind::kNumber,
@@ -85,7 +85,7 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"optimize_iterations", OptionKind::kWhole,
                 "Stop the global choice after this many iterations; 0: when it is done"},
     NamedOption{"alternatives", OptionKind::kWhole,
-                "How many other places to list for each piece in the plan, at most"},
+                "How many alternatives to list for each piece in the plan, at most: other places to cut it from"},
     NamedOption{"marks", OptionKind::kWord,
                 "What pieces are marked with: place (row and column, or the number in reading order) or short (one to "
                 "four signs in reading order, larger or on smaller pieces)"},

@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "planner/boundaries/refinement.h"
+#include "planner/edits/alternatives.h"
 #include "planner/edits/kept_pieces.h"
-#include "planner/edits/other_places.h"
 #include "planner/files/plan_journal.h"
 #include "planner/global/global_plan.h"
 #include "planner/greedy/adaptive.h"
@@ -186,11 +186,11 @@ std::vector<Partition> layouts_of(const Problem& problem, const PlanOptions& opt
   return out;
 }
 
-// To pieces as add_pieces() adds them; see other_places().
+// To pieces as add_pieces() adds them; see find_alternatives().
 Status add_alternatives(std::span<const StockPanel> stock, const Problem& problem, Matcher& matcher,
                         const PatchPlacements& placements, std::size_t taken, const PlanOptions& options, int threads,
                         const std::stop_token& stop, Plan& plan) {
-  auto places = other_places(stock, problem, matcher, placements, taken, options.alternatives, threads, stop);
+  auto places = find_alternatives(stock, problem, matcher, placements, taken, options.alternatives, threads, stop);
   if (!places.ok()) return places.error();
   const std::vector<std::size_t> order = reading_order(problem);
   for (std::size_t i = 0; i < order.size(); ++i) plan.pieces[i].alternatives = std::move((*places)[order[i]]);
@@ -272,8 +272,8 @@ void note_merged_areas(const SegmentationReport& report, std::span<const Artwork
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress, const std::stop_token& stop, PlanJournal* journal,
-                       SharedWork* shared) {
+                       const Progress& progress, const std::stop_token& stop, PlanJournal* journal, SharedWork* shared,
+                       OnStop on_stop) {
   constexpr double kIndexShare = 0.1;
   const double refine_share = options.refine == Refine::kNone ? 0 : options.rematch > 0 ? 0.6 : 0.3;
   const double fine_share = options.fine_rotation ? 0.1 * (1 - refine_share) : 0;
@@ -344,46 +344,50 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     if (const Status open = take_anew(*matcher, *problem, patches, threads, stop); !open.ok()) return open.error();
   if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {
     const double done = kIndexShare + greedy_share;
-    GlobalOutcome global = plan_globally(
+    Result<GlobalOutcome> global = plan_globally(
         *problem, *matcher, *chosen, options, threads,
         [&](double share, const std::string& text) { report(done + (placed_share - fine_share - done) * share, text); },
-        stop, journal, &kept_use);
-    patches = std::move(global.patches);
-    plan.global = global.report;
-    if (global.refused) refused = *global.refused;
+        stop, journal, &kept_use, on_stop);
+    if (!global.ok()) return global.error();
+    patches = std::move(global->patches);
+    plan.global = global->report;
+    if (global->refused) refused = *global->refused;
   }
   plan.seconds.match = match_start.seconds();
   if (options.fine_rotation) {
     const Stopwatch fine_start;
     report(placed_share - fine_share, "turning pieces finely");
-    FineOutcome fine = turn_finely(
+    Result<FineOutcome> fine = turn_finely(
         *problem, *matcher, std::move(patches), threads,
-        [&](double share) { report(placed_share - fine_share * (1 - share), "turning pieces finely"); }, stop, journal);
-    if (stop.stop_requested()) {
-      if (!plan.global) return cancelled();
-      plan.warnings.emplace_back("not all pieces are turned finely, because planning was stopped");
-    }
-    patches = std::move(fine.patches);
-    plan.fine = fine.report;
+        [&](double share) { report(placed_share - fine_share * (1 - share), "turning pieces finely"); }, stop, journal,
+        on_stop);
+    if (!fine.ok()) return fine.error();
+    if (fine->stopped) plan.warnings.emplace_back("not all pieces are turned finely, because planning was stopped");
+    patches = std::move(fine->patches);
+    plan.fine = fine->report;
     plan.seconds.refine = fine_start.seconds();
   }
   Refinement refined;
   if (options.refine != Refine::kNone && !problem->queue.empty()) {
     const Stopwatch refine_start;
     report(placed_share, "refining borders");
-    refined = refine_boundaries(
+    Result<Refinement> cut = refine_boundaries(
         *problem, *matcher, std::move(patches), options, threads,
-        [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop);
-    if (refined.stopped) {
-      if (!plan.global) return cancelled();
-      plan.warnings.emplace_back("borders are not refined to the end, because planning was stopped");
-    }
+        [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop, on_stop);
+    if (!cut.ok()) return cut.error();
+    refined = *std::move(cut);
+    if (refined.stopped) plan.warnings.emplace_back("borders are not refined to the end, because planning was stopped");
     patches = std::move(refined.patches);
     plan.refined = std::move(refined.report);
     plan.refined->seconds = refine_start.seconds();
     plan.seconds.refine += plan.refined->seconds;
   }
-  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, refused, stop);
+  Result<std::optional<Shortage>> shortage = shortage_of(*problem, *matcher, patches, options.patch, refused, stop);
+  if (!shortage.ok()) {
+    if (on_stop == OnStop::kCancel) return shortage.error();
+    shortage = missing_wood(*problem, patches);
+    plan.warnings.emplace_back("what wood is left is not told, because planning was stopped");
+  }
   Status listed;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
   if (options.alternatives > 0 && (plan.global || plan.fine))
     listed = take_anew(*matcher, *problem, patches, threads, stop);
@@ -395,16 +399,16 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.layouts = in_reading_order(*problem, refined);
   else if (has_layouts(*problem, options))
     plan.layouts = layouts_of(*problem, options, plan);
-  plan.shortage = shortage;
+  plan.shortage = *std::move(shortage);
   note_material_shares(artworks, stock, *problem, options, patches, refused, plan);
   for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   note_unfit_pieces(options, threads, plan);
   if (options.alternatives > 0) {
     if (listed.ok())
       listed = add_alternatives(stock, *problem, *matcher, patches, searched, options, threads, stop, plan);
-    // The plan itself is whole: it is not thrown away for want of a list.
+    if (!listed.ok() && on_stop == OnStop::kCancel) return listed.error();
     if (!listed.ok())
-      plan.warnings.emplace_back("other places for the pieces are not listed, because planning was stopped");
+      plan.warnings.emplace_back("no alternatives of the pieces are listed, because planning was stopped");
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (shared != nullptr && listed.ok()) shared->keep(std::move(matcher), *problem, options);

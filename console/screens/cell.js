@@ -55,17 +55,25 @@ function workGoingOn() {
   return running.length ? card(t("work"), h("ul.list", {}, ...running.map((task) => taskRow(task)))) : null;
 }
 
+// The controller's own word, with what it says more of it: `Hold:0`. One that is not known stays as it is.
+function controllerSays(state) {
+  const [word, more] = state.split(":"), key = `laser.says.${word}`, known = t(key);
+  if (known === key) return h("span", {lang: "en"}, state);
+  return more ? `${known} (${more})` : known;
+}
+
 function machine(cell) {
   const laser = cell.laser || {};
   const rows = [];
-  const words = [laser.state, laser.connected && laser.homed === false ? t("laser.not_homed") : ""].filter(Boolean).join(", ");
-  rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
+  const place = laser.homed === false ? t("laser.not_homed") : laser.homed && laser.finds_home === false ? t("laser.no_switches") : "";
+  const words = [laser.state && controllerSays(laser.state), laser.connected && place].filter(Boolean).flatMap((word, n) => (n ? [", ", word] : [word]));
+  rows.push(laser.connected ? fact(t("laser"), words.length ? words : t("laser.connected"))
                             : fact(t("laser"), cellSays(laser.why_not_connected) || t("laser.none"), Boolean(laser.why_not_connected)));
   if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
   if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
   if (laser.set_by === "choice") rows.push(fact(t("laser.chosen"), [t(`kind.${laser.kind}`), laser.port].filter(Boolean).join(", ")));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
-  if (turned.length) rows.push(fact(t("overrides"), turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
+  if (turned.length) rows.push(fact(t("overrides"), turned.map(([what, percent]) => `${t(`override.${what}`)} ${percent} %`).join(", "), true));
   if (Array.isArray(laser.position_mm)) rows.push(fact(t("head"), `${laser.position_mm.map((v) => v.toFixed(1)).join(" / ")} mm`));
   if (laser.firmware) rows.push(fact(t("firmware"), laser.firmware));
   return card(t("machine"), facts(...rows));

@@ -2,7 +2,7 @@
 import {h} from "../dom.js";
 import {asSentence, dayTime, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
-import {changed, loadJobs, mayChange, model} from "../model.js";
+import {changed, inCuttingOrder, loadJobs, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, fact, facts, cellSays, jobWords, link} from "../parts.js";
 import {picture} from "../pictures.js";
@@ -21,7 +21,7 @@ export function enter() {
 
 export function draw(id) {
   if (id) return oneJob(Number(id));
-  return card(t("history.jobs"), !model.jobs.length && empty(t("jobs.none")), h("ul.list", {}, ...model.jobs.slice().reverse().map((job) => h("li", {"data-key": job.id},
+  return card(t("history.jobs"), !model.jobs.length && empty(t("jobs.none")), h("ul.list", {}, ...inCuttingOrder(model.jobs).map((job) => h("li", {"data-key": job.id},
     picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, class: "wood", whenSeen: true}),
     h("div", {}, link(`#history/${job.id}`, job.name), h("div", {}, jobWords(job)), h("div.dim", {}, dayTime(job.created)))))));
 }

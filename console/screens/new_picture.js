@@ -16,12 +16,12 @@ const blank = () => ({
   name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   wide: 1, high: 1, across: .5, down: .5,  // which part of the picture: its sides, and where it lies in what is left of the picture's
   crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
-  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, elsewhere: false,
+  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, w_grain: 0, optimize: "greedy", refine: false, elsewhere: false,
   panels: new Set(), remnants: "", triangles: false, rematch: "0", marks: "place",
   cell_aspect: 1, limits: new Map(),  // of a mosaic's cells; the share of the picture that a wood may take at most
 });
 const wanted = blank();
-const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
+const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut", "grain"];
 const begun = [];   // tasks of this tab, the newest first
 // picture_brush.js, grid_lines.js, cell_curves.js, crop_frame.js and drafts.js, which the first view of the page does without
 let brush = null, grid = null, cells = null, frame = null, drafts = null;
@@ -132,6 +132,9 @@ function lengthsSaid() {
   const bad = firstFault(...Object.keys(kSizes).map((name) => ({label: t(kNumbers[name].label), text: wanted[name], rules: kNumbers[name]})));
   return h("p.lengths-said", {id: "lengths-said", role: "status", class: bad ? "number-fault" : "dim"}, bad ? `▲ ${faultWords(bad)}` : t("picture.sizes"));
 }
+
+// Grain counts only where pieces do not choose in turn.
+const isChosenTogether = () => wanted.optimize === "global" || (wanted.refine && numberOf(wanted.rematch) > 0);
 
 const slider = (name, label, {max = 1, value = wanted[name], act = (to) => take(name, to)} = {}) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * value)} %`),
   h("input", {type: "range", min: 0, max, step: .05, value: String(value), "aria-label": label, id: `slide-${name}`, oninput: (event) => act(Number(event.target.value))}));
@@ -385,7 +388,8 @@ function formCard() {
       wanted.refine && limits().length > 0 && h("p.warn", {id: "limits-idle"}, `▲ ${t("limits.idle")}`),
       tick("elsewhere", t("picture.elsewhere"), "picture-elsewhere"),
       h("details", {}, h("summary", {}, t("picture.weights")),
-        ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
+        ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`))),
+        wanted.w_grain > 0 && !isChosenTogether() && h("p.warn", {id: "grain-idle"}, `▲ ${t("w.grain.idle", {care: t("picture.care"), global: t("care.global")})}`)),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
         chips(woods, wanted.wood), limitControls(), number("max_panels", {id: "picture-panels"})),

@@ -11,7 +11,7 @@ import {isShown, kLayers} from "./panel_layers.js";
 import {leasesOn} from "./leases.js";
 import {stockCard, versionsCard} from "./panel_versions.js";
 import {beginFacts, saidCard} from "./panel_facts.js";
-import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel_brush.js";
+import {beginBrush, brushOn, brushTools, paintedCard, putBrushAway, strokesLeft} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
 let map = null;      // the open map
@@ -26,11 +26,11 @@ export function enterPanel(id, piece) {
   mapOf = noMap = "";
   beginBrush(id);
   beginFacts();
-  if (apart.part) apart.part.enterApart();
+  if (apart.part) { apart.part.enterApart(); apart.part.enterOutline(); }
   apart.ask();
 }
 
-const apart = later(() => import("./panel_apart.js"));
+const apart = later(() => Promise.all([import("./panel_apart.js"), import("./panel_outline.js")]).then((parts) => Object.assign({}, ...parts)));
 
 // Asked for anew whenever the list says that the panel is another one, and when something was said of any: of its wood,
 // its shelf or its treatment the list need not tell.
@@ -47,7 +47,7 @@ async function load() {
     const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
-    if (map) map.zones(panel.zones);
+    if (map) { map.zones(panel.zones); map.fiducials(panel.fiducials || []); }
     if (map && before && before.mask_version !== panel.mask_version) { map.renewFree(); map.renewScan(); }
     if (shown.piece) look(shown.piece);
   } catch (fault) {
@@ -85,6 +85,7 @@ export function panelDrawn(place, id) {
     changed();
     map.show(shown.allocations);
     map.zones(shown.panel.zones);
+    map.fiducials(shown.panel.fiducials || []);
     if (shown.piece) map.choose(shown.piece);
   }, (fault) => {
     const isHere = () => mapOf === id && canvas.isConnected;
@@ -106,7 +107,8 @@ export function drawPanel(id) {
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         noMap && h("p.fault", {id: "no-map", role: "alert"}, "▲ ", tWith("map.none", "why", noMap)),
-        panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
+        panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version, () => { if (apart.part) apart.part.putOutlineAway(); }),
+        !panel.retired && apart.part && apart.part.outlineTools(map, panel, putBrushAway),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
       h("div.column", {}, apart.part && apart.part.sawnCard(panel), passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart.comes(), apart.part && [apart.part.fitCard(panel), ...apart.part.apartCards(panel)], stockCard(panel))),

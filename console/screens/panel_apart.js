@@ -5,6 +5,7 @@ import {askAll, kAgainMs} from "../link.js";
 import {changed, followEvent, loadPanels, mayChange, model} from "../model.js";
 import {command, isSure} from "../commands.js";
 import {button, card, empty, fact, facts, cellSays, link} from "../parts.js";
+import {fiducialName, offWords} from "./fiducial_words.js";
 
 const code = encodeURIComponent;
 let of = "", reason = "", merged = "";
@@ -118,13 +119,19 @@ const marksOf = (panel, face) => {
   return [t("fit.tags", {n: on("tag")}), on("hole") > 0 && t("fit.holes", {n: on("hole")})].filter(Boolean).join(", ");
 };
 
+// Those that lie farthest off first, and those of which nobody knows last.
+const farFirst = (a, b) => (b.off_mm ?? -1) - (a.off_mm ?? -1);
+const eachMark = (panel, face) => (panel.fiducials || []).filter((one) => one.face === face).sort(farFirst)
+  .map((one) => h("li", {class: one.over_limit ? "warn" : ""}, `${fiducialName(one)}: ${offWords(one)}`));
+
 // The newest first.
 export function fitCard(panel) {
   begin(panel);
   loadScans(panel);
   const count = scans ? ` (${scans.length})` : "";
   return h("details.card", {"data-key": `fit-${panel.id}`, ontoggle: (event) => { unfolded = event.target.open; changed(); }}, h("summary", {}, `${t("fit")}${count}`), h("p.dim", {}, t("fit.about")),
-    facts(...panel.faces.map((face) => fact(t("fit.marks", {face: t(`face.${face}`)}), marksOf(panel, face)))),
+    facts(...panel.faces.map((face) => fact(t("fit.marks", {face: t(`face.${face}`)}), marksOf(panel, face), (panel.fiducials || []).some((one) => one.face === face && one.over_limit)))),
+    ...panel.faces.map((face) => [eachMark(panel, face), face]).filter(([each]) => each.length > 0).map(([each, face]) => h("ul.marks", {"data-marks": face, "aria-label": t("fit.marks", {face: t(`face.${face}`)})}, ...each)),
     fault && h("p.fault", {id: "fit-fault", role: "alert"}, "▲ ", cellSays(asSentence(fault))),
     scans ? h("ul.list", {}, ...scans.slice().reverse().map((one) => h("li", {"data-key": one.id},
       h("div", {}, h("b", {}, t("fit.scan", {n: one.id, face: t(`face.${one.face}`)})), h("div.dim", {}, `${dayTime(one.taken)}, ${fitOf(one)}`))))) : !fault && empty(t("fit.coming")));

@@ -133,15 +133,21 @@ export function strokesLeft() {
     h("div.commands", {}, button(t("brush.drop"), () => { sheet.strokes = []; show(sheet); }, {id: "brush-drop", disabled: sheet.busy})));
 }
 
-// Below the map: the brush, and what was painted. `version`: of the mask, as the panel was read.
-export function brushTools(ready, version) {
+export function putBrushAway() {
+  on = false;
+  hold();
+}
+
+// Below the map: the brush, and what was painted. `version`: of the mask, as the panel was read; `taken` is called when this takes
+// the map's hand from others.
+export function brushTools(ready, version, taken) {
   const sheet = sheetOf(of);
   if (version > sheet.seen) { sheet.seen = version; hold(); }
   const {strokes, busy} = sheet, moved = isMoved(sheet);
   const may = ready && mayChange() && !busy;
   const choice = (label, is, act, more = {}) => h("button", {type: "button", "aria-pressed": String(is), onclick: set(act), ...more}, label);
   return h("div.brush", {"data-key": "brush"},
-    h("div.commands", {}, button(t(on ? "brush.off" : "brush.on"), set(() => { on = !on; if (on && map) map.layer("free", true); }), {wide: true, id: "brush", disabled: !ready || (!on && !mayChange()), "aria-pressed": String(on)})),
+    h("div.commands", {}, button(t(on ? "brush.off" : "brush.on"), set(() => { on = !on; if (on) taken(); if (on && map) map.layer("free", true); }), {wide: true, id: "brush", disabled: !ready || (!on && !mayChange()), "aria-pressed": String(on)})),
     moved && h("p.warn", {role: "status"}, `▲ ${t("brush.moved", {painted: sheet.version, now: sheet.seen})}`),
     on && !moved && [
       h("p.dim", {role: "status", id: "brush-said"}, said),

@@ -6,6 +6,7 @@ import {t} from "../words.js";
 import {pictureUrl} from "../pictures.js";
 import {brushKey} from "../brush_keys.js";
 import {tilesOver} from "../map_tiles.js";
+import {fiducialWords} from "./fiducial_words.js";
 import {hiddenLayers, isShown, kLayers} from "./panel_layers.js";
 
 const kFirstWidth = 1600;  // px, of the scan
@@ -33,7 +34,8 @@ async function library() {
 }
 
 // Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
-// choose(piece), layer(name, shown), zones(zones), zone(number), renewFree(), renewScan(), brush(how), strokes(list), close()}
+// choose(piece), layer(name, shown), fiducials(list), zones(zones), zone(number), renewFree(), renewScan(), brush(how), strokes(list),
+// outline(how), corners(list), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
   place.setAttribute("role", "application");  // its keys are its own
@@ -82,13 +84,23 @@ export async function openMap(place, panel, onPiece) {
   layers.free.on("add", freeWood);
   if (isShown("free")) freeWood();
 
-  for (const fiducial of panel.fiducials || []) {
-    const name = fiducial.kind === "tag" ? `${fiducial.tag_id}` : "○";
-    const marker = fiducial.kind === "tag" && fiducial.corners_mm.length === 4
-        ? L.polygon(fiducial.corners_mm.map(at), {color: "#005f46", weight: 3, fillOpacity: .1, dashArray: fiducial.face === "back" ? "3 5" : null})
-        : L.circleMarker(at(fiducial.centre_mm), {radius: 6, color: "#005f46", weight: 3, fillOpacity: 0});
-    layers.fiducials.addLayer(marker.bindTooltip(words(`${name}, ${t(`face.${fiducial.face}`)}`)));
+  // One that lies too far off has a label that stays, so that nobody has to look for it.
+  let fiducialsOf = "";
+  function drawFiducials(list) {
+    if (fiducialsOf === JSON.stringify(list)) return;  // or what somebody reads would go and come
+    fiducialsOf = JSON.stringify(list);
+    layers.fiducials.clearLayers();
+    for (const fiducial of list) {
+      const look = fiducial.over_limit ? {color: "#b00000", weight: 6} : {color: "#005f46", weight: 3};
+      const marker = fiducial.kind === "tag" && fiducial.corners_mm.length === 4
+          ? L.polygon(fiducial.corners_mm.map(at), {...look, fillOpacity: .1, dashArray: fiducial.face === "back" ? "3 5" : null})
+          : L.circleMarker(at(fiducial.centre_mm), {...look, radius: 6, fillOpacity: 0});
+      layers.fiducials.addLayer(marker.bindTooltip(words(fiducialWords(fiducial))));
+      if (fiducial.over_limit)
+        layers.fiducials.addLayer(L.tooltip({permanent: true, direction: "auto", offset: [8, 0], className: "over-limit"}).setLatLng(at(fiducial.centre_mm)).setContent(words(`▲ ${fiducial.tag_id ?? "○"}: ${fiducial.off_mm.toFixed(2)} mm`)));
+    }
   }
+  drawFiducials(panel.fiducials || []);
   let strips = [], strip = null;  // strip: the one that is shown
   const outlineOf = (zone) => L.polygon(zone.shape_mm.map((ring) => ring.map(at)), {color: "#5a2ca0", weight: 2, fillOpacity: .05});
 
@@ -115,6 +127,17 @@ export async function openMap(place, panel, onPiece) {
   };
   const hand = brushHand(place, map, {wide: panel.width_mm, high: panel.height_mm, markCross}, drawStroke, () => { const lines = strokeLayer.getLayers(); if (lines.length) strokeLayer.removeLayer(lines[lines.length - 1]); });
 
+  // The outline that somebody draws, corner by corner; the last one is the largest.
+  const outlineLayer = L.layerGroup().addTo(map);
+  function drawCorners(corners) {
+    outlineLayer.clearLayers();
+    if (!corners.length) return;
+    const line = corners.map(at), look = {color: "#5a2ca0", weight: 4, dashArray: "8 6", interactive: false};
+    outlineLayer.addLayer(corners.length > 2 ? L.polygon(line, {...look, fillOpacity: .15}) : L.polyline(line, look));
+    line.forEach((corner, n) => outlineLayer.addLayer(L.circleMarker(corner, {radius: n + 1 === line.length ? 9 : 5, color: "#ffffff", weight: 2, fillColor: "#5a2ca0", fillOpacity: 1, interactive: false})));
+  }
+  const outlining = cornerHand(place, map, {wide: panel.width_mm, high: panel.height_mm, markCross});
+
   const drawn = new Map();  // polygons by piece
   let chosen = null;
   return {
@@ -127,7 +150,7 @@ export async function openMap(place, panel, onPiece) {
         const [layer, look] = kStates[one.state];
         const rings = one.outline_mm && one.outline_mm.length > 2 ? [one.outline_mm.map(at)] : (one.allocation_mm || []).map((ring) => ring.map(at));
         const polygon = L.polygon(rings, {weight: 2, ...look}).bindTooltip(words([one.mark, t(`state.${one.state}`)].filter(Boolean).join(", ")));
-        polygon.on("click", () => { if (!hand.paints()) onPiece(one); });
+        polygon.on("click", () => { if (!hand.paints() && !outlining.draws()) onPiece(one); });
         drawn.set(one.piece || `none-${number}`, polygon);
         layers[layer].addLayer(polygon);
         polygon.usual_ = {weight: 2, ...look};
@@ -145,6 +168,7 @@ export async function openMap(place, panel, onPiece) {
       if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
       if (shown) layers[name].addTo(map); else layers[name].remove();
     },
+    fiducials: drawFiducials,
     zones(zones) {
       strips = zones.filter((zone) => Array.isArray(zone.shape_mm) && zone.shape_mm.length > 0);
       layers.zones.clearLayers();
@@ -159,6 +183,8 @@ export async function openMap(place, panel, onPiece) {
     renewFree() { ++freeOf; layers.free.clearLayers(); if (isShown("free")) freeWood(); },
     renewScan() { lay(); tiles.renew(); },
     brush: hand.take,
+    outline: outlining.take,
+    corners: drawCorners,
     strokes(list) { strokeLayer.clearLayers(); list.forEach(drawStroke); },
     close() { closed = true; tiles.close(); map.remove(); urls.forEach(drop); },
   };
@@ -267,6 +293,46 @@ function brushHand(place, map, {wide, high, markCross}, drawStroke, dropStroke) 
         if (wanted) place.setAttribute("aria-describedby", "brush-keys"); else place.removeAttribute("aria-describedby");
       }
       if (!wanted) { drop(); cross = null; markCross(null); }
+      how = wanted;
+    },
+  };
+}
+
+// Taps set corners while an outline is drawn, and a finger that goes on moves the map as ever; a tap beside the panel is one on its edge.
+// By keyboard a crosshair does it: arrows move it, with Shift in small steps, Space sets a corner, Delete takes the last one back.
+// -> {take(how), draws()}; how: {onCorner, onBack, onCross} or null. onCorner is given a place, onCross where the crosshair stands.
+function cornerHand(place, map, {wide, high, markCross}) {
+  const kStepMm = 5, kSmallStepMm = .5;
+  let how = null, cross = null;
+  const within = (point) => point.map((mm, i) => Math.round(100 * Math.min(i ? high : wide, Math.max(0, mm))) / 100);
+  const away = () => { cross = null; markCross(null); };
+
+  map.on("click", ({latlng: {lat, lng}}) => {
+    if (!how) return;
+    away();
+    how.onCorner(within([lng, lat]));
+  });
+  place.addEventListener("keydown", (event) => {
+    if (!how || event.target !== place) return;
+    if (["Delete", "Backspace"].includes(event.key)) { event.preventDefault(); how.onBack(); return; }
+    const key = brushKey(event);
+    if (!key) return;
+    const {lat, lng} = map.getCenter(), step = event.shiftKey ? kSmallStepMm : kStepMm, [x, y] = cross || [lng, lat];
+    cross = within([x + key.across * step, y - key.down * step]);
+    markCross(cross);
+    if (event.key === " ") how.onCorner(cross); else how.onCross(cross);
+  });
+  place.addEventListener("blur", () => { if (how) away(); });
+
+  return {
+    draws: () => how !== null,
+    take(wanted) {
+      if (Boolean(how) !== Boolean(wanted)) {
+        for (const part of ["boxZoom", "doubleClickZoom", "keyboard"]) if (map[part]) map[part][wanted ? "disable" : "enable"]();
+        place.classList.toggle("outlining", Boolean(wanted));
+        if (wanted) place.setAttribute("aria-describedby", "outline-keys"); else place.removeAttribute("aria-describedby");
+        away();
+      }
       how = wanted;
     },
   };

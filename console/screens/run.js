@@ -3,7 +3,7 @@
 import {h, svg} from "../dom.js";
 import {asSentence, span, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";
-import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
+import {changed, databaseSound, inCuttingOrder, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, clearing, command, confirmName, confirmedNames, give, isConfirmed, leadTo, mayClear, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
 import {bar, button, card, empty, fact, facts, cellSays, jobWords, nowWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
@@ -24,7 +24,11 @@ export function draw() {
     h("div.column", {"aria-label": t("job")}, jobCard(), ...pieceCards(), jobsCard()));
 }
 
-export const drawn = (place) => { if (model.cell) drawJobMap(place); };
+export function drawn(place) {
+  if (!model.cell) return;
+  drawJobMap(place);
+  focusMoved(place);
+}
 
 // ---- the panel ------------------------------------------------------------------------------------------------------
 
@@ -177,15 +181,43 @@ function jobCard() {
     jobMap(job.id), jobKey());
 }
 
+let moved = null;  // the job that was given another place, by which button, and where it stood
+
+// A row that is put elsewhere loses the focus, and so does a button that is shut by being pressed: the job keeps it.
+function focusMoved(place) {
+  const job = moved && model.jobs.find(({id}) => id === moved.id);
+  if (!job || job.queue_place === moved.from) return;
+  const [same, other] = [moved.way, moved.way === "earlier" ? "later" : "earlier"].map((way) => place.querySelector(`#${way}-${moved.id}`));
+  if ([document.body, same, null].includes(document.activeElement)) (same && !same.disabled ? same : other || same)?.focus();
+  moved = null;
+}
+
+async function move(job, way, before) {
+  const asked = moved = {id: job.id, way, from: job.queue_place};
+  const done = await command(`/jobs/${job.id}/move`, {body: before ? {before: before.id} : {}});
+  if (!done && moved === asked) moved = null;
+  loadJobs();
+}
+
+// Which of the jobs that wait is cut next, and which after it.
+function places(job) {
+  const queue = inCuttingOrder(model.jobs).filter((one) => one.queue_place), at = queue.indexOf(job);
+  if (at < 0 || queue.length < 2) return null;
+  const one = (way, shut, before) => button(t(`jobs.${way}`), () => move(job, way, before), {id: `${way}-${job.id}`, "aria-label": t(`jobs.${way}_job`, {n: job.id, name: job.name}), disabled: shut || !mayChange()});
+  return h("div.places", {}, one("earlier", at === 0, queue[at - 1]), one("later", at + 1 === queue.length, queue[at + 2]));
+}
+
 function jobsCard() {
   const chosen = startable();
-  const inSight = model.jobs.filter((job) => !job.archived);
+  const inSight = inCuttingOrder(model.jobs.filter((job) => !job.archived));
   const done = inSight.filter((job) => !job.suspect && ["complete", "cancelled"].includes(job.state)).length;
   return card(t("jobs"),
     !inSight.length && empty(t("jobs.none")),
-    h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.reverse().map((job) => h("label", {"data-key": job.id},
-      h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
-      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, whenSeen: true}),
-      h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))))),
+    h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.map((job) => h("div.job-row", {"data-key": `job-${job.id}`},
+      h("label", {"data-key": job.id},
+        h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
+        picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, whenSeen: true}),
+        h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))),
+      places(job)))),
     done > 0 && h("div.commands", {}, button(t("jobs.archive", {n: done}), async () => { await command("/jobs/archive-done"); loadJobs(); }, {wide: true, disabled: !mayChange()})));
 }

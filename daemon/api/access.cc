@@ -7,8 +7,19 @@
 #include <boost/beast/core/string.hpp>
 
 #include "daemon/api/network.h"
+#include "daemon/api/tls.h"
 
 namespace veneer::daemon {
+namespace {
+
+// "cell.example:8443", without the port where it is that of HTTPS.
+bool names_certificate(std::string_view host, const TlsIdentity& tls, int port) {
+  const std::string suffix = ":" + std::to_string(port);
+  if (host.ends_with(suffix)) return tls.is_of(host.substr(0, host.size() - suffix.size()));
+  return port == 443 && tls.is_of(host);
+}
+
+}  // namespace
 
 std::optional<PeerCredentials> peer_credentials(int socket) {
   ucred credentials{};
@@ -59,6 +70,29 @@ bool origin_is_ours(const BrowserHeaders& headers, TransportKind door) {
 
 bool site_is_ours(const BrowserHeaders& headers) {
   return !headers.fetch_site || *headers.fetch_site == "same-origin" || *headers.fetch_site == "none";
+}
+
+std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const OurDoor& door, bool page) {
+  if (door.tls && !names_certificate(headers.host, *door.tls, door.port)) {
+    return ApiReply::error(403, "forbidden",
+                           "this name is not in the cell's certificate: use https://" + door.tls->name() + ":" +
+                               std::to_string(door.port) + "/console");
+  }
+  if (!door.tls && !host_is_ours(headers.host, door.port)) {
+    return ApiReply::error(
+        403, "forbidden",
+        "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(door.port) + "/console");
+  }
+  // Also of what only reads: a foreign page may not see the cell's pictures, count its jobs, or keep it busy. A link to
+  // the console may stand anywhere. Origin tells more than Sec-Fetch-Site, which browsers disagree about for
+  // WebSockets.
+  const TransportKind kind = door.tls ? TransportKind::kTls : TransportKind::kTcp;
+  const bool ours =
+      headers.origin ? origin_is_ours(headers, kind) : site_is_ours(headers) || (page && headers.opens_page);
+  if (!ours) {
+    return ApiReply::error(403, "forbidden", "another web page sent this request: use the cell's own console");
+  }
+  return std::nullopt;
 }
 
 std::string_view cookie_of(std::string_view header) {

@@ -12,6 +12,8 @@
 
 namespace veneer::daemon {
 
+class TlsIdentity;
+
 struct PeerCredentials {
   unsigned uid = 0;
   unsigned gid = 0;
@@ -52,6 +54,15 @@ bool origin_is_ours(const BrowserHeaders& headers, TransportKind door);
 // No word of it (not a browser, or an old one), our own page, or a person's own doing. Another server of this machine
 // is "same-site", and is not ours.
 bool site_is_ours(const BrowserHeaders& headers);
+
+// A door of ours for browsers: over TLS, or without on loopback.
+struct OurDoor {
+  const TlsIdentity* tls = nullptr;
+  int port = 0;
+};
+// 403 for what another page than the cell's own sent, or a browser that was told another name of the cell: which name,
+// or page, is to be used. `page`: it asks for the console, and a link to that may stand anywhere.
+std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, const OurDoor& door, bool page);
 
 // Whoever has the secret of a session or token, in the header that only the console's own script and programs set. Over
 // TLS also in a cookie; for a change only with an Origin or a Sec-Fetch-Site that is ours. On loopback there is no

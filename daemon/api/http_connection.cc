@@ -87,13 +87,6 @@ BrowserHeaders browser_headers(const Fields& fields, bool changes) {
           changes};
 }
 
-// "cell.example:8443", without the port where it is that of HTTPS.
-bool names_certificate(std::string_view host, const TlsIdentity& tls, int port) {
-  const std::string suffix = ":" + std::to_string(port);
-  if (host.ends_with(suffix)) return tls.is_of(host.substr(0, host.size() - suffix.size()));
-  return port == 443 && tls.is_of(host);
-}
-
 bool is_stop(const http::request<http::string_body>& request) {
   return request.method() == http::verb::post && path_of(request.target()) == kStopPath;
 }
@@ -238,7 +231,10 @@ void HttpConnection::on_header(error_code fault) {
   const auto& request = parser_->get();
   const BrowserHeaders headers = browser_headers(request, request.method() != http::verb::get);
   if (!visitor_.peer) {
-    if (auto refusal = refuse_foreign(headers)) return answer(std::move(*refusal), true);
+    const bool page = !path_of(request.target()).starts_with("/api/");
+    const OurDoor ours = visitor_.door == TransportKind::kTls ? OurDoor{&*shared_->tls, shared_->tls_port}
+                                                              : OurDoor{nullptr, shared_->tcp_port};
+    if (auto refusal = refuse_foreign(headers, ours, page)) return answer(std::move(*refusal), true);
   }
   const auto who_asks = [&]() -> const Caller& {
     caller_ =
@@ -280,29 +276,6 @@ void HttpConnection::look_at_request() {
   const auto& request = parser_->get();
   if (request.method() == http::verb::get && path_of(request.target()) == kEventsPath) return upgrade();
   route();
-}
-
-std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& headers) const {
-  if (visitor_.door == TransportKind::kTls && !names_certificate(headers.host, *shared_->tls, shared_->tls_port)) {
-    return ApiReply::error(403, "forbidden",
-                           "this name is not in the cell's certificate: use https://" + shared_->tls->name() + ":" +
-                               std::to_string(shared_->tls_port) + "/console");
-  }
-  if (visitor_.door != TransportKind::kTls && !host_is_ours(headers.host, shared_->tcp_port)) {
-    return ApiReply::error(
-        403, "forbidden",
-        "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(shared_->tcp_port) + "/console");
-  }
-  // Also of what only reads: a foreign page may not see the cell's pictures, count its jobs, or keep it busy. A link to
-  // the console may stand anywhere. Origin tells more than Sec-Fetch-Site, which browsers disagree about for
-  // WebSockets.
-  const bool page = !path_of(parser_->get().target()).starts_with("/api/");
-  const bool ours =
-      headers.origin ? origin_is_ours(headers, visitor_.door) : site_is_ours(headers) || (page && headers.opens_page);
-  if (!ours) {
-    return ApiReply::error(403, "forbidden", "another web page sent this request: use the cell's own console");
-  }
-  return std::nullopt;
 }
 
 void HttpConnection::upgrade() {

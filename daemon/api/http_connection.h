@@ -85,7 +85,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void take_turn(void (HttpConnection::*then)());
   static void give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor);
   void look_at_request();
-  std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers) const;
   void upgrade();
   void route();
   void say_continue();

@@ -128,6 +128,7 @@ constexpr std::array kOperations = {
     ApiOperation{"redo", "POST", "/api/v1/jobs/{id}/redo", Role::kOperator, Takes::kJson},
     ApiOperation{"recut", "POST", "/api/v1/jobs/{id}/recut", Role::kOperator, Takes::kJson},
     ApiOperation{"cancelJob", "POST", "/api/v1/jobs/{id}/cancel", Role::kOperator},
+    ApiOperation{"moveJob", "POST", "/api/v1/jobs/{id}/move", Role::kOperator, Takes::kJson},
     ApiOperation{"archiveDoneJobs", "POST", "/api/v1/jobs/archive-done", Role::kOperator},
     ApiOperation{"archiveJob", "POST", "/api/v1/jobs/{id}/archive", Role::kOperator},
     ApiOperation{"unarchiveJob", "POST", "/api/v1/jobs/{id}/unarchive", Role::kOperator},

@@ -16,7 +16,7 @@ namespace veneer::daemon {
 namespace {
 
 constexpr Duration kEvery = std::chrono::seconds(2);
-constexpr int kShareOfTheCamera = 8;  // one of so many parts of its time
+constexpr int kShare = 8;  // one of so many parts of the time
 constexpr std::chrono::seconds kReadingLimit{10};
 constexpr Duration kSilent = kReadingLimit + std::chrono::seconds(5);
 constexpr int kWidthPx = 960;
@@ -31,19 +31,21 @@ void BedGlances::ask(std::stop_token gone, Reply reply) {
   if (const Status may = may_(); !may) return reply(may.error());
   const TimePoint now = parts_.clock.now();
   if (now < next_) return reply(newest_);
-  const auto exposed = std::make_shared<Duration>(0);
+  const auto took = std::make_shared<Duration>(0);
   const int number = ++number_;
-  const bool taken = parts_.camera_worker.try_post_giving_way([this, number, exposed](const std::stop_token& stop) {
-    auto picture = caught([&] { return glance(stop, *exposed); });
+  const bool taken = parts_.camera_worker.try_post_giving_way([this, number, took](const std::stop_token& stop) {
+    const TimePoint from = parts_.clock.now();
+    auto picture = caught([&] { return glance(stop); });
+    *took = parts_.clock.now() - from;
     if (!picture && stop.stop_requested())
       picture =
           Error{ErrorCode::kConflict, "the camera is needed for more than watching: ask again when it has looked"};
-    boost::asio::post(parts_.reactor, [this, number, picture = std::move(picture), took = *exposed]() mutable {
+    boost::asio::post(parts_.reactor, [this, number, picture = std::move(picture), took = *took]() mutable {
       seen(number, std::move(picture), took);
     });
   });
   if (!taken) return reply(Error{ErrorCode::kConflict, "the camera is at work: ask again when it has looked"});
-  work_ = exposed;
+  work_ = took;
   begun_ = now;
   under_way_ = true;
   waiting_.push_back({std::move(gone), std::move(reply)});
@@ -54,12 +56,12 @@ void BedGlances::ask(std::stop_token gone, Reply reply) {
   });
 }
 
-void BedGlances::seen(int number, Result<Picture> picture, Duration exposed) {
+void BedGlances::seen(int number, Result<Picture> picture, Duration took) {
   if (number != number_) return;  // it was given up
   parts_.timer->cancel();
   under_way_ = silent_ = false;
   // What an error took says nothing of how long a picture does.
-  next_ = picture ? begun_ + std::max(kEvery, kShareOfTheCamera * exposed) : parts_.clock.now() + kEvery;
+  next_ = picture ? begun_ + std::max(kEvery, kShare * took) : parts_.clock.now() + kEvery;
   newest_ = std::move(picture);
   answer(newest_);
 }
@@ -75,11 +77,11 @@ Error BedGlances::silence() const {
                       parts_.camera.device())};
 }
 
-Result<BedGlances::Picture> BedGlances::glance(const std::stop_token& stop, Duration& exposed) const {
-  const TimePoint from = parts_.clock.now();
+Result<BedGlances::Picture> BedGlances::glance(const std::stop_token& stop) const {
   const auto file = parts_.camera.glance(stop);
-  exposed = parts_.clock.now() - from;
   if (!file) return file.error();
+  // A look waits by now: no process is begun that it would have to see ended first.
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "watching the bed was cancelled"};
   const auto written = parts_.camera.taken_at();
   const Duration old =
       written ? std::max<Duration>(Duration(0), std::chrono::system_clock::now() - *written) : Duration(0);

@@ -1,11 +1,12 @@
 // Pictures of the bed for people who watch it: glances. A glance is no look (bed_watcher.h): nothing is proven by it,
 // nothing is noted of it, and it gives way to all else.
 //
-// Taken only when somebody asks, so that nothing is when nobody watches; only while the unit may be watched and the
-// camera has nothing else to do; and not more often than each 2 s, however many ask: the newest one is for all of them.
-// All other work of the camera breaks a glance off. What may not be is the exposure, which a look might have to wait
-// for: a camera that is slow is asked less often, so that glances have at most an eighth of its time. One that gives
-// nothing at all is not waited for beyond 15 s.
+// Taken only when somebody asks, so that nothing is when nobody watches; only while the unit may be watched, cutting
+// included, and the camera has nothing else to do; and not more often than each 2 s, however many ask: the newest one
+// is for all of them. All other work of the camera breaks a glance off. What may not be is the exposure, which a look
+// might have to wait for. So that a slow camera, and a computer that has much to do, are asked less often, glances have
+// at most an eighth of the time, exposure and reading together. A camera that gives nothing at all is not waited for
+// beyond 15 s.
 //
 // Bound to the reactor; pictures are taken on the camera's worker and read by worker processes.
 #pragma once
@@ -60,9 +61,9 @@ class BedGlances {
     std::stop_token gone;
     Reply reply;
   };
-  // `exposed`: how long the camera itself took.
-  Result<Picture> glance(const std::stop_token& stop, Duration& exposed) const;
-  void seen(int number, Result<Picture> picture, Duration exposed);
+  Result<Picture> glance(const std::stop_token& stop) const;
+  // `took`: with the camera, and until it was read.
+  void seen(int number, Result<Picture> picture, Duration took);
   void answer(const Result<Picture>& picture);
   Error silence() const;
 

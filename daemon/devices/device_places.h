@@ -11,9 +11,9 @@
 
 namespace veneer::daemon {
 
-// In the place of any sentence about a laser that does not answer: what it names may be known to no configuration, as
-// the sockets where boards of its kind were found.
-inline constexpr const char* kLaserIsSilent = "the laser does not answer; an operator is told why";
+// In the place of any sentence about why the laser is not connected, which may be that it answers and is refused: what
+// it names may be known to no configuration, as the sockets where boards of its kind were found.
+inline constexpr const char* kLaserIsNotConnected = "the laser is not connected; an operator is told why";
 
 // In every text of `told`, however deep: no whole path, and no port of the laser.
 void strike_places(nlohmann::json& told, const LaserConfig& laser);

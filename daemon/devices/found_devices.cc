@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "base/files.h"
+#include "daemon/devices/usb_devices.h"
 
 namespace veneer::daemon {
 namespace {
@@ -30,16 +31,6 @@ std::string told(const fs::path& file) {
   std::erase_if(text,
                 [](char c) { return static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) > '~'; });
   return text;
-}
-
-// The device on USB that this part of it belongs to.
-fs::path usb_device_of(const fs::path& part) {
-  std::error_code none;
-  constexpr int kDepth = 6;
-  fs::path at = fs::canonical(part, none);
-  for (int i = 0; i < kDepth && !none && at.has_relative_path(); ++i, at = at.parent_path())
-    if (fs::exists(at / "idVendor", none)) return at;
-  return {};
 }
 
 std::string usb_name(const fs::path& device) {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <utility>
 #include <vector>
 
+#include "daemon/devices/usb_devices.h"
 #include "daemon/orders/capture_json.h"
 #include "daemon/orders/have_done.h"
 
@@ -18,27 +18,8 @@ namespace fs = std::filesystem;
 // For the carriage to go home.
 constexpr std::chrono::seconds kGrace{10};
 
-std::string word_in(const fs::path& file) {
-  std::string word;
-  std::ifstream(file) >> word;
-  return word;
-}
-
-// All USB devices but boards of Lihuiyu lasers: those open to the daemon (70-veneerd.rules), and burn.
-std::vector<fs::path> usb_devices_but_lasers() {
-  std::vector<fs::path> out;
-  std::error_code none;
-  for (const auto& device : fs::directory_iterator("/sys/bus/usb/devices", none)) {
-    const std::string bus = word_in(device.path() / "busnum"), number = word_in(device.path() / "devnum");
-    if (bus.empty() || number.empty()) continue;
-    if (word_in(device.path() / "idVendor") == "1a86" && word_in(device.path() / "idProduct") == "5512") continue;
-    out.push_back(fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", bus, number));
-  }
-  return out;
-}
-
 WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder, const ScannerConfig& config,
-                   std::chrono::milliseconds deadline) {
+                   const std::string& laser_port, std::chrono::milliseconds deadline) {
   WorkOrder order;
   order.kind = kind;
   order.what = what;
@@ -47,7 +28,7 @@ WorkOrder order_of(const char* kind, const char* what, const WorkFolder& folder,
   // Files that a setting names: firmware, or a picture to be served.
   for (const auto& [name, value] : config.options)
     if (value.starts_with('/')) order.readable.emplace_back(value);
-  order.devices = usb_devices_but_lasers();
+  order.devices = usb_devices_but_lasers(laser_port);
   order.network = true;
   order.deadline = deadline;
   order.grace = kGrace;
@@ -79,9 +60,13 @@ Error hangs(const std::string& device, std::chrono::milliseconds deadline) {
 
 }  // namespace
 
-SaneScanner::SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, fs::path data_dir,
-                         std::chrono::milliseconds deadline)
-    : workers_(std::move(workers)), config_(std::move(config)), data_dir_(std::move(data_dir)), deadline_(deadline) {}
+SaneScanner::SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, std::string laser_port,
+                         fs::path data_dir, std::chrono::milliseconds deadline)
+    : workers_(std::move(workers)),
+      config_(std::move(config)),
+      laser_port_(std::move(laser_port)),
+      data_dir_(std::move(data_dir)),
+      deadline_(deadline) {}
 
 Result<ScanFile> SaneScanner::scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) {
   folder_.reset();  // first, for it may be large
@@ -92,9 +77,9 @@ Result<ScanFile> SaneScanner::scan(ScanResolution resolution, const ScanProgress
   const auto tell = [&](double fraction, const std::string& doing) {
     if (progress) progress(fraction, doing);
   };
-  const auto scanned =
-      have_done<sane::ScannedPicture>(*workers_, order_of(ScanGlass::kKind, "scanning", *folder, config_, deadline_),
-                                      ScanGlass{config_.sane_config.string(), settings_of(config_, dpi)}, tell, stop);
+  const auto scanned = have_done<sane::ScannedPicture>(
+      *workers_, order_of(ScanGlass::kKind, "scanning", *folder, config_, laser_port_, deadline_),
+      ScanGlass{config_.sane_config.string(), settings_of(config_, dpi)}, tell, stop);
   if (!scanned) return scanned.error().code == ErrorCode::kTimeout ? hangs(config_.device, deadline_) : scanned.error();
   std::error_code none;
   if (scanned->dpi != dpi || !fs::is_regular_file(folder->path() / kMadeCapture, none))
@@ -120,7 +105,7 @@ Result<ScannersFound> find_scanners(WorkRunner& workers, const Config& config, c
   if (!folder) return folder.error();
   return have_done<ScannersFound>(workers,
                                   order_of(FindScanners::kKind, "looking for scanners", *folder, config.scanner,
-                                           std::chrono::seconds(config.workers.look_limit_s)),
+                                           config.laser.port, std::chrono::seconds(config.workers.look_limit_s)),
                                   FindScanners{config.scanner.sane_config.string()}, progress, stop);
 }
 

@@ -21,9 +21,10 @@ namespace veneer::daemon {
 
 class SaneScanner final : public ScannerDriver {
  public:
-  // Nothing is opened yet. `deadline` is for one scan, from looking for the device on.
-  SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, std::filesystem::path data_dir,
-              std::chrono::milliseconds deadline);
+  // Nothing is opened yet. What is at `laser_port` (LaserConfig::port) its workers may not open. `deadline` is for one
+  // scan, from looking for the device on.
+  SaneScanner(std::unique_ptr<WorkRunner> workers, ScannerConfig config, std::string laser_port,
+              std::filesystem::path data_dir, std::chrono::milliseconds deadline);
 
   Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) override;
   // Its name or make as configured, and what of the settings changes where a point of the glass is seen.
@@ -32,6 +33,7 @@ class SaneScanner final : public ScannerDriver {
  private:
   std::unique_ptr<WorkRunner> workers_;
   ScannerConfig config_;
+  std::string laser_port_;
   std::filesystem::path data_dir_;
   std::chrono::milliseconds deadline_;
   std::optional<WorkFolder> folder_;  // of the last scan

@@ -47,6 +47,7 @@ Status count_stock(Repositories& r, CellCounts& counts) {
 
 Result<CellCounts> count_cell(Repositories& r) {
   CellCounts counts;
+  counts.counted = true;
   for (const auto count : {count_work, count_plans, count_stock})
     if (Status done = count(r, counts); !done) return done.error();
   // A certificate that cannot be read is one that is missing.

@@ -18,10 +18,11 @@
 namespace veneer::daemon {
 
 struct CellCounts {
+  bool counted = false;                    // at least once
   int panels = 0;                          // in stock
   std::vector<PanelId> panels_to_scan;     // of those: nothing is planned from them until they are scanned
   std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused
-  std::optional<CellNeeds::Waiting> job;   // the oldest in sight with pieces to cut that is not being cut
+  std::optional<CellNeeds::Waiting> job;   // the first of the queue that is not being cut
   std::optional<CellNeeds::Waiting> plan;  // the newest, when no job was made of it and one can be
   std::vector<CellNeeds::Suspects> suspects;
   std::vector<db::JobLoss> missing;

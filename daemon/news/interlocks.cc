@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/api/api_message.h"
 #include "daemon/devices/bed_pictures.h"
 #include "daemon/devices/device_places.h"
 #include "daemon/news/cell_alarms.h"
@@ -25,9 +27,37 @@ double seconds_since(std::chrono::system_clock::time_point then, std::chrono::sy
 
 Interlock lid_lock(const LaserStatus& laser) {
   if (!laser.connected) return {"lid", kUnknown, "not told before the laser is connected", ""};
-  if (!laser.lid_open) return {"lid", kUnknown, "no lid switch is wired to the controller", ""};
+  if (!laser.lid_open) return {"lid", kUnknown, "the laser's controller has told of no lid switch", ""};
   if (*laser.lid_open) return {"lid", kBlocks, "the lid is open", "Close the lid."};
   return {"lid", kGood, "closed", ""};
+}
+
+// Most reasons say themselves what to do. A viewer, who is told no reason, can do nothing about it.
+Interlock unconnected_lock(const std::string& why, bool tell_why) {
+  if (!tell_why) return {"machine", kBlocks, kLaserIsNotConnected, ""};
+  const nlohmann::json told = error_json("", why);
+  if (told["remedy"].is_null()) return {"machine", kBlocks, why, "Reset tries to connect it again."};
+  std::string remedy = told["remedy"];
+  remedy.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(remedy.front())));
+  remedy += remedy.find("Reset") == std::string::npos ? ", then Reset." : ".";
+  return {"machine", kBlocks, told["sentence"], remedy};
+}
+
+// Where its own place stands in the chain: a machine without homing switches never finds its corner itself.
+Interlock place_lock(const LaserStatus& laser, bool finds_home) {
+  if (!laser.homed && finds_home)
+    return {"machine", kWarns, "the laser is connected and not homed yet", "Reset homes it."};
+  if (!laser.homed)
+    return {"machine", kWarns, "the laser has no homing switches and does not count from its corner yet",
+            "Reset takes the place where its head stands as its corner, or brings the head back to the corner it was "
+            "given."};
+  // Door:0 waits for whatever is started next, Door:3 is on its way out of it.
+  const bool closed_again = laser.state == "Door:0" || laser.state == "Door:3";
+  return {"machine", kGood,
+          fmt::format("{}{}, its controller says {}",
+                      finds_home ? "homed" : "no homing switches, it counts from the corner it was given",
+                      closed_again ? ", the lid is closed again" : "", laser.state),
+          ""};
 }
 
 // Its link, and what its own pins have stopped: a limit, a door.
@@ -35,9 +65,7 @@ Interlock machine_lock(const LaserStatus& laser, const InterlockFacts& facts) {
   const bool asked = !laser.why_not_connected.empty();
   if (!laser.connected && !asked)
     return {"machine", kUnknown, "nobody has connected the laser yet", "Reset connects and homes it."};
-  if (!laser.connected)
-    return {"machine", kBlocks, facts.tell_why ? laser.why_not_connected : kLaserIsSilent,
-            "See that the laser is switched on and its cable is in, then Reset."};
+  if (!laser.connected) return unconnected_lock(laser.why_not_connected, facts.tell_why);
   if (laser.state.starts_with("Alarm"))
     return {
         "machine", kBlocks,
@@ -45,14 +73,13 @@ Interlock machine_lock(const LaserStatus& laser, const InterlockFacts& facts) {
                     "its place",
                     laser.state),
         "See that the head is free, then Clear and Reset."};
-  if (laser.state.starts_with("Door"))
+  if (laser.state == "Door" || laser.state == "Door:1" || laser.state == "Door:2")
     return {"machine", kBlocks, fmt::format("the controller says {}: its door is open", laser.state),
             "Close the door."};
   // While no guardian watches, that is what it says.
   const bool guarded = !facts.guardian || facts.guardian->ok();
   if (guarded && !laser.refusal.empty()) return {"machine", kBlocks, laser.refusal, ""};
-  if (!laser.homed) return {"machine", kWarns, "the laser is connected and not homed yet", "Reset homes it."};
-  return {"machine", kGood, fmt::format("homed, its controller says {}", laser.state), ""};
+  return place_lock(laser, facts.finds_home);
 }
 
 Interlock stop_lock(const CellView& view) {
@@ -73,6 +100,7 @@ Interlock guardian_lock(const std::optional<Status>& guardian) {
 }
 
 Interlock consent_lock(const CellView& view, const std::vector<std::string>& confirm) {
+  if (view.alone) return {"consent", kGood, "an operator has said go for what runs", ""};
   switch (view.state) {
     case CellState::kSuspended:
       if (!view.load || !view.load->found)

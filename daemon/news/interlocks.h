@@ -46,6 +46,7 @@ struct InterlockFacts {
   std::string backups_silent;                 // BackupDisk::silence()
   std::chrono::system_clock::time_point now;  // for ages
   bool tell_why = true;                       // false: to viewers, who are told no ports and no paths
+  bool finds_home = true;                     // LaserLimits::finds_home
 };
 
 std::vector<Interlock> interlocks(const CellView& view, const LaserStatus& laser, const CellNeeds& needs,

@@ -53,6 +53,8 @@ NextStep while_cutting(const CellView& view, const CellNeeds& needs) {
 }
 
 std::optional<NextStep> under_way(const CellView& view, const CellNeeds& needs) {
+  // Nobody is asked again before it: who ordered it has said all that there is to say.
+  const NextStep about_to_move{Step::kWait, "The laser is about to move: keep your hands out.", ""};
   switch (view.state) {
     case CellState::kSuspended:
       return while_suspended(view, needs);
@@ -60,6 +62,10 @@ std::optional<NextStep> under_way(const CellView& view, const CellNeeds& needs) 
     case CellState::kCompleting:
       return while_cutting(view, needs);
     case CellState::kHeld:
+      if (view.alone)
+        return NextStep{Step::kUnhold,
+                        "The laser is held: when nothing is in the way, Unhold goes on where it stopped.",
+                        "veneerctl unhold"};
       return NextStep{Step::kUnhold,
                       "The cut is held: when nothing is in the way, Unhold looks whether the panel lies as it did and "
                       "goes on where it stopped.",
@@ -68,9 +74,11 @@ std::optional<NextStep> under_way(const CellView& view, const CellNeeds& needs) 
       return NextStep{Step::kWait, "The laser is being homed: hands off the machine.", ""};
     case CellState::kStarting:
     case CellState::kSuspending:
+      if (view.alone) return about_to_move;
       return NextStep{Step::kWait, "The job is being prepared: wait until the cell asks for its panel.", ""};
     case CellState::kUnsuspending:
     case CellState::kUnholding:
+      if (view.alone) return about_to_move;
       return NextStep{Step::kWait, "The camera looks at the panel, then the laser moves: keep your hands out.", ""};
     case CellState::kHolding:
     case CellState::kStopping:

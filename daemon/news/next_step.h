@@ -67,7 +67,7 @@ struct CellNeeds {
   std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused
   std::vector<PanelId> to_scan;            // of those, nothing is planned from until they are scanned
   std::vector<std::string> confirm;        // asked for by name before the beam comes on
-  std::optional<Waiting> job, plan;        // with pieces to cut, the oldest; the newest plan of which no job was made
+  std::optional<Waiting> job, plan;        // the first of the queue; the newest plan of which no job was made
   std::vector<Suspects> suspects;          // of each job that has any
   std::vector<db::JobLoss> missing;        // of each job that only other wood completes
   double device_seconds_per_second = 1;    // of a simulated cell's clock

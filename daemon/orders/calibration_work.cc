@@ -6,6 +6,7 @@
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"
 #include "daemon/store/calibration.h"
+#include "daemon/store/certificate_payload.h"
 #include "planner/cutting/calibration_pattern.h"
 #include "planner/pictures/pictures.h"
 

@@ -1,5 +1,6 @@
 // What a worker process does with pictures of calibration sheets and boards: finds what is on them, and fits. Pure but
-// for the pictures' files. Payloads are those of certificates (daemon/store/calibration.h), without the device's name.
+// for the pictures' files. Payloads are those of certificates (daemon/store/certificate_payload.h), without the
+// device's name.
 #pragma once
 
 #include <array>

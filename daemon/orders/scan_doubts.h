@@ -46,9 +46,9 @@ bool is_of_exposure(std::string_view name);
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);
 
-// Of any scan: spoiled-tag-212, ...  it measures otherwise than it was printed and most others do not, or the tiles of
-// a
-//                                    first scan do not show it alike and agree in all else; it counts for nothing
+// Of any scan:
+//   spoiled-tag-212, ...  it measures otherwise than it was printed and most others do not, or the tiles of a first
+//                         scan do not show it alike and agree in all else; it counts for nothing
 std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration);
 
 // Of a later scan of a face:

@@ -13,6 +13,7 @@
 
 #include "calib/stitcher.h"
 #include "calib/veneer_mask.h"
+#include "daemon/orders/packed_lattice.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/strip_zones.h"
@@ -232,7 +233,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
 
 }  // namespace
 
-std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px) {
+std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px,
+                         const std::vector<calib::FiducialOffset>& offsets) {
   // 5.4 mm at 300 dpi: the scanner's map bends far more slowly. Farther apart where there are more pixels, for all
   // tiles together are one line of an answer.
   constexpr int kMostPoints = 10'000;
@@ -248,9 +250,10 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
       const auto p = panel_from_scan * point<ScanFrame>(c * step, r * step);
       panel_mm.push_back({rounded(p.x), rounded(p.y)});
     }
-  return nlohmann::json{
-      {"origin_px", {0, 0}}, {"step_px", step}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
-      .dump();
+  nlohmann::json out = {
+      {"origin_px", {0, 0}}, {"step_px", step}, {"cols", columns}, {"rows", rows}, {"panel_mm", std::move(panel_mm)}};
+  if (!offsets.empty()) out[kLatticeFiducials] = lattice_fiducials(offsets);
+  return out.dump();
 }
 
 Result<ScanView> view_scan(const ViewScan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
@@ -285,7 +288,9 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   out.sheet = registration->sheet;
   out.edge_margin = order.edge_margin, out.round_margin = order.round_margin;
   for (std::size_t i = 0; i < order.views.size(); ++i)
-    out.lattices.push_back(lattice_text(registration->tiles[i], order.views[i].width_px, order.views[i].height_px));
+    out.lattices.push_back(lattice_text(
+        registration->tiles[i], order.views[i].width_px, order.views[i].height_px,
+        registration->agreement.empty() ? std::vector<calib::FiducialOffset>() : registration->agreement[i].offsets));
   out.new_tags = registration->new_tags;
   if (!registration->left_out.empty())
     out.left_out = std::ranges::max(registration->left_out, {}, &calib::FiducialOffset::off).off;

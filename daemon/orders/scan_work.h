@@ -87,8 +87,10 @@ struct PanelRead {
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
                                  const TaskProgress& progress);
 
-// A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between. What
-// GET /panels/{id}/registration tells of each scan.
-std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px);
+// A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between; and, of a later scan,
+// how far each fiducial lies from where the others put it (packed_lattice.h). What GET /panels/{id}/registration tells
+// of each scan.
+std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px,
+                         const std::vector<calib::FiducialOffset>& offsets = {});
 
 }  // namespace veneer::daemon

@@ -46,10 +46,10 @@ json list_json(const AlarmBook& book, const Page& page) {
   return {{"alarms", std::move(list)}, {"next", std::move(next)}};
 }
 
-// "laser" is that it does not answer.
+// "laser" is that it is not connected.
 void leave_out_places(json& alarms, const LaserConfig& laser) {
   for (json& alarm : alarms)
-    if (alarm["about"] == "laser") alarm["sentence"] = kLaserIsSilent;
+    if (alarm["about"] == "laser") alarm["sentence"] = kLaserIsNotConnected;
   strike_places(alarms, laser);
 }
 

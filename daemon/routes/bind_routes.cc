@@ -13,7 +13,7 @@ void bind_routes(Router& router, Cell& cell) {
   const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
   router.gate_changes([&c](std::string_view operation, const ApiRequest& request) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
-    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
+    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.changes->may_be_noted(request.caller);
   });
   bind_unit_routes(router, {*c.runner, *c.runner, c.metrics, *c.bed, *c.glances, *c.cuts, *c.integrity, c.tasks,
                             *c.queries, [&c](Role told) { return c.status(told); }});
@@ -23,15 +23,18 @@ void bind_routes(Router& router, Cell& cell) {
       if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
     });
   };
-  const StockServices stock{*c.scans,    *c.proposals,  *c.scanner_worker,        c.tasks,        *c.queries,
-                            *c.database, *c.pictures,   c.panel_library,          c.stock_memory, c.panel_figures,
-                            c.remnants,  panel_changed, [&c] { c.count_stock(); }};
-  bind_stock_routes(router, stock);
-  bind_tile_routes(router, stock);
-  bind_proposal_routes(router, stock);
-  bind_mask_routes(router, stock);
-  bind_remnant_routes(router, stock);
-  bind_fiducial_routes(router, stock);
+  bind_stock_routes(router, {*c.queries, *c.database, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures,
+                             c.remnants, panel_changed});
+  bind_proposal_routes(router, {*c.scans, *c.proposals, *c.scanner_worker, c.tasks, *c.queries, *c.pictures,
+                                c.panel_library, panel_changed});
+  bind_mask_routes(router, {*c.queries, *c.database, *c.pictures, c.panel_library, panel_changed});
+  bind_remnant_routes(router, {*c.queries, *c.pictures, c.panel_library, c.stock_memory, c.panel_figures, c.remnants,
+                               [&c] { c.count_stock(); }});
+  const PictureServices drawn{*c.pictures, c.panel_library};
+  bind_tile_routes(router, drawn);
+  bind_plan_piece_routes(router, drawn);
+  bind_map_routes(router, drawn);
+  bind_fiducial_routes(router, *c.pictures);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_scanner_routes(router, {*c.work_runner, c.config, *c.scanner_worker, c.tasks});
   bind_camera_routes(router, {*c.runner, *c.work_runner, c.config, c.device_roots, *c.camera_worker, c.tasks,
@@ -45,33 +48,23 @@ void bind_routes(Router& router, Cell& cell) {
   bind_device_routes(
       router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, c.camera_trials, on_reactor,
                [&c](const std::string& who, const std::string& what, const std::string& detail) {
-                 return c.audit_now(who, what, detail);
+                 return c.changes->note_now(who, what, detail);
                },
                c.restart});
-  const JobServices jobs{
-      *c.plans,
-      *c.planner_worker,
-      c.config.planner,
-      c.tasks,
-      *c.runner,
-      *c.runner,
-      *c.database,
-      *c.queries,
-      *c.pictures,
-      *c.sketches,
-      c.panel_library,
-      [&c, on_reactor](JobId job) {
-        on_reactor([&c, job] {
-          c.runner->job_changed(job);
-          c.refresh_counts();
-          c.hub.broadcast({{"type", "job"}, {"job", job.value}});
-        });
-      },
-      [&c, on_reactor](const std::vector<PanelId>& panels) { on_reactor([&c, panels] { c.leases_changed(panels); }); }};
-  bind_job_routes(router, jobs);
-  bind_plan_routes(router, jobs);
-  bind_plan_piece_routes(router, jobs);
-  bind_map_routes(router, jobs);
+  const auto job_changed = [&c, on_reactor](JobId job) {
+    on_reactor([&c, job] {
+      c.runner->job_changed(job);
+      c.refresh_counts();
+      c.hub.broadcast({{"type", "job"}, {"job", job.value}});
+    });
+  };
+  const auto leases_changed = [&c, on_reactor](const std::vector<PanelId>& panels) {
+    on_reactor([&c, panels] { c.leases->changed(panels); });
+  };
+  bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.runner, *c.runner, *c.database,
+                           *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed});
+  bind_plan_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.database, *c.queries,
+                            *c.pictures, *c.sketches, c.panel_library, leases_changed});
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, *c.runner, c.runner->jogging(), c.runner->overrides(), c.tasks, c.config.recipe,
                              *c.pictures, on_reactor});
@@ -83,10 +76,11 @@ void bind_routes(Router& router, Cell& cell) {
       router, {c.metrics, [&c] {
                  return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};
                }});
-  bind_alarm_routes(router, {c.alarms, c.config, [&c] { c.alarms_changed(); }, [&c] { return c.try_notices(); }});
+  bind_alarm_routes(router,
+                    {c.alarms, c.config, [&c] { c.news->alarms_changed(); }, [&c] { return c.news->try_notices(); }});
   bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
   bind_history_routes(router, *c.queries);
-  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.task_told(task, by); });
+  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); });
 }
 
 }  // namespace veneer::daemon

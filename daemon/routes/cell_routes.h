@@ -39,8 +39,8 @@
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/cell_commands.h"
 #include "daemon/unit/job_commands.h"
-#include "daemon/unit/jogging.h"
-#include "daemon/unit/overrides.h"
+#include "daemon/unit/jog_commands.h"
+#include "daemon/unit/override_commands.h"
 #include "daemon/unit/pattern_commands.h"
 #include "daemon/unit/unit_state.h"
 #include "daemon/workers/work_runner.h"
@@ -65,12 +65,25 @@ void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before anybody asks who wants it, and before the reply is made.
 ApiReply stop_at_once(CellCommands& commands, const UnitState& unit, Metrics& metrics, const WhoAsks& who_asks);
 
+// What is only drawn of what is kept.
+struct PictureServices {
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+};
+// A panel's map in tiles, for whoever looks closely.
+void bind_tile_routes(Router& router, const PictureServices& services);
+// One piece of a plan: its other places, and pictures of its wood.
+void bind_plan_piece_routes(Router& router, const PictureServices& services);
+// Maps for putting pieces together.
+void bind_map_routes(Router& router, const PictureServices& services);
+// Tags and grids to print.
+void bind_fiducial_routes(Router& router, QueryPool& pictures);
+
+// Told, from any thread, that this panel has changed, or, of none, that stock has.
+using PanelChanged = std::function<void(const std::optional<PanelId>& panel)>;
+
 // Panels.
 struct StockServices {
-  ScanService& scans;
-  ScanProposals& proposals;
-  Worker& scanner;
-  TaskRegistry& tasks;
   QueryPool& queries;
   DatabaseThread& database;
   QueryPool& pictures;
@@ -78,21 +91,45 @@ struct StockServices {
   StockMemory& memory;
   PanelFigures& figures;
   Remnants& remnants;
-  std::function<void(const std::optional<PanelId>& panel)> on_changed;
-  std::function<void()> count_soon;  // what nobody counted yet, behind all else; from any thread
+  PanelChanged on_changed;
 };
 void bind_stock_routes(Router& router, const StockServices& services);
-// A panel's map in tiles, for whoever looks closely.
-void bind_tile_routes(Router& router, const StockServices& services);
+
 // Scans, and what they propose until somebody accepts it.
-void bind_proposal_routes(Router& router, const StockServices& services);
+struct ProposalServices {
+  ScanService& scans;
+  ScanProposals& proposals;
+  Worker& scanner;
+  TaskRegistry& tasks;
+  QueryPool& queries;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+  PanelChanged on_changed;
+};
+void bind_proposal_routes(Router& router, const ProposalServices& services);
+
 // Versions of a panel's mask, and what people painted on it.
-void bind_mask_routes(Router& router, const StockServices& services);
+struct MaskServices {
+  QueryPool& queries;
+  DatabaseThread& database;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+  PanelChanged on_changed;
+};
+void bind_mask_routes(Router& router, const MaskServices& services);
+
 // Which panels there are, and which of them have the wood that somebody looks for; what is left of one, as a picture
 // and as a label.
-void bind_remnant_routes(Router& router, const StockServices& services);
-// Tags and grids to print.
-void bind_fiducial_routes(Router& router, const StockServices& services);
+struct RemnantServices {
+  QueryPool& queries;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+  StockMemory& memory;
+  PanelFigures& figures;
+  Remnants& remnants;
+  std::function<void()> count_soon;  // what nobody counted yet, behind all else; from any thread
+};
+void bind_remnant_routes(Router& router, const RemnantServices& services);
 
 // Which scanners there are to be configured.
 struct ScannerServices {
@@ -183,6 +220,9 @@ struct AlarmServices {
 };
 void bind_alarm_routes(Router& router, const AlarmServices& services);
 
+// Told, from any thread, that leases were made or ended: what is free of these panels may be more or less.
+using LeasesChanged = std::function<void(const std::vector<PanelId>& panels)>;
+
 struct JobServices {
   PlanService& plans;
   Worker& planner;
@@ -193,18 +233,26 @@ struct JobServices {
   DatabaseThread& database;
   QueryPool& queries;
   QueryPool& pictures;
-  QueryPool& sketches;  // one at a time, beside the planner
   const PanelLibrary& panel_library;
   std::function<void(JobId)> on_job_changed;
-  std::function<void(const std::vector<PanelId>& panels)> on_leases_changed;  // and whose wood with them
+  LeasesChanged on_leases_changed;
 };
 void bind_job_routes(Router& router, const JobServices& services);
-// Plans that no wood is reserved for: make, look, change, compare, lease their wood, and then a job of one.
-void bind_plan_routes(Router& router, const JobServices& services);
-// One piece of a plan: its other places, and pictures of its wood.
-void bind_plan_piece_routes(Router& router, const JobServices& services);
-// Maps for putting pieces together.
-void bind_map_routes(Router& router, const JobServices& services);
+
+// Plans that no wood is reserved for: make, look, change, compare, lease their wood.
+struct PlanServices {
+  PlanService& plans;
+  Worker& planner;
+  PlannerConfig planning;
+  TaskRegistry& tasks;
+  DatabaseThread& database;
+  QueryPool& queries;
+  QueryPool& pictures;
+  QueryPool& sketches;  // one at a time, beside the planner
+  const PanelLibrary& panel_library;
+  LeasesChanged on_leases_changed;
+};
+void bind_plan_routes(Router& router, const PlanServices& services);
 
 // What a piece tells of its life, and what was made of a place.
 struct PieceServices {
@@ -218,8 +266,8 @@ void bind_piece_routes(Router& router, const PieceServices& services);
 struct LaserServices {
   const UnitState& unit;
   PatternCommands& patterns;
-  Jogging& jogging;
-  Overrides& overrides;
+  JogCommands& jogging;
+  OverrideCommands& overrides;
   TaskRegistry& tasks;
   const RecipeConfig& recipe;
   QueryPool& pictures;  // large drawings are read there
@@ -252,7 +300,7 @@ void bind_history_routes(Router& router, QueryPool& queries);
 struct FactServices {
   DatabaseThread& database;
   QueryPool& queries;
-  std::function<void(const std::optional<PanelId>& panel)> on_changed;
+  PanelChanged on_changed;
 };
 void bind_fact_routes(Router& router, const FactServices& services);
 

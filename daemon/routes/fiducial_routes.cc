@@ -63,7 +63,7 @@ Result<std::vector<calib::FiducialSheet>> sheets_of(Repositories& r, const Panel
   return pages;
 }
 
-void reply_panel_sheets(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_panel_sheets(QueryPool& pictures, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   PanelTagsWanted wanted;
   wanted.format = read_format(query);
@@ -75,7 +75,7 @@ void reply_panel_sheets(const StockServices& s, const ApiRequest& request, const
   query.require("height_mm");
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   wanted.width = Millimetres(*width), wanted.height = Millimetres(*height);
-  s.pictures.ask(request, reply, [wanted](Repositories& r) {
+  pictures.ask(request, reply, [wanted](Repositories& r) {
     const auto pages = sheets_of(r, wanted);
     return pages ? printed(*pages, wanted.format) : ApiReply::error(pages.error());
   });
@@ -83,15 +83,16 @@ void reply_panel_sheets(const StockServices& s, const ApiRequest& request, const
 
 }  // namespace
 
-void bind_fiducial_routes(Router& router, const StockServices& s) {
-  router.bind("printGrid", [s](const ApiRequest& request, const Reply& reply) {
+void bind_fiducial_routes(Router& router, QueryPool& pictures) {
+  router.bind("printGrid", [&pictures](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const planner::PageFormat format = read_format(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-    s.pictures.ask(request, reply, [format](Repositories&) { return printed({calib::grid_sheet()}, format); });
+    pictures.ask(request, reply, [format](Repositories&) { return printed({calib::grid_sheet()}, format); });
   });
-  router.bind("printPanelTags",
-              [s](const ApiRequest& request, const Reply& reply) { reply_panel_sheets(s, request, reply); });
+  router.bind("printPanelTags", [&pictures](const ApiRequest& request, const Reply& reply) {
+    reply_panel_sheets(pictures, request, reply);
+  });
 }
 
 }  // namespace veneer::daemon

@@ -115,14 +115,23 @@ json refined_json(const std::string& report_json) {
           {"rounds", out["rounds"].size()}};
 }
 
+// Where the job stands among those that wait to be cut, from 1; null when it does not wait.
+json place_in(const std::vector<JobId>& queue, JobId job) {
+  const auto found = std::ranges::find(queue, job);
+  return found == queue.end() ? json() : json(found - queue.begin() + 1);
+}
+
 Result<json> job_json(Repositories& r, JobId id, const CellView& view) {
   auto job = r.jobs.find(id);
   if (!job) return job.error();
+  const auto queue = r.jobs.queue();
+  if (!queue) return queue.error();
   auto pieces = r.jobs.pieces(id);
   if (!pieces) return pieces.error();
   auto runs = r.jobs.runs(id);
   if (!runs) return runs.error();
   json out = to_json(*job, view);
+  out["queue_place"] = place_in(*queue, id);
   std::map<std::string, std::pair<int, int>> panels;
   out["suspects"] = json::array();
   out["assembled"] = std::count_if(pieces->begin(), pieces->end(),
@@ -285,6 +294,25 @@ void assemble(const JobServices& s, const ApiRequest& request, const Reply& repl
   });
 }
 
+// Another place in the queue: right before another job, or behind all.
+void move_job(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = RequestReader::body_of(request);
+  const auto before = body.whole("before", {1, 9e15});
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const auto other = before ? std::optional(JobId{*before}) : std::nullopt;
+  s.database.async([job = JobId{*id}, other, who = request.caller.who](
+                       Repositories& r) { return r.jobs.put_before(job, other, who, utc_timestamp()); },
+                   [s, reply, job = JobId{*id}](const Result<std::vector<JobId>>& queue) {
+                     if (!queue) return reply(ApiReply::error(queue.error()));
+                     s.on_job_changed(job);
+                     json out = {{"jobs", json::array()}};
+                     for (const JobId one : *queue) out["jobs"].push_back(one.value);
+                     reply(ApiReply::json(out));
+                   });
+}
+
 void archive_done(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   s.database.async([who = request.caller.who](Repositories& r) { return r.jobs.archive_done(utc_timestamp(), who); },
                    [s, reply](const Result<std::vector<JobId>>& done) {
@@ -301,9 +329,14 @@ void archive_done(const JobServices& s, const ApiRequest& request, const Reply& 
 Result<json> jobs_json(Repositories& r, const Page& page, bool archived, const CellView& view) {
   auto list = r.jobs.list({page.after}, page.limit + 1, archived);
   if (!list) return list.error();
+  const auto queue = r.jobs.queue();
+  if (!queue) return queue.error();
   json out = {{"jobs", json::array()}};
   out["next"] = cut_to_page(*list, page, [](const db::JobRecord& job) { return job.id.value; });
-  for (const auto& job : *list) out["jobs"].push_back(to_json(job, view));
+  for (const auto& job : *list) {
+    out["jobs"].push_back(to_json(job, view));
+    out["jobs"].back()["queue_place"] = place_in(*queue, job.id);
+  }
   return out;
 }
 
@@ -373,6 +406,7 @@ void bind_job_routes(Router& router, const JobServices& s) {
         return r.jobs.archive(id, archived, utc_timestamp(), who);
       });
     });
+  router.bind("moveJob", [s](const ApiRequest& request, const Reply& reply) { move_job(s, request, reply); });
   router.bind("archiveDoneJobs",
               [s](const ApiRequest& request, const Reply& reply) { archive_done(s, request, reply); });
 }

@@ -58,7 +58,7 @@ Status put_cut_ones_first(Repositories& r, JobId job, const planner::Plan& plan,
 }
 
 QueryPool::Answer drawn(
-    const JobServices& s, const Result<std::string>& plan_json, const std::string& preview_file,
+    const PictureServices& s, const Result<std::string>& plan_json, const std::string& preview_file,
     const MapWanted& wanted,
     const std::function<Status(const planner::Plan&, std::vector<planner::CutSequence>&)>& reorder) {
   if (!plan_json) return ApiReply::error(plan_json.error());
@@ -79,7 +79,7 @@ QueryPool::Answer drawn(
 
 }  // namespace
 
-void bind_map_routes(Router& router, const JobServices& s) {
+void bind_map_routes(Router& router, const PictureServices& s) {
   router.bind("getJobMap", [s](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));

@@ -78,7 +78,7 @@ json edited_json(const PanelId& panel, const EditedMask& made) {
 
 // Masks are decoded and drawn on where pictures are; what is written is written by the database's thread.
 template <class F>
-void change_mask(const StockServices& s, const ApiRequest& request, const Reply& reply, F work) {
+void change_mask(const MaskServices& s, const ApiRequest& request, const Reply& reply, F work) {
   s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, work = std::move(work)](Repositories& r) {
     auto out = work(r, id);
     if (out) s.on_changed(id);
@@ -86,7 +86,7 @@ void change_mask(const StockServices& s, const ApiRequest& request, const Reply&
   });
 }
 
-void revert_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void revert_panel(const MaskServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
   const auto version = body.whole("version", ranges::kMaskVersion);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
@@ -143,7 +143,7 @@ std::vector<BrushStroke> strokes_of(RequestReader& body) {
   return out;
 }
 
-void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void edit_panel(const MaskServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
   db::MaskEdit edit;
   edit.give = body.word("kind", {"give", "withhold"}).value_or("") == "give";
@@ -185,7 +185,7 @@ void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& 
       });
 }
 
-void remove_edit(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void remove_edit(const MaskServices& s, const ApiRequest& request, const Reply& reply) {
   const auto number = request.path_number("number");
   if (!number) return reply(ApiReply::error(number.error()));
   change_mask(s, request, reply,
@@ -199,7 +199,7 @@ void remove_edit(const StockServices& s, const ApiRequest& request, const Reply&
 
 }  // namespace
 
-void bind_mask_routes(Router& router, const StockServices& s) {
+void bind_mask_routes(Router& router, const MaskServices& s) {
   router.bind("getPanelMasks", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);

@@ -176,7 +176,10 @@ Result<json> place_json(Repositories& r, const PanelId& panel, const Point<Panel
     }
     json entry = to_json(allocation, mark);
     // Wood that was written off has no outline.
-    entry["kerf"] = !allocation.outline.empty() && !Region<PanelFrame>(allocation.outline).contains(place);
+    const bool in_lead_in = allocation.lead_in.contains(place);
+    entry["lead_in"] = in_lead_in;
+    entry["kerf"] =
+        !in_lead_in && !allocation.outline.empty() && !Region<PanelFrame>(allocation.outline).contains(place);
     const auto before = r.ledger.piece_before(allocation.id);
     if (!before) return before.error();
     entry["piece_before"] = *before ? json((*before)->value) : json();

@@ -221,7 +221,7 @@ ApiReply wood_reply(Repositories& r, PickedPieces& pieces, const PanelLibrary& l
 
 }  // namespace
 
-void bind_plan_piece_routes(Router& router, const JobServices& s) {
+void bind_plan_piece_routes(Router& router, const PictureServices& s) {
   const auto pieces = std::make_shared<PickedPieces>();
   // A plan may be megabytes: it is read where pictures are made, and when the moment of the question is over.
   router.bind("getPlanAlternatives", [s, pieces](const ApiRequest& request, const Reply& reply) {

@@ -20,7 +20,7 @@ using nlohmann::json;
 
 // `make` runs on the planner's worker, and holds a picture of so many bytes until then.
 template <class F>
-void plan_as_task(const JobServices& s, const Reply& reply, F make, std::size_t picture = 0) {
+void plan_as_task(const PlanServices& s, const Reply& reply, F make, std::size_t picture = 0) {
   start_task(
       s.tasks, s.planner, "plan", "waiting for the planner", reply,
       [make = std::move(make)](const TaskReporter& task) {
@@ -30,7 +30,7 @@ void plan_as_task(const JobServices& s, const Reply& reply, F make, std::size_t 
       picture);
 }
 
-void new_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void new_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   wanted->options.threads = s.planning.threads;
@@ -64,7 +64,7 @@ json advice_json(const AdviceGiven& advice) {
           {"remarks", advice.remarks}};
 }
 
-void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void advise_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   if (const Status squares = wants_no_guides(*wanted, "advice"); !squares)
@@ -91,7 +91,7 @@ json sketch_json(const SketchDrawn& sketch) {
 }
 
 // Whoever asks for another meanwhile waits, or is told to come again; whoever hangs up ends his.
-void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void sketch_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   if (const Status squares = wants_no_guides(*wanted, "a sketch"); !squares)
@@ -115,7 +115,7 @@ json mosaic_json(const MosaicDrawn& drawn) {
 // Of a layout that has lines to show, the only one that is taken; `draw` gets whether they are to be fine. Waits with
 // the sketches, as they say.
 template <class F>
-void draw_lines(const JobServices& s, const ApiRequest& request, const Reply& reply, const char* layout, F draw) {
+void draw_lines(const PlanServices& s, const ApiRequest& request, const Reply& reply, const char* layout, F draw) {
   ApiRequest own, plan = request;
   for (const char* name : {"layout", "fine"})
     if (const auto given = request.query.find(name); given != request.query.end()) own.query.insert(*given);
@@ -132,14 +132,14 @@ void draw_lines(const JobServices& s, const ApiRequest& request, const Reply& re
   });
 }
 
-void sketch_grid(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void sketch_grid(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   draw_lines(s, request, reply, "morph", [s](const JobRequest& wanted, bool fine, const std::stop_token& gone) {
     const auto drawn = s.plans.sketch_grid(wanted, fine, gone);
     return drawn ? ApiReply::json(grid_json(*drawn)) : ApiReply::error(drawn.error());
   });
 }
 
-void sketch_mosaic(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void sketch_mosaic(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   draw_lines(s, request, reply, "mosaic", [s](const JobRequest& wanted, bool fine, const std::stop_token& gone) {
     const auto drawn = s.plans.sketch_mosaic(wanted, fine, gone);
     return drawn ? ApiReply::json(mosaic_json(*drawn)) : ApiReply::error(drawn.error());
@@ -200,7 +200,7 @@ Result<PlanService::Change> read_change(const ApiRequest& request) {
   return change;
 }
 
-void change_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void change_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   auto change = read_change(request);
   if (!change) return reply(ApiReply::error(change.error()));
   change->threads = s.planning.threads;
@@ -220,7 +220,7 @@ void about_plan(QueryPool& queries, const ApiRequest& request, const Reply& repl
               [work, plan = db::PlanId{*id}](Repositories& r) -> QueryPool::Answer { return work(r, plan); });
 }
 
-void reply_plan_preview(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_plan_preview(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const auto width = query.whole("width", ranges::kShownWidth);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
@@ -232,7 +232,7 @@ void reply_plan_preview(const JobServices& s, const ApiRequest& request, const R
 }
 
 // As it was sent; for saving, not for showing: an SVG may hold a script.
-ApiReply drawing_reply(const JobServices& s, const db::PlanRecord& plan) {
+ApiReply drawing_reply(const PlanServices& s, const db::PlanRecord& plan) {
   const auto drawing = kept_drawing(plan.options_json);
   if (!drawing) {
     const json options = json::parse(plan.options_json, nullptr, false);
@@ -290,7 +290,7 @@ Result<json> plan_pieces_json(Repositories& r, db::PlanId id, const Page& page) 
 
 // Changes the plan named in the path, and tells what it is then.
 template <class F>
-void change_lease(const JobServices& s, db::PlanId plan, const Reply& reply, F work) {
+void change_lease(const PlanServices& s, db::PlanId plan, const Reply& reply, F work) {
   s.database.async(
       [plan, work = std::move(work)](Repositories& r) -> Result<db::PlanRecord> {
         if (const Status done = work(r); !done) return done.error();
@@ -305,7 +305,7 @@ void change_lease(const JobServices& s, db::PlanId plan, const Reply& reply, F w
       });
 }
 
-void lease_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+void lease_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
   constexpr std::int64_t kUsualDays = 7;
   const auto id = request.path_number("id");
   if (!id) return reply(ApiReply::error(id.error()));
@@ -322,7 +322,7 @@ void lease_plan(const JobServices& s, const ApiRequest& request, const Reply& re
 
 }  // namespace
 
-void bind_plan_routes(Router& router, const JobServices& s) {
+void bind_plan_routes(Router& router, const PlanServices& s) {
   router.bind("newPlan", [s](const ApiRequest& request, const Reply& reply) { new_plan(s, request, reply); });
   router.bind("advisePlan", [s](const ApiRequest& request, const Reply& reply) { advise_plan(s, request, reply); });
   router.bind("sketchPlan", [s](const ApiRequest& request, const Reply& reply) { sketch_plan(s, request, reply); });

@@ -30,7 +30,7 @@ bool may_overrule(const std::vector<std::string>& warnings, const ApiRequest& re
   return true;
 }
 
-void scan(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void scan(const ProposalServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
   ScanRequest wanted;
   wanted.face = body.word("face", {"show", "back"}).value_or("show") == "show" ? Face::kShow : Face::kBack;
@@ -114,7 +114,7 @@ QueryPool::Answer picture_of(Repositories& r, const PanelLibrary& library, db::P
       [&library, proposal = *proposal, before, width](Repositories&) { return draw(library, proposal, before, width); };
 }
 
-void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_picture(const ProposalServices& s, const ApiRequest& request, const Reply& reply) {
   const auto number = request.path_number("number");
   if (!number) return reply(ApiReply::error(number.error()));
   auto query = RequestReader::query_of(request);
@@ -126,7 +126,7 @@ void reply_picture(const StockServices& s, const ApiRequest& request, const Repl
                  });
 }
 
-void accept(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void accept(const ProposalServices& s, const ApiRequest& request, const Reply& reply) {
   const auto number = request.path_number("number");
   if (!number) return reply(ApiReply::error(number.error()));
   auto body = RequestReader::body_of(request);
@@ -144,7 +144,7 @@ void accept(const StockServices& s, const ApiRequest& request, const Reply& repl
              });
 }
 
-void refuse(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void refuse(const ProposalServices& s, const ApiRequest& request, const Reply& reply) {
   const auto number = request.path_number("number");
   if (!number) return reply(ApiReply::error(number.error()));
   auto body = RequestReader::body_of(request);
@@ -162,7 +162,7 @@ void refuse(const StockServices& s, const ApiRequest& request, const Reply& repl
 
 }  // namespace
 
-void bind_proposal_routes(Router& router, const StockServices& s) {
+void bind_proposal_routes(Router& router, const ProposalServices& s) {
   router.bind("scan", [s](const ApiRequest& request, const Reply& reply) { scan(s, request, reply); });
   router.bind("listProposals", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "daemon/api/page.h"
 #include "daemon/plans/cut_file.h"
+#include "daemon/plans/run_strokes.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -230,13 +231,20 @@ void draw_card(const RecipeServices& s, const ApiRequest& request, const Reply& 
       [asked = std::move(*asked), travel = travel_of(s)](Repositories&) { return drawn_card(asked, travel); }, reply);
 }
 
+// As it is burnt: a head that shows a person the corner goes back there.
+LaserJob strokes_of(const RecipeServices& s, const planner::TestCard& card, bool dry) {
+  LaserJob job = job_of(card, dry);
+  return_to_corner(job, s.unit.limits(), s.config.recipe.engrave_speed);
+  return job;
+}
+
 void burn_card(const RecipeServices& s, const TaskReporter& task, CardRequest request, const std::string& who) {
   auto card = make_card(request, s.unit.limits());
   if (!card) return task.fail(card.error());
   task.progress(0.3, request.dry ? "running the card with the beam off" : "burning the card");
   const std::size_t strokes = card->labels.size() + card->fields.size();
   s.patterns.burn_pattern(
-      {job_of(*card, request.dry), "test card"}, who,
+      {strokes_of(s, *card, request.dry), "test card"}, who,
       [task, strokes, dry = request.dry](const Status& burnt) {
         if (!burnt) return task.fail(burnt.error());
         task.done({{"strokes", strokes}, {"dry", dry}});
@@ -253,7 +261,7 @@ void burn_card(const RecipeServices& s, const ApiRequest& request, const Reply& 
   if (!s.unit.limits().travel.empty()) {
     const auto card = make_card(*asked, s.unit.limits());
     if (!card) return reply(ApiReply::error(card.error()));
-    known = job_of(*card, asked->dry);
+    known = strokes_of(s, *card, asked->dry);
   }
   if (const Status may = may_begin_pattern(s.unit, s.patterns, known, word); !may)
     return reply(ApiReply::error(may.error()));

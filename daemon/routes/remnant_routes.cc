@@ -86,8 +86,8 @@ struct Found {
   std::optional<MaskCount> unknown;       // why nobody knows
 };
 
-Result<Found> found_in(Repositories& r, const StockServices& s, const db::PanelRecord& panel, const PanelSearch& search,
-                       const Remnants::Asked& asked, Look look) {
+Result<Found> found_in(Repositories& r, const RemnantServices& s, const db::PanelRecord& panel,
+                       const PanelSearch& search, const Remnants::Asked& asked, Look look) {
   // No picture is looked at for what cannot be.
   if (panel.retired) return Found{};
   const auto unknown = [&] {
@@ -109,7 +109,7 @@ Result<Found> found_in(Repositories& r, const StockServices& s, const db::PanelR
 
 using ZonesOfPanels = std::map<PanelId, std::vector<db::ZoneRecord>>;
 
-Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
+Result<json> panels_json(Repositories& r, const RemnantServices& s, const PanelsWanted& wanted) {
   const auto& [page, words, search] = wanted;
   const auto list = r.panels.list(page.after, wanted.looked_at());
   if (!list) return list.error();
@@ -157,7 +157,7 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const PanelsWa
 }
 
 // For whoever needs no zones.
-Result<Remnants::Asked> newest_alone(Repositories& r, const StockServices& s) {
+Result<Remnants::Asked> newest_alone(Repositories& r, const RemnantServices& s) {
   const auto newest = s.memory.newest_step(r);
   if (!newest) return newest.error();
   return Remnants::Asked{*newest, {}};
@@ -169,7 +169,7 @@ constexpr int kCountedAtOnce = 4;
 
 // Looks at the pictures of some of what the page may tell of, so that it is known when it is told. Whether it left
 // some.
-bool count_panels(Repositories& r, const StockServices& s, const PanelsWanted& wanted) {
+bool count_panels(Repositories& r, const RemnantServices& s, const PanelsWanted& wanted) {
   const auto& [page, words, search] = wanted;
   const auto list = r.panels.list(page.after, wanted.looked_at());
   if (!list) return false;
@@ -198,7 +198,7 @@ bool count_panels(Repositories& r, const StockServices& s, const PanelsWanted& w
 }
 
 // The moment that it is told of begins when all is counted that is counted for it.
-void reply_panels(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_panels(const RemnantServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const Page page = read_page(query);
   const PanelsWanted wanted{page, read_words(query), read_search(query)};
@@ -220,7 +220,7 @@ struct Leftover {
   Remnant remnant;
 };
 
-Result<Leftover> left_of(Repositories& r, const StockServices& s, const PanelId& id) {
+Result<Leftover> left_of(Repositories& r, const RemnantServices& s, const PanelId& id) {
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
   auto allocations = r.ledger.live_allocations(id);
@@ -236,7 +236,7 @@ Result<Leftover> left_of(Repositories& r, const StockServices& s, const PanelId&
 // What `told` tells of what is left of the panel, which is counted before, and drawn after: both may take seconds, and
 // the moment that it is told of none.
 template <class Told>
-std::invoke_result_t<Told> told_of_left(Repositories& r, const StockServices& s, const PanelId& id, Told told) {
+std::invoke_result_t<Told> told_of_left(Repositories& r, const RemnantServices& s, const PanelId& id, Told told) {
   if (const auto panel = r.panels.find(id)) {
     static_cast<void>(s.remnants.count(r, *panel));
     static_cast<void>(s.figures.free(r, *panel));
@@ -245,7 +245,7 @@ std::invoke_result_t<Told> told_of_left(Repositories& r, const StockServices& s,
 }
 
 // A picture that was drawn when the remnant was booked.
-QueryPool::Answer booked_picture(Repositories& r, const StockServices& s, const PanelId& id, std::int64_t number) {
+QueryPool::Answer booked_picture(Repositories& r, const RemnantServices& s, const PanelId& id, std::int64_t number) {
   const auto booked = r.remnants.find(id, {number});
   if (!booked) return ApiReply::error(booked.error());
   if (booked->picture_file.empty())
@@ -274,7 +274,7 @@ Result<json> remnants_json(Repositories& r, const PanelId& id, int limit) {
   return out;
 }
 
-void reply_remnant(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_remnant(const RemnantServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const int width = static_cast<int>(query.whole("width", ranges::kShownWidth).value_or(1600));
   const auto booked = query.whole("booked", {1, 9e15});
@@ -294,7 +294,7 @@ void reply_remnant(const StockServices& s, const ApiRequest& request, const Repl
 std::string square_cm(double mm2) { return fmt::format("{:.0f} cm2", mm2 / 100); }
 
 // Without its picture.
-Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const StockServices& s, const PanelId& id) {
+Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const RemnantServices& s, const PanelId& id) {
   auto left = left_of(r, s, id);
   if (!left) return left.error();
   const auto figures = s.figures.of(r, left->panel);
@@ -325,7 +325,7 @@ Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const StockSer
   return std::pair(std::move(label), std::move(*left));
 }
 
-void reply_label(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_label(const RemnantServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const std::string wanted = query.word("format", {"pdf", "svg", "png"}).value_or("pdf");
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
@@ -347,7 +347,7 @@ void reply_label(const StockServices& s, const ApiRequest& request, const Reply&
 
 }  // namespace
 
-void bind_remnant_routes(Router& router, const StockServices& s) {
+void bind_remnant_routes(Router& router, const RemnantServices& s) {
   router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) { reply_panels(s, request, reply); });
   router.bind("getPanelLabel", [s](const ApiRequest& request, const Reply& reply) { reply_label(s, request, reply); });
   router.bind("listPanelRemnants", [s](const ApiRequest& request, const Reply& reply) {

@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
+#include "calib/registration.h"
 #include "daemon/api/page.h"
 #include "daemon/orders/packed_lattice.h"
 #include "daemon/orders/panel_wood.h"
@@ -22,6 +23,35 @@ namespace veneer::daemon {
 namespace {
 
 using nlohmann::json;
+
+// How far a fiducial lay from where the others put it, as the newest scan that knows tells.
+struct KnownOffset {
+  ScanId scan;
+  Millimetres off{0};
+};
+
+bool is_over_limit(Millimetres off) { return off > calib::RegistrationOptions{}.max_offset; }
+
+// Of each fiducial, in the same order; the scans from the oldest on. A hole is known by its place.
+std::vector<std::optional<KnownOffset>> known_offsets(const std::vector<db::FiducialRecord>& fiducials,
+                                                      const std::vector<db::ScanRecord>& scans) {
+  constexpr Millimetres kSameHole{0.1};  // as it was frozen, but for rounding
+  std::vector<std::optional<KnownOffset>> out(fiducials.size());
+  std::size_t unknown = fiducials.size();
+  for (auto scan = scans.rbegin(); scan != scans.rend() && unknown > 0; ++scan)
+    for (const auto& seen : kept_offsets(scan->lattice))
+      for (std::size_t i = 0; i < fiducials.size(); ++i) {
+        const db::FiducialRecord& known = fiducials[i];
+        const bool is_it =
+            known.kind == db::FiducialKind::kTag
+                ? seen.tag == known.tag_id && scan->face == known.face
+                : seen.tag < 0 && !known.corners.empty() && distance(known.corners.front(), seen.place) < kSameHole;
+        if (!is_it || (out[i] && out[i]->scan != scan->id)) continue;
+        if (!out[i]) --unknown;
+        out[i] = {scan->id, seen.off};
+      }
+  return out;
+}
 
 Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& id) {
   auto panel = r.panels.find(id);
@@ -66,7 +96,11 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
   for (const auto& treatment : *treatments) out["treatments"].push_back(to_json(treatment));
   if (const Status surface = r.facts.check_surface(id); !surface) out["scan_again"] = surface.error().message;
   out["fiducials"] = json::array();
-  for (const auto& f : *fiducials) {
+  const auto scans = r.panels.scans(id);
+  if (!scans) return scans.error();
+  const auto offsets = known_offsets(*fiducials, *scans);
+  for (std::size_t i = 0; i < fiducials->size(); ++i) {
+    const db::FiducialRecord& f = (*fiducials)[i];
     json centre = {0.0, 0.0};
     for (const auto& corner : f.corners) {
       const double n = static_cast<double>(f.corners.size());
@@ -77,7 +111,10 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
                                 {"tag_id", f.kind == db::FiducialKind::kTag ? json(f.tag_id) : json()},
                                 {"face", to_string(f.face)},
                                 {"centre_mm", centre},
-                                {"corners_mm", points_json(f.corners)}});
+                                {"corners_mm", points_json(f.corners)},
+                                {"off_mm", offsets[i] ? json(offsets[i]->off.count()) : json()},
+                                {"off_scan", offsets[i] ? json(offsets[i]->scan.value) : json()},
+                                {"over_limit", offsets[i] && is_over_limit(offsets[i]->off)}});
   }
   return out;
 }
@@ -122,6 +159,19 @@ void reply_panel(const StockServices& s, const ApiRequest& request, const Reply&
       });
 }
 
+// Null where nobody knows.
+json fiducials_json(const std::vector<calib::FiducialOffset>& offsets) {
+  if (offsets.empty()) return {};
+  json out = json::array();
+  for (const auto& one : offsets)
+    out.push_back({{"kind", db::to_string(one.tag < 0 ? db::FiducialKind::kHole : db::FiducialKind::kTag)},
+                   {"tag_id", one.tag < 0 ? json() : json(one.tag)},
+                   {"place_mm", {one.place.x.count(), one.place.y.count()}},
+                   {"off_mm", one.off.count()},
+                   {"over_limit", is_over_limit(one.off)}});
+  return out;
+}
+
 Result<json> registration_json(Repositories& r, const PanelId& id, const Page& page) {
   if (auto panel = r.panels.find(id); !panel) return panel.error();
   const auto newest = r.panels.last_scan(id, Face::kShow);
@@ -134,6 +184,8 @@ Result<json> registration_json(Repositories& r, const PanelId& id, const Page& p
   if (*newest) out["rms_mm"] = rms_of(**newest), out["max_mm"] = max_of(**newest);
   out["next"] = cut_to_page(*scans, page, [](const db::ScanRecord& scan) { return scan.id.value; });
   for (const auto& scan : *scans) {
+    json lattice = json::parse(unpacked_lattice(scan.lattice), nullptr, false);
+    if (lattice.is_object()) lattice.erase(kLatticeFiducials);  // told beside it
     out["scans"].push_back({{"id", scan.id.value},
                             {"face", to_string(scan.face)},
                             {"device", scan.device},
@@ -142,7 +194,8 @@ Result<json> registration_json(Repositories& r, const PanelId& id, const Page& p
                             {"taken", scan.taken_at},
                             {"rms_mm", rms_of(scan)},
                             {"max_mm", max_of(scan)},
-                            {"lattice", json::parse(unpacked_lattice(scan.lattice), nullptr, false)}});
+                            {"fiducials", fiducials_json(kept_offsets(scan.lattice))},
+                            {"lattice", std::move(lattice)}});
   }
   return out;
 }

@@ -28,7 +28,8 @@ std::string tile_etag(const db::PanelRecord& panel, const std::string& what) {
 // Answers with what `made` makes of the panel's map, unless the client has it. That takes seconds where the tiles are
 // not there.
 template <class Made>
-void reply_of_map(const StockServices& s, const ApiRequest& request, const Reply& reply, std::string what, Made made) {
+void reply_of_map(const PictureServices& s, const ApiRequest& request, const Reply& reply, std::string what,
+                  Made made) {
   s.pictures.ask(request, reply,
                  [id = PanelId{request.path_param("id")}, known = request.if_none_match, what = std::move(what),
                   asking = request.caller.role, made = std::move(made)](Repositories& r) -> QueryPool::Answer {
@@ -56,7 +57,7 @@ ApiReply levels_of(const PanelLibrary& library, const db::PanelRecord& panel, Pa
   return ApiReply::json(out);
 }
 
-void reply_tile(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+void reply_tile(const PictureServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const auto level = query.whole("level", ranges::kTileLevel), column = query.whole("column", ranges::kTilePlace),
              row = query.whole("row", ranges::kTilePlace);
@@ -73,7 +74,7 @@ void reply_tile(const StockServices& s, const ApiRequest& request, const Reply& 
 
 }  // namespace
 
-void bind_tile_routes(Router& router, const StockServices& s) {
+void bind_tile_routes(Router& router, const PictureServices& s) {
   router.bind("getPanelMapTiles", [s](const ApiRequest& request, const Reply& reply) {
     reply_of_map(s, request, reply, "levels",
                  [&library = s.panel_library](const db::PanelRecord& panel, PanelLibrary::MissingTiles missing) {

@@ -8,19 +8,23 @@
 namespace veneer::daemon {
 namespace {
 
-SquareMillimetres usable_within(const Region<PanelFrame>& area, const Raster<PanelFrame>& mask) {
+// Of the area, what lies on pixels that the mask calls usable, and what on others or beside the mask.
+MaskedWood masked(const Region<PanelFrame>& area, const Raster<PanelFrame>& mask) {
   const PixelCoverage coverage = pixel_coverage(area, mask);
-  const cv::Rect place(coverage.column, coverage.row, coverage.covered.cols, coverage.covered.rows);
-  const cv::Rect seen = place & cv::Rect(0, 0, mask.pixels.cols, mask.pixels.rows);
-  double pixels = 0;
-  for (int row = seen.y; row < seen.y + seen.height; ++row) {
-    const auto* const covered = coverage.covered.ptr<double>(row - place.y);
-    const auto* const usable = mask.pixels.ptr<unsigned char>(row);
-    for (int column = seen.x; column < seen.x + seen.width; ++column)
-      if (usable[column] != 0) pixels += covered[column - place.x];
+  double usable = 0, unusable = 0;
+  for (int row = 0; row < coverage.covered.rows; ++row) {
+    const auto* const covered = coverage.covered.ptr<double>(row);
+    const int mask_row = coverage.row + row;
+    const bool is_seen = mask_row >= 0 && mask_row < mask.pixels.rows;
+    const auto* const pixels = is_seen ? mask.pixels.ptr<unsigned char>(mask_row) : nullptr;
+    for (int column = 0; column < coverage.covered.cols; ++column) {
+      const int at = coverage.column + column;
+      const bool is_usable = is_seen && at >= 0 && at < mask.pixels.cols && pixels[at] != 0;
+      (is_usable ? usable : unusable) += covered[column];
+    }
   }
   const double pixel = 1 / mask.resolution.px_per_mm;
-  return SquareMillimetres(pixels * pixel * pixel);
+  return {SquareMillimetres(usable * pixel * pixel), SquareMillimetres(unusable * pixel * pixel)};
 }
 
 }  // namespace
@@ -30,38 +34,46 @@ Region<PanelFrame> whole_panel(Millimetres width, Millimetres height) {
   return Region<PanelFrame>(Ring<PanelFrame>{{none, none}, {width, none}, {width, height}, {none, height}});
 }
 
-SquareMillimetres usable_of_panel(const Raster<PanelFrame>& mask, Millimetres width, Millimetres height) {
-  const double columns = std::clamp<double>(mask.resolution.to_px(width).count(), 0, mask.pixels.cols);
-  const double rows = std::clamp<double>(mask.resolution.to_px(height).count(), 0, mask.pixels.rows);
+MaskedWood masked_panel(const Raster<PanelFrame>& mask, Millimetres width, Millimetres height) {
+  const double pixel = 1 / mask.resolution.px_per_mm;
+  const double all_columns = mask.resolution.to_px(width).count(), all_rows = mask.resolution.to_px(height).count();
+  const double columns = std::clamp<double>(all_columns, 0, mask.pixels.cols);
+  const double rows = std::clamp<double>(all_rows, 0, mask.pixels.rows);
   const int whole_columns = static_cast<int>(columns), whole_rows = static_cast<int>(rows);
-  // The last column and the uppermost row count in part.
-  const auto count = [&](int left, int right, int bottom, int top) {
-    const cv::Rect place(left, mask.pixels.rows - top, right - left, top - bottom);
-    return place.empty() ? 0 : cv::countNonZero(mask.pixels(place));
-  };
   const int end_column = std::min(whole_columns + 1, mask.pixels.cols),
             end_row = std::min(whole_rows + 1, mask.pixels.rows);
+  double usable = 0, unusable = 0;
+  const auto count = [&](int left, int right, int bottom, int top, double share) {
+    const cv::Rect place(left, mask.pixels.rows - top, right - left, top - bottom);
+    if (place.empty()) return;
+    cv::Mat others;
+    cv::compare(mask.pixels(place), 0, others, cv::CMP_EQ);
+    usable += share * cv::countNonZero(mask.pixels(place));
+    unusable += share * cv::countNonZero(others);
+  };
+  // The last column and the uppermost row count in part.
   const double beside = columns - whole_columns, above = rows - whole_rows;
-  const double pixels = count(0, whole_columns, 0, whole_rows) +
-                        beside * count(whole_columns, end_column, 0, whole_rows) +
-                        above * count(0, whole_columns, whole_rows, end_row) +
-                        beside * above * count(whole_columns, end_column, whole_rows, end_row);
-  const double pixel = 1 / mask.resolution.px_per_mm;
-  return SquareMillimetres(pixels * pixel * pixel);
+  count(0, whole_columns, 0, whole_rows, 1);
+  count(whole_columns, end_column, 0, whole_rows, beside);
+  count(0, whole_columns, whole_rows, end_row, above);
+  count(whole_columns, end_column, whole_rows, end_row, beside * above);
+  // What the mask does not reach is not usable.
+  unusable += (all_columns - columns) * all_rows + columns * (all_rows - rows);
+  return {SquareMillimetres(usable * pixel * pixel), SquareMillimetres(unusable * pixel * pixel)};
 }
 
 BookedWood booked_wood(const db::AllocationRecord& allocation, const Raster<PanelFrame>& mask,
                        const Region<PanelFrame>& panel) {
   const auto whole = intersect(allocation.area, panel);
   const auto outline = intersect(Region<PanelFrame>(allocation.outline), whole);
-  return {whole.area(), outline.area(), usable_within(whole, mask)};
+  return {whole.area(), outline.area(), subtract(whole, outline).area(), masked(whole, mask)};
 }
 
-AreaBook opened(const Region<PanelFrame>& panel, SquareMillimetres usable) {
+AreaBook opened(const Region<PanelFrame>& panel, const MaskedWood& wood) {
   AreaBook book;
   book.panel = panel.area();
-  book.free = usable;
-  book.unusable = book.panel - usable;
+  book.free = wood.usable;
+  book.unusable = wood.unusable;
   return book;
 }
 
@@ -76,7 +88,7 @@ void enter(AreaBook& book, const BookedWood& wood, db::AllocationState state) {
       break;
     case db::AllocationState::kCut:
       book.cut += wood.outline;
-      book.kerf += (wood.whole - wood.outline);
+      book.kerf += wood.kerf;
       break;
     case db::AllocationState::kSuspect:
       book.suspect += wood.whole;
@@ -85,8 +97,8 @@ void enter(AreaBook& book, const BookedWood& wood, db::AllocationState state) {
       book.scrap += wood.whole;
       break;
   }
-  book.free -= wood.on_wood;
-  book.unusable -= (wood.whole - wood.on_wood);
+  book.free -= wood.pixels.usable;
+  book.unusable -= wood.pixels.unusable;
 }
 
 }  // namespace veneer::daemon

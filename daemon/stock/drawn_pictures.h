@@ -2,6 +2,7 @@
 // it as it is. The last few, in memory. Thread-safe.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <list>
 #include <mutex>
@@ -19,10 +20,13 @@ class DrawnPictures {
   std::optional<std::string> find(const std::string& version) const;
   // One that would take more than half of the room is not kept.
   void keep(const std::string& version, const std::string& file) const;
+  // Gives up those that nobody has asked for since then.
+  void forget_unasked(std::chrono::steady_clock::time_point since) const;
 
  private:
   struct Drawn {
     std::string version, file;
+    std::chrono::steady_clock::time_point asked;
   };
   const std::size_t most_bytes_;
   mutable std::mutex mutex_;

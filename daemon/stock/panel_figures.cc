@@ -262,13 +262,13 @@ Result<std::optional<AreaBook>> PanelFigures::book_of(Repositories& r, const db:
     const auto allocations = r.ledger.live_allocations(panel.id);
     if (!allocations) return allocations.error();
     if (booked.mask_file.empty())
-      booked.mask_file = panel.mask_file, booked.usable = usable_of_panel(*pixels, panel.width, panel.height);
+      booked.mask_file = panel.mask_file, booked.panel = masked_panel(*pixels, panel.width, panel.height);
     for (const auto& allocation : *allocations)
       if (!booked.wood.contains(allocation.id.value))
         booked.wood.emplace(allocation.id.value, booked_wood(allocation, *pixels, whole));
     keep_booked(panel.id, booked);
   }
-  AreaBook book = opened(whole, booked.usable);
+  AreaBook book = opened(whole, booked.panel);
   for (const auto& [allocation, state] : live) {
     const auto wood = booked.wood.find(allocation.value);
     if (wood == booked.wood.end())

@@ -80,7 +80,7 @@ class PanelFigures {
   };
   struct Booked {
     std::string mask_file;
-    SquareMillimetres usable{0};
+    MaskedWood panel;
     std::unordered_map<std::int64_t, BookedWood> wood;  // by allocation
   };
   using Live = std::vector<std::pair<db::AllocationId, db::AllocationState>>;

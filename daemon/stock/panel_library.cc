@@ -306,19 +306,26 @@ Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& f
                                     [&](const auto& k) { return k.file == file && k.width_px == width_px; });
     if (known != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, known);
+      known->asked = std::chrono::steady_clock::now();
       return known->picture;
     }
   }
   auto small = make_smaller(file, width_px);
   if (!small || small->pixels.total() > kKeptPixels / 4) return small;
   const std::lock_guard lock(kept_mutex_);
-  kept_.push_front({file, width_px, *small});
+  kept_.push_front({file, width_px, *small, std::chrono::steady_clock::now()});
   std::size_t pixels = 0;
   for (auto kept = kept_.begin(); kept != kept_.end();) {
     pixels += kept->picture.pixels.total();
     kept = pixels > kKeptPixels ? kept_.erase(kept) : std::next(kept);
   }
   return small;
+}
+
+void PanelLibrary::forget_unasked(std::chrono::steady_clock::time_point since) const {
+  drawn_.forget_unasked(since);
+  const std::lock_guard lock(kept_mutex_);
+  std::erase_if(kept_, [&](const auto& one) { return one.asked < since; });
 }
 
 Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {

@@ -5,6 +5,7 @@
 // but the reactor: these functions read and write megabytes.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <list>
@@ -64,6 +65,8 @@ class PanelLibrary {
     double scale = 1;
   };
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
+  // Gives up what is kept in memory of them, and of what was drawn of them, that nobody has asked for since then.
+  void forget_unasked(std::chrono::steady_clock::time_point since) const;
   // What was drawn of these.
   const DrawnPictures& drawn() const { return drawn_; }
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the
@@ -138,6 +141,7 @@ class PanelLibrary {
     std::string file;
     int width_px = 0;
     SmallPicture picture;
+    std::chrono::steady_clock::time_point asked;
   };
   DrawnPictures drawn_;
   mutable std::mutex kept_mutex_;

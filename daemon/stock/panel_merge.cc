@@ -61,6 +61,11 @@ std::string moved_lattice(const std::string& lattice, const PanelMap& map) {
     const auto there = map * point<PanelFrame>(place[0].get<double>(), place[1].get<double>());
     place = {rounded(there.x), rounded(there.y)};
   }
+  if (out.contains(kLatticeFiducials)) {
+    auto offsets = offsets_of_lattice(out);
+    for (auto& one : offsets) one.place = map * one.place;
+    out[kLatticeFiducials] = lattice_fiducials(offsets);
+  }
   return packed_lattice(out.dump());
 }
 

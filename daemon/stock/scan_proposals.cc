@@ -15,123 +15,12 @@
 #include "base/journal.h"
 #include "calib/part_relation.h"
 #include "daemon/orders/packed_lattice.h"
-#include "daemon/orders/scan_json.h"
+#include "daemon/orders/scan_doubts.h"
 #include "daemon/stock/mask_painter.h"
 #include "daemon/stock/part_zones.h"
 
 namespace veneer::daemon {
-
-// Of a proposal's file.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakenTile, file, sha256, device, taken_at, dpi)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuspectWood, allocation, piece)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenSheet, read, tiles, map_file, map_sha256, mask_file, panel, after, later_map,
-                                   parent, parent_fiducials, suspects)
-
 namespace {
-
-using nlohmann::json;
-
-const char* in_words(calib::DifferenceKind kind) {
-  return kind == calib::DifferenceKind::kGoneNotBooked ? "wood is gone that is not booked as cut"
-                                                       : "booked as cut, and still in the panel";
-}
-
-Box<PanelFrame> bounds_of(const Region<PanelFrame>& region) {
-  Box<PanelFrame> out;
-  for (const auto& ring : region.rings())
-    for (const auto& point : ring) out.add(point);
-  return out;
-}
-
-bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y;
-}
-
-// Whose wood each difference is; nobody's when it is free.
-Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences) {
-  std::vector<FoundDifference> out;
-  const auto live = r.ledger.live_allocations(panel);
-  if (!live) return live.error();
-  std::vector<Box<PanelFrame>> boxes;
-  boxes.reserve(live->size());
-  for (const auto& allocation : *live) boxes.push_back(bounds_of(allocation.area));
-  for (const calib::Difference& difference : differences) {
-    FoundDifference& found = out.emplace_back(FoundDifference{difference, {}});
-    // Of rings that a worker may have let cross each other.
-    const auto& shape = found.seen.shape = unite(difference.shape, {});
-    const Box<PanelFrame> box = bounds_of(shape);
-    for (std::size_t i = 0; i < live->size(); ++i) {
-      const auto& allocation = (*live)[i];
-      const bool cut = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-      const bool booked = difference.kind == calib::DifferenceKind::kBookedNotGone;
-      if (allocation.piece.value == 0 || cut != booked || !touch(boxes[i], box)) continue;
-      if (!overlaps(allocation.area, shape)) continue;
-      const auto piece = r.jobs.find_piece(allocation.piece);
-      if (!piece) return piece.error();
-      found.pieces.push_back({allocation.job, piece->mark, allocation.state});
-    }
-  }
-  return out;
-}
-
-// Of a piece that was cut out nothing is left; a few pixels at the border of another hole are noise.
-db::Seen what_was_seen(double share_gone) {
-  constexpr double kOut = 0.9, kNoise = 0.05;
-  return share_gone >= kOut ? db::Seen::kCut : share_gone <= kNoise ? db::Seen::kStillThere : db::Seen::kUnclear;
-}
-
-// Was the wood as suspect as it is when its first picture was taken? A proposal may wait for days, while the piece is
-// settled, cut again and suspect anew.
-Result<bool> was_suspect(Repositories& r, const SuspectWood& wood, const std::vector<TakenTile>& tiles) {
-  const auto steps = r.jobs.history({wood.piece});
-  if (!steps) return steps.error();
-  return std::ranges::all_of(
-      tiles, [&](const TakenTile& tile) { return steps->empty() || steps->back().at <= tile.taken_at; });
-}
-
-// What the scan saw of wood that is suspect is noted until somebody says what became of it; nothing is decided.
-struct SeenSuspects {
-  std::vector<SeenSuspect> told;
-  std::vector<std::pair<db::AllocationId, db::Sighting>> noted;  // the same
-};
-Result<SeenSuspects> see_suspects(Repositories& r, const SeenSheet& seen, const std::string& at) {
-  SeenSuspects out;
-  const auto& suspects = seen.suspects;
-  const auto& gone = seen.read.suspects_gone;
-  const bool unfit = std::ranges::any_of(seen.read.warnings, is_unfit_light);
-  for (std::size_t i = 0; i < suspects.size(); ++i) {
-    const auto piece = r.jobs.find_piece({suspects[i].piece});
-    if (!piece) return piece.error();
-    // Somebody said it while the scan was being looked at.
-    if (piece->state != db::PieceState::kSuspect || piece->allocation.value != suspects[i].allocation) continue;
-    const auto as_now = was_suspect(r, suspects[i], seen.tiles);
-    if (!as_now) return as_now.error();
-    if (!*as_now) continue;
-    db::Sighting sighting{what_was_seen(gone[i]), gone[i], 0, seen.tiles.empty() ? at : seen.tiles.back().taken_at};
-    // In a light that was not learnt change is no sign; before a later map it may have been gone, and shows none since.
-    if (unfit || (seen.later_map && sighting.seen == db::Seen::kStillThere)) sighting.seen = db::Seen::kUnclear;
-    out.noted.emplace_back(db::AllocationId{suspects[i].allocation}, sighting);
-    out.told.push_back({piece->job, piece->mark, sighting});
-  }
-  return out;
-}
-
-std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences) {
-  std::vector<db::DifferenceRecord> out;
-  for (const FoundDifference& difference : differences) {
-    db::DifferenceRecord& record = out.emplace_back();
-    record.gone = difference.seen.kind == calib::DifferenceKind::kGoneNotBooked;
-    record.place = difference.seen.place;
-    record.shape = difference.seen.shape;
-    record.area = difference.seen.area;
-    auto pieces = nlohmann::json::array();
-    for (const auto& piece : difference.pieces)
-      pieces.push_back({{"job", piece.job.value}, {"mark", piece.mark}, {"state", db::to_string(piece.state)}});
-    record.pieces_json = pieces.dump();
-  }
-  return out;
-}
 
 void tell_changed_wood(const PanelId& panel, PanelRead& read) {
   const auto tell = [&](const char* name, SquareMillimetres area, const char* what, const char* remedy) {
@@ -221,19 +110,6 @@ Status check_overruled(const db::ProposalRecord& proposal, const std::vector<std
 
 }  // namespace
 
-std::string to_text(const std::vector<ScanWarning>& warnings) {
-  return json(warnings).dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-std::vector<ScanWarning> warnings_of(const db::ProposalRecord& proposal) {
-  std::vector<ScanWarning> out;
-  const json list = json::parse(proposal.warnings_json, nullptr, false);
-  if (!list.is_array()) return out;
-  for (const json& one : list)
-    if (one.is_object()) out.push_back({one.value("name", ""), one.value("text", "")});
-  return out;
-}
-
 std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const std::vector<TakenTile>& tiles,
                                          const PanelRead& read) {
   std::vector<db::ScanRecord> records;
@@ -267,7 +143,7 @@ Result<ScanOutcome> ScanProposals::propose(SeenSheet seen, const std::string& wh
     if (!wants_a_look(seen.read)) return enter(std::move(seen), std::nullopt, {});
   }
   if (const auto part = part_of(seen); !part) return part.error();
-  const std::string text = json(seen).dump(-1, ' ', false, json::error_handler_t::replace);
+  const std::string text = to_text(seen);
   const std::string name = sha256_hex(std::as_bytes(std::span(text)));
   const auto read_file = library_.store_bytes(text, "proposals", fmt::format("read-{}.json", name.substr(0, 16)));
   if (!read_file) return read_file.error();
@@ -311,16 +187,9 @@ Result<SeenSheet> ScanProposals::read_back(const db::ProposalRecord& proposal) c
       fmt::format("what was read of the scan of proposal {} is not what was written: scan the sheet again",
                   proposal.id.value)};
   if (sha256_hex(std::as_bytes(std::span(*text))) != proposal.read_sha256) return spoilt;
-  try {
-    json seen = json::parse(*text);
-    // Of a scan that waited while the program became this one.
-    json& read = seen.at("read");
-    read.emplace("asked", json::array());
-    read.emplace("edge_margin", PanelRead{}.edge_margin), read.emplace("round_margin", PanelRead{}.round_margin);
-    return seen.get<SeenSheet>();
-  } catch (const json::exception&) {
-    return spoilt;
-  }
+  auto seen = seen_from_text(*text);
+  if (!seen) return spoilt;
+  return *std::move(seen);
 }
 
 Result<ScanOutcome> ScanProposals::accept(db::ProposalId proposal, const std::vector<std::string>& overruled,

@@ -13,32 +13,15 @@
 
 #include "base/log.h"
 #include "base/result.h"
-#include "calib/reconcile.h"
 #include "daemon/orders/scan_work.h"
+#include "daemon/stock/found_differences.h"
 #include "daemon/stock/panel_library.h"
+#include "daemon/stock/seen_sheet.h"
 #include "daemon/stock/strip_answers.h"
+#include "daemon/stock/suspect_sightings.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
-
-// What wood and ledger disagree about, and the pieces whose wood it is: cut ones that still hang there, reserved ones
-// whose wood is gone.
-struct FoundDifference {
-  struct Piece {
-    JobId job;
-    std::string mark;
-    db::AllocationState state = db::AllocationState::kReserved;
-  };
-  calib::Difference seen;
-  std::vector<Piece> pieces;
-};
-
-// What a scan saw of a suspect piece's wood: a proposal.
-struct SeenSuspect {
-  JobId job;
-  std::string mark;
-  db::Sighting sighting;
-};
 
 struct ScanOutcome {
   std::size_t tiles = 0;         // collected so far
@@ -58,31 +41,6 @@ struct ScanOutcome {
   Millimetres width{0}, height{0};                          // of a show face: the sheet
   SquareMillimetres lost{0}, gained{0};                     // of a show face that was known: PanelRead
   std::vector<ScanWarning> warnings;                        // of a show face
-};
-
-// A raw scan in the data folder.
-struct TakenTile {
-  std::string file, sha256, device, taken_at;
-  double dpi = 0;
-};
-// Wood that was suspect when the scan was looked at.
-struct SuspectWood {
-  std::int64_t allocation = 0, piece = 0;
-};
-
-// What a scan of a show face showed, and what it was compared with.
-struct SeenSheet {
-  PanelRead read;
-  std::vector<TakenTile> tiles;
-  std::string map_file, map_sha256, mask_file;  // in the data folder
-  std::optional<PanelId> panel;                 // a known one
-  int after = 0;                                // and the version of its mask
-  // Its first map is lost: it was compared with a later one, which may have been made after a suspect's wood had gone.
-  // Wood that shows no change since is then a sighting that is unclear, never one that is still there.
-  bool later_map = false;
-  std::optional<PanelId> parent;  // of a new one: the sawn panel that it is a part of
-  calib::PanelFiducials parent_fiducials;
-  std::vector<SuspectWood> suspects;
 };
 
 // How much free wood a scan may take from a panel, or give back, before somebody has to look: the greater of the two.
@@ -123,9 +81,6 @@ class ScanProposals {
   Logger log_;
 };
 
-// As the database keeps them with a proposal.
-std::string to_text(const std::vector<ScanWarning>& warnings);
-std::vector<ScanWarning> warnings_of(const db::ProposalRecord& proposal);
 // Of the tags that a scan of a known face added to it.
 std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face);
 

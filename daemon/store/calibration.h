@@ -1,4 +1,4 @@
-// What the cell's certificates say at this moment, and how they are written as certificate payloads (JSON).
+// What the cell's certificates say at this moment.
 //
 // Four certificates: scanner (its metric map), camera (lens and place over the bed), axes (machine_from_bed, and the
 // camera re-anchored to that bed frame; bound to the camera certificate it was made with), kerf. Each carries the name
@@ -13,23 +13,14 @@
 #include <vector>
 
 #include "base/calibration_pattern.h"
-#include "base/frames.h"
 #include "base/result.h"
-#include "calib/camera_fit.h"
 #include "calib/camera_model.h"
 #include "calib/error_lattice.h"
-#include "calib/kerf_meter.h"
-#include "calib/machine_axes.h"
 #include "calib/scanner_model.h"
+#include "daemon/store/certificate_payload.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
-
-// Lens and axes together: what finds a panel on the bed and tells the machine where to go.
-struct BedCalibration {
-  calib::CameraModel camera;  // over the BedFrame that machine_from_bed starts from
-  Affine2<MachineFrame, BedFrame> machine_from_bed;
-};
 
 enum class CertificateState {
   kMissing,      // none was ever issued
@@ -109,12 +100,5 @@ Status require_picture_size(const calib::CameraModel& camera, int width_px, int 
 // kRefused when a scan came from another make of scanner than the certificate; where either is not known, Ok.
 Status require_make(const Calibration& calibration, const std::string& make);
 Status require_scan_size(const Calibration& calibration, int columns, int rows);
-
-nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
-nlohmann::json to_payload(const calib::CameraFit& camera);
-// `reach`: of the beam, over which the error is predicted; empty: the pattern's area.
-nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const PatternLayout& pattern,
-                          const Box<MachineFrame>& reach = {});
-nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
 
 }  // namespace veneer::daemon

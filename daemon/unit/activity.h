@@ -148,8 +148,8 @@ class Activity {
   virtual std::string doing() const { return {}; }
 
   // What is written down before anything moves for it (work_record.h), as in "while a pattern was burnt". "": it is a
-  // part of the job that is under way.
-  virtual std::string recorded() const { return {}; }
+  // part of the job that is under way. Each says it: what moves without a record is no abort after a kill.
+  virtual std::string recorded() const = 0;
 
   // Does the bed have to be looked at before the first stroke, and whenever hands may have been in?
   virtual bool needs_look() const = 0;
@@ -177,11 +177,9 @@ class Activity {
     static_cast<void>(at_rest);
     return false;
   }
-  // It is over before its end, beam off. Gives what is to be written down. `remark` gets what a person must know of it.
-  virtual std::optional<BrokenRun> broken_off(std::string& remark) {
-    static_cast<void>(remark);
-    return std::nullopt;
-  }
+  // It is over before its end, beam off. Gives what is to be written down; nothing where no wood of the stock can
+  // have been touched. `remark` gets what a person must know of it.
+  virtual std::optional<BrokenRun> broken_off(std::string& remark) = 0;
   // The end of all of it, for whoever waits for that. Said once.
   virtual void over(const Status& status) { static_cast<void>(status); }
 };

@@ -34,23 +34,16 @@ Status check_at_rest(const Doings& now) {
   return Ok();
 }
 
-Status check_may_be_watched(const Doings& now) {
-  switch (now.state) {
-    case CellState::kHeld:
-      return Ok();
-    case CellState::kStopped:
-    case CellState::kIdle:
-    case CellState::kComplete:
-    case CellState::kAborted:
-      break;
+Status check_may_be_watched(CellState state) {
+  switch (state) {
+    case CellState::kStarting:
+    case CellState::kSuspending:
     case CellState::kSuspended:
+    case CellState::kUnsuspending:
       return not_now("the cell waits for a panel and looks at the bed by itself: its last look is GET /bed.jpg");
     default:
-      return not_now(fmt::format("the cell is {}, and the head may move: wait until it rests", to_string(now.state)));
+      return Ok();
   }
-  if (now.activity || now.jogging || now.beam_on || !now.stands_still)
-    return not_now("the head moves: wait until it stands still");
-  return Ok();
 }
 
 bool allows_owed_look(const Doings& now) {

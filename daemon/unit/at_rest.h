@@ -25,9 +25,10 @@ Status check_booked(const Doings& now);
 // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an abort
 // that nobody has cleared: what a program that ends now would break off or forget.
 Status check_at_rest(const Doings& now);
-// kConflict, with a sentence, while the head moves or an activity may move it, and while the unit looks at the bed
-// again and again by itself: no pictures for people who only watch then.
-Status check_may_be_watched(const Doings& now);
+// kConflict, with a sentence, while the unit looks at the bed again and again by itself, or is about to: no pictures
+// for people who only watch then. A head that moves or burns is no reason: such a picture proves nothing, and gives
+// way.
+Status check_may_be_watched(CellState state);
 // The beam is off, nothing is under way that moves the head, and what an abort proved is booked: an owed look may be
 // taken (owed_proof.h).
 bool allows_owed_look(const Doings& now);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "drivers/overdue.h"
+
 namespace veneer::daemon {
 
 CellHealth::CellHealth(const Clock& real_clock, Parts parts, Duration patience)
@@ -25,7 +27,7 @@ void CellHealth::look() {
   else if (!link_lost_)
     link_lost_ = now;
   else if (now - *link_lost_ > patience_)
-    sentence_ = "the laser's link does not answer: check the cable and the laser's supply, then Clear";
+    sentence_ = overdue_words("the laser's link does not answer", "Clear and Reset");
   if (!sentence_.empty() && parts_.moving()) parts_.stop(sentence_);
 }
 

@@ -57,6 +57,7 @@ struct CellView {
   std::optional<JobView> job;
   std::optional<LoadView> load;
   bool framing = false;  // the frame is being traced: the head moves while Suspended
+  bool alone = false;    // from Starting on: strokes of no job (PatternBurn), which ask for no panel
   int can_recut = 0;     // pieces that were cut in the pose the camera last proved
   PanelId recut_panel;   // on which
   JobId recut_job;       // of which job

@@ -410,6 +410,7 @@ void JobRunner::burn_pattern(Pattern pattern, const std::string& who, Reply repl
   if (const Status checked = check({&all, 1}); !checked) return reply(checked);
   audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   from_ = view_.state;
+  view_.alone = true;
   enter(CellState::kStarting, burning ? "looking whether a panel of the stock lies on the bed" : "");
   const std::string doing =
       burning ? "burning the " + pattern.name : "running the " + pattern.name + " with the beam off";

@@ -15,9 +15,9 @@
 // off owes that look (owed_proof.h).
 //
 // Who asks or commands sees no more of it than he needs: unit_state.h, cell_commands.h, job_commands.h,
-// pattern_commands.h, jogging.h, overrides.h. What goes on beside the states is told of them and has its own files:
-// the wait for a panel, the proof of the bed, looks and ends that are owed, cuts that can be met again, the record of
-// what is under way.
+// pattern_commands.h, jog_commands.h, override_commands.h. What goes on beside the states is told of them and has its
+// own files: the wait for a panel, the proof of the bed, looks and ends that are owed, cuts that can be met again, the
+// record of what is under way.
 //
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
@@ -73,14 +73,13 @@ class JobRunner : public UnitState,
   void begin(const db::Recovery& recovery);
 
   // CellCommands
-  void command(CellCommand command, const std::string& who, Reply reply,
-               std::vector<std::string> confirmed = {}) override;
+  void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) override;
   void stop_by(const std::function<std::string()>& who) override;
   TimePoint stop_given() const override { return stop_given_; }
   void stop_after_piece(const std::string& who, const Reply& reply) override;
   void write_off_look(const std::string& who, const Reply& reply) override;
   void frame(PowerFraction power, const std::string& who, const Reply& reply,
-             const std::vector<std::string>& confirmed = {}) override;
+             const std::vector<std::string>& confirmed) override;
 
   // JobCommands
   void start_job(JobId job, const std::string& who, Reply reply) override;
@@ -91,13 +90,13 @@ class JobRunner : public UnitState,
   Status require_confirmed(const std::vector<std::string>& confirmed) const override;
   Status may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const override;
   void look_for_stock(std::vector<std::string> confirmed, Reply reply) override;
-  void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply)); }
-  void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed = {},
-                    std::function<Status()> wanted = Ok) override;
+  void home(const std::string& who, Reply reply) override { command(CellCommand::kReset, who, std::move(reply), {}); }
+  void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed,
+                    std::function<Status()> wanted) override;
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) override;
 
-  Jogging& jogging() { return jogging_; }
-  Overrides& overrides() { return overrides_; }
+  JogCommands& jogging() { return jogging_; }
+  OverrideCommands& overrides() { return overrides_; }
 
   // UnitState
   const CellView& view() const override { return view_; }
@@ -119,7 +118,7 @@ class JobRunner : public UnitState,
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
   // May people who only watch have pictures of the bed (at_rest.h)?
-  Status may_be_watched() const { return check_may_be_watched(doings()); }
+  Status may_be_watched() const { return check_may_be_watched(view_.state); }
   const RunnerOptions& options() const { return options_; }
   // Somebody else said something of the job's pieces: what the view tells of them is read again.
   void job_changed(JobId job);

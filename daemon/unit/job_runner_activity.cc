@@ -231,7 +231,7 @@ void JobRunner::go_back(const Activity& from, const std::string& reason) {
 // From here on nothing that was meant for it arrives.
 std::unique_ptr<Activity> JobRunner::retire() {
   end_epoch();
-  view_.recutting = view_.framing = false;
+  view_.recutting = view_.framing = view_.alone = false;
   at_laser_ = laser_held_ = recording_ = false;
   proof_.give_up();
   return std::move(activity_);

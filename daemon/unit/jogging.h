@@ -21,15 +21,15 @@
 #include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
 #include "daemon/unit/cell_view.h"
+#include "daemon/unit/jog_commands.h"
 #include "daemon/unit/preflight.h"
 #include "daemon/unit/work_record.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
 
-class Jogging {
+class Jogging final : public JogCommands {
  public:
-  using Reply = std::function<void(Status)>;
   // All of it outlives this.
   struct Unit {
     LaserDriver& laser;
@@ -43,12 +43,9 @@ class Jogging {
   };
   explicit Jogging(Unit unit) : unit_(std::move(unit)) {}
 
-  // The reply comes when the laser has taken it; the way takes its time.
-  void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply);
-  // At once, whatever state the unit is in.
-  void stop();
-  // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
-  Status corner_is_here() { return unit_.laser.corner_is_here(); }
+  void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply) override;
+  void stop() override;
+  Status corner_is_here() override { return unit_.laser.corner_is_here(); }
 
   // The laser has taken a jog that no activity waits for, and has not told its end.
   bool under_way() const { return under_way_; }

@@ -2,36 +2,72 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "base/letters.h"
 
 namespace veneer::daemon {
 namespace {
 
 using nlohmann::json;
 
+constexpr double kUmPerMm = 1000;
+
+json::other_error not_a_cut(const char* why) { return json::other_error::create(501, why, nullptr); }
+
+// Places as whole micrometres, which is as fine as a laser is told: of each the way from the one before it, in letters.
+std::string letters_of(const Stroke& stroke) {
+  std::string out;
+  std::int64_t last_x = 0, last_y = 0;
+  for (std::size_t i = 0; i < stroke.path.size(); ++i) {
+    const bool closes = i + 1 == stroke.path.size() && stroke.closed();
+    const auto& p = closes ? stroke.path.front() : stroke.path[i];
+    const std::int64_t x = std::llround(p.x.count() * kUmPerMm), y = std::llround(p.y.count() * kUmPerMm);
+    append_letters(out, x - last_x);
+    append_letters(out, y - last_y);
+    last_x = x, last_y = y;
+  }
+  return out;
+}
+Polyline<MachineFrame> path_of(std::string_view letters) {
+  Polyline<MachineFrame> out;
+  std::int64_t x = 0, y = 0, step_x = 0, step_y = 0;
+  while (!letters.empty()) {
+    if (!take_letters(letters, step_x) || !take_letters(letters, step_y)) throw not_a_cut("its places are no letters");
+    x += step_x, y += step_y;
+    out.push_back(point<MachineFrame>(static_cast<double>(x) / kUmPerMm, static_cast<double>(y) / kUmPerMm));
+  }
+  return out;
+}
+
+// A list in the order of cut_of().
 json to_json(const Stroke& stroke) {
-  json path = json::array();
-  for (const auto& p : stroke.path) path.push_back({p.x.count(), p.y.count()});
-  return {{"path_mm", std::move(path)},
-          {"speed_mm_s", stroke.speed.count()},
-          {"power", stroke.power.count()},
-          {"passes", stroke.passes},
-          {"air", stroke.air},
-          {"overscan_mm", stroke.overscan.count()}};
+  return {letters_of(stroke), stroke.speed.count(), stroke.power.count(),
+          stroke.passes,      stroke.air,           stroke.overscan.count()};
 }
 
 Stroke cut_of(const json& written, PieceId piece) {
   Stroke out;
   out.piece = piece;
   out.role = StrokeRole::kCut;
-  for (const json& p : written.at("path_mm"))
-    out.path.push_back(point<MachineFrame>(p.at(0).get<double>(), p.at(1).get<double>()));
-  out.speed = MmPerSecond(written.at("speed_mm_s").get<double>());
-  out.power = PowerFraction(written.at("power").get<double>());
-  out.passes = written.at("passes");
-  out.air = written.at("air");
-  out.overscan = Millimetres(written.at("overscan_mm").get<double>());
-  if (out.path.size() < 2) throw json::other_error::create(501, "a cut has two places at least", nullptr);
+  const bool has_names = written.is_object();  // as until schema 37
+  const auto member = [&](std::size_t index, const char* name) -> const json& {
+    return has_names ? written.at(name) : written.at(index);
+  };
+  if (has_names)
+    for (const json& p : written.at("path_mm"))
+      out.path.push_back(point<MachineFrame>(p.at(0).get<double>(), p.at(1).get<double>()));
+  else
+    out.path = path_of(written.at(0).get_ref<const std::string&>());
+  out.speed = MmPerSecond(member(1, "speed_mm_s").get<double>());
+  out.power = PowerFraction(member(2, "power").get<double>());
+  out.passes = member(3, "passes");
+  out.air = member(4, "air");
+  out.overscan = Millimetres(member(5, "overscan_mm").get<double>());
+  if (out.path.size() < 2) throw not_a_cut("a cut has two places at least");
   return out;
 }
 

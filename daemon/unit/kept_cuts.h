@@ -33,8 +33,8 @@ class KeptCuts {
   }
   void forget() { pose_.reset(), cuts_.clear(); }
 
-  // As the booking of `burn` in `run` writes it, and what was written of the last run; none where it cannot be met
-  // again.
+  // As the booking of `burn` in `run` writes it, its places in whole micrometres, and what was written of the last run;
+  // none where it cannot be met again.
   static db::KeptCut to_record(const PieceBurn& burn, db::RunId run, const std::string& laser);
   static Result<KeptCuts> read(Repositories& r);
 

@@ -24,6 +24,7 @@ class PanelRun final : public Activity {
   PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenPose& shown, std::vector<db::PieceRecord> pieces,
            bool more, KeptCuts& kept);
 
+  std::string recorded() const override { return {}; }  // the run is, with each piece that it begins
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
   bool proves_pose() const override { return true; }

@@ -46,9 +46,18 @@ std::string PatternBurn::recorded() const {
 void PatternBurn::look(Reply reply) {
   host_.parts().bed.stock_in_sight(
       host_.while_current([this, reply = std::move(reply)](const Result<StockSight>& seen) {
-        const Status wanted = wanted_();
+        const Status wanted = still_wanted();
         reply(wanted ? judge_stock(seen, confirmed_) : wanted);
       }));
+}
+
+// Asked before the first stroke, and at each Unhold.
+Status PatternBurn::still_wanted() const {
+  Status wanted = wanted_();
+  if (wanted || !begun_ || wanted.error().code != ErrorCode::kCancelled) return wanted;
+  return Error{
+      ErrorCode::kCancelled,
+      fmt::format("the {} was cancelled after it was begun, and part of it may be burnt: Stop ends it", pattern_.name)};
 }
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {

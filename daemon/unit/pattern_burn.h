@@ -27,9 +27,12 @@ class PatternBurn final : public Activity {
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;
+  std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }  // scrap is nobody's
   void over(const Status& status) override { reply_(status); }
 
  private:
+  Status still_wanted() const;
+
   ActivityHost& host_;
   Pattern pattern_;
   Reply reply_;

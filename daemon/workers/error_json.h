@@ -20,10 +20,10 @@ inline ErrorCode error_code_of(int number) {
 }
 
 // None for what is no such object; a code that is not known is kInternal.
-inline std::optional<Error> error_from_json(const nlohmann::json& json) {
-  if (!json.is_object()) return std::nullopt;
-  const auto code = json.find("code"), message = json.find("message");
-  if (code == json.end() || !code->is_string() || message == json.end() || !message->is_string()) return std::nullopt;
+inline std::optional<Error> error_from_json(const nlohmann::json& told) {
+  if (!told.is_object()) return std::nullopt;
+  const auto code = told.find("code"), message = told.find("message");
+  if (code == told.end() || !code->is_string() || message == told.end() || !message->is_string()) return std::nullopt;
   Error out{ErrorCode::kInternal, message->get<std::string>()};
   for (int i = 0; i <= static_cast<int>(ErrorCode::kInternal); ++i)
     if (code->get_ref<const std::string&>() == to_string(static_cast<ErrorCode>(i)))

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/overdue.h"
+
 namespace veneer::grbl {
 
 void Phase::start(LaserJob&&) { fail(busy()); }
@@ -131,7 +133,7 @@ Status Ready::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
   if (!m_.report() || !m_.position()) return busy_for_jogs();
   if (m_.report()->state != "Idle")
     return Error{ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", m_.report()->state,
-                                                  m_.says("Door") ? "close the lid and home it" : "home it first")};
+                                                  m_.lid_open() ? "close the lid and home it" : "home it first")};
   const double fastest = std::min(m_.settings.x.max_rate_mm_s, m_.settings.y.max_rate_mm_s);
   if (!(speed.count() > 0 && speed.count() <= fastest))
     return Error{ErrorCode::kInvalidArgument, fmt::format("the laser is jogged at up to {:.0f} mm/s", fastest)};
@@ -218,7 +220,12 @@ class Waking final : public Ready {
     fail(error);
     Ready::link_lost(error);
   }
-  void deadline() override { give_up({ErrorCode::kRefused, "the laser still says that its lid is open: close it"}); }
+  void deadline() override {
+    if (m_.lid_open()) return give_up({ErrorCode::kRefused, "the laser still says that its lid is open: close it"});
+    give_up({ErrorCode::kRefused, overdue_words(fmt::format("the laser still says \"{}\", though its lid is closed",
+                                                            m_.report() ? m_.report()->state : ""),
+                                                "try again")});
+  }
   Duration poll_period() const override { return m_.options.fast_poll_period; }
 
  private:
@@ -268,7 +275,8 @@ class Resetting final : public Phase {
   void settled() override { host_.enter(home_wanted_ ? homing(m_, host_) : ready(m_, host_)); }
   void deadline() override {
     if (std::exchange(home_wanted_, false))
-      fail({ErrorCode::kTimeout, "the laser controller does not come back from its reset: switch it off and on"});
+      fail({ErrorCode::kTimeout, overdue_words("the laser controller does not come back from its reset",
+                                               "Clear and Reset, or switch the laser off and on")});
   }
   void link_lost(const Error& error) override {
     home_wanted_ ? fail(error) : drop_out(error, false);
@@ -297,9 +305,10 @@ Status job_allowed(const Machine& machine, const LaserJob& job) {
   if (!machine.at_focus())
     return Error{ErrorCode::kRefused, "the laser's head is not at the focus height: Stop, then Reset moves it there"};
   if (machine.report()->state != "Idle")
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the laser is not idle but says \"{}\": {}", machine.report()->state,
-                             machine.says("Door") ? "close the lid" : "clear it and home it first")};
+    return Error{ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", machine.report()->state,
+                                                  machine.lid_open()     ? "close the lid"
+                                                  : machine.says("Door") ? "home it first"
+                                                                         : "clear it and home it first")};
   return check_job(job, machine.settings);
 }
 

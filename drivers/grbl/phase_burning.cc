@@ -7,6 +7,7 @@
 
 #include "drivers/grbl/phase.h"
 #include "drivers/grbl/stray_path.h"
+#include "drivers/overdue.h"
 
 namespace veneer::grbl {
 namespace {
@@ -410,7 +411,9 @@ void Burning::tell_executed() {
 
 void Burning::deadline() {
   if (hold_ == Hold::kRequested)
-    return emergency({ErrorCode::kDeviceFault, "the laser did not stand still with the beam off after a hold"});
+    return emergency(
+        {ErrorCode::kDeviceFault,
+         overdue_words("the laser did not stand still with the beam off after a hold", "Clear and Reset")});
   if (hold_ != Hold::kResuming) return;
   hold_ = Hold::kHeld;
   host_.tell(laser_event::Held{});
@@ -426,10 +429,7 @@ void Burning::tick() {
                      "disturbance, end other heavy programs, then Clear and Reset",
                      m_.outstanding().size(), m_.outstanding().front().number)});
   if (m_.now - last_progress_ >= m_.options.stall_timeout)
-    emergency({ErrorCode::kDeviceFault,
-               "the laser neither moves nor answers lines, as if its controller hung or was busy with something else, "
-               "the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check "
-               "cable and supply, end other heavy programs, then Clear and Reset"});
+    emergency({ErrorCode::kDeviceFault, overdue_words("the laser neither moves nor answers lines", "Clear and Reset")});
 }
 
 TimePoint Burning::next_deadline() const {

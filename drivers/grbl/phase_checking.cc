@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/grbl/phase.h"
+#include "drivers/overdue.h"
 #include "drivers/stroke_groups.h"
 
 namespace veneer::grbl {
@@ -45,7 +46,9 @@ class Checking final : public Phase {
     host_.enter(closed(m_, host_));
   }
   void deadline() override {
-    break_off({ErrorCode::kDeviceFault, "the laser controller stopped answering in its check mode"}, false);
+    break_off({ErrorCode::kDeviceFault,
+               overdue_words("the laser controller stopped answering in its check mode", "try again")},
+              false);
   }
   void pump() override;
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/grbl/phase.h"
+#include "drivers/overdue.h"
 
 namespace veneer::grbl {
 namespace {
@@ -45,9 +46,11 @@ class Homing final : public Phase {
   }
   void deadline() override {
     m_.homed = false;
-    fail({ErrorCode::kTimeout, step_ == Step::kFocus
-                                   ? "the laser's head did not reach the focus height (laser.focus_z_mm) in time"
-                                   : "the laser did not finish homing in time"});
+    fail({ErrorCode::kTimeout,
+          overdue_words(step_ == Step::kFocus
+                            ? "the laser's head did not reach the focus height (laser.focus_z_mm) in time"
+                            : "the laser did not finish homing in time",
+                        "Clear and Reset")});
     reset();
   }
   bool polls() const override { return answered_; }  // stock GRBL answers nothing while it homes

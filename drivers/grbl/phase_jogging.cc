@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/grbl/phase.h"
+#include "drivers/overdue.h"
 
 namespace veneer::grbl {
 namespace {
@@ -41,10 +42,8 @@ class Jogging final : public Phase {
     host_.enter(closed(m_, host_));
   }
   void deadline() override {
-    break_off(
-        {ErrorCode::kDeviceFault,
-         "the laser neither moves nor answers while it is jogged, as if its controller hung or the cable had lost "
-         "a byte: see that the head is free, check cable and supply, then Reset"});
+    break_off({ErrorCode::kDeviceFault,
+               overdue_words("the laser neither moves nor answers while it is jogged", "Clear and Reset")});
   }
   void pump() override {
     if (!m_.outstanding().empty() || all_sent() || !motion_.fits(lines_[next_])) return;

@@ -5,6 +5,7 @@
 
 #include "drivers/lihuiyu/egv_encoder.h"
 #include "drivers/lihuiyu/packet.h"
+#include "drivers/overdue.h"
 
 namespace veneer::lihuiyu {
 
@@ -198,7 +199,9 @@ class Homing final : public Phase {
     fail(error);
     end_closed();
   }
-  void deadline() override { break_off({ErrorCode::kTimeout, "the laser did not finish homing in time"}); }
+  void deadline() override {
+    break_off({ErrorCode::kTimeout, overdue_words("the laser did not finish homing in time", "Clear and Reset")});
+  }
 
  private:
   void break_off(const Error& error) {

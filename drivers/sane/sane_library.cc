@@ -95,6 +95,45 @@ void describe_constraint(const SANE_Option_Descriptor& from, ScannerOption& to) 
       to.words.emplace_back(*word);
 }
 
+std::string value_of(SANE_Handle handle, SANE_Int number, const SANE_Option_Descriptor& option) {
+  if (!SANE_OPTION_IS_ACTIVE(option.cap) || (option.cap & SANE_CAP_SOFT_DETECT) == 0) return "";
+  const ScannerOption::Kind kind = kind_of(option);
+  if (kind == ScannerOption::Kind::kOther) return "";
+  std::vector<char> room(static_cast<std::size_t>(std::max(option.size, kWordSize)) + 1, '\0');
+  if (sane_control_option(handle, number, SANE_ACTION_GET_VALUE, room.data(), nullptr) != SANE_STATUS_GOOD) return "";
+  if (kind == ScannerOption::Kind::kText) return room.data();
+  SANE_Word word = 0;
+  std::memcpy(&word, room.data(), sizeof word);
+  if (kind == ScannerOption::Kind::kYesNo) return word != SANE_FALSE ? "true" : "false";
+  return in_digits(number_of(option, word));
+}
+
+Status set_option(SANE_Handle handle, const std::string& scanner, SANE_Int number, const SANE_Option_Descriptor& option,
+                  const std::string& value) {
+  // The device may write into it.
+  std::vector<char> room(static_cast<std::size_t>(std::max(option.size, kWordSize)) + 1, '\0');
+  const ScannerOption::Kind kind = kind_of(option);
+  if (kind == ScannerOption::Kind::kText) {
+    if (value.size() >= static_cast<std::size_t>(option.size))
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the scanner {} takes at most {} characters for {}: write less", scanner,
+                               option.size - 1, text_of(option.name))};
+    std::ranges::copy(value, room.begin());
+  } else {
+    double figure = 0;
+    std::from_chars(value.data(), value.data() + value.size(), figure);
+    const SANE_Word word =
+        kind == ScannerOption::Kind::kYesNo ? (value == "true" ? SANE_TRUE : SANE_FALSE) : word_of(option, figure);
+    std::memcpy(room.data(), &word, sizeof word);
+  }
+  const std::string name = text_of(option.name);  // setting may make new descriptors
+  const ScanStatus status = status_of(sane_control_option(handle, number, SANE_ACTION_SET_VALUE, room.data(), nullptr));
+  if (status == ScanStatus::kGood) return Ok();
+  return error_of(status, scanner, fmt::format("setting {} = {}", name, value));
+}
+
+}  // namespace
+
 // Ending a scan makes some backends wait for a thread of theirs that never ends (SANE's own `test` now and then: it
 // cancels one in the midst of malloc()). The picture, or the reason why there is none, is known by then and must not
 // wait for them: such a backend is called no more.
@@ -108,161 +147,104 @@ class Ending {
   bool stuck_ = false;
 };
 
-class Scanner final : public OpenScanner {
- public:
-  Scanner(SANE_Handle handle, std::string name, std::shared_ptr<Ending> ending)
-      : handle_(handle), name_(std::move(name)), ending_(std::move(ending)) {}
-  ~Scanner() override {
-    ending_->call([handle = handle_] { sane_close(handle); });
+OpenScanner::OpenScanner(void* handle, std::string name, std::shared_ptr<Ending> ending)
+    : handle_(handle), name_(std::move(name)), ending_(std::move(ending)) {}
+
+OpenScanner::~OpenScanner() {
+  ending_->call([handle = handle_] { sane_close(handle); });
+}
+
+ScanStatus OpenScanner::start() { return status_of(sane_start(handle_)); }
+
+void OpenScanner::cancel() {
+  ending_->call([handle = handle_] { sane_cancel(handle); });
+}
+
+ScanStatus OpenScanner::parameters(FrameParameters& out) {
+  SANE_Parameters p{};
+  const ScanStatus status = status_of(sane_get_parameters(handle_, &p));
+  using Kind = FrameParameters::Kind;
+  switch (p.format) {
+    case SANE_FRAME_GRAY:
+      out.kind = Kind::kGrey;
+      break;
+    case SANE_FRAME_RGB:
+      out.kind = Kind::kColour;
+      break;
+    case SANE_FRAME_RED:
+      out.kind = Kind::kRed;
+      break;
+    case SANE_FRAME_GREEN:
+      out.kind = Kind::kGreen;
+      break;
+    case SANE_FRAME_BLUE:
+      out.kind = Kind::kBlue;
+      break;
+    default:
+      out.kind = Kind::kOther;
   }
-  Scanner(const Scanner&) = delete;
-  Scanner& operator=(const Scanner&) = delete;
+  out.last = p.last_frame != SANE_FALSE;
+  out.bytes_per_line = p.bytes_per_line, out.pixels_per_line = p.pixels_per_line;
+  out.lines = p.lines, out.depth = p.depth;
+  return status;
+}
 
-  const std::string& scanner() const override { return name_; }
-  ScanStatus start() override { return status_of(sane_start(handle_)); }
-  void cancel() override {
-    ending_->call([handle = handle_] { sane_cancel(handle); });
+ScanStatus OpenScanner::read(std::span<std::uint8_t> room, std::size_t& got) {
+  SANE_Int length = 0;
+  const ScanStatus status = status_of(sane_read(handle_, room.data(), static_cast<SANE_Int>(room.size()), &length));
+  got = static_cast<std::size_t>(std::max(length, 0));
+  return status;
+}
+
+std::vector<ScannerOption> OpenScanner::options() const {
+  std::vector<ScannerOption> out;
+  for (SANE_Int number = 1; const SANE_Option_Descriptor* option = sane_get_option_descriptor(handle_, number);
+       ++number) {
+    if (option->type == SANE_TYPE_GROUP || text_of(option->name).empty()) continue;
+    ScannerOption& described = out.emplace_back();
+    described.name = text_of(option->name);
+    described.title = text_of(option->title);
+    described.unit = unit_of(option->unit);
+    described.kind = kind_of(*option);
+    described.active = SANE_OPTION_IS_ACTIVE(option->cap);
+    described.settable = SANE_OPTION_IS_SETTABLE(option->cap);
+    describe_constraint(*option, described);
+    described.value = value_of(handle_, number, *option);
   }
+  return out;
+}
 
-  ScanStatus parameters(FrameParameters& out) override {
-    SANE_Parameters p{};
-    const ScanStatus status = status_of(sane_get_parameters(handle_, &p));
-    using Kind = FrameParameters::Kind;
-    switch (p.format) {
-      case SANE_FRAME_GRAY:
-        out.kind = Kind::kGrey;
-        break;
-      case SANE_FRAME_RGB:
-        out.kind = Kind::kColour;
-        break;
-      case SANE_FRAME_RED:
-        out.kind = Kind::kRed;
-        break;
-      case SANE_FRAME_GREEN:
-        out.kind = Kind::kGreen;
-        break;
-      case SANE_FRAME_BLUE:
-        out.kind = Kind::kBlue;
-        break;
-      default:
-        out.kind = Kind::kOther;
-    }
-    out.last = p.last_frame != SANE_FALSE;
-    out.bytes_per_line = p.bytes_per_line, out.pixels_per_line = p.pixels_per_line;
-    out.lines = p.lines, out.depth = p.depth;
-    return status;
-  }
+Status OpenScanner::set(const ScannerOption& option, const std::string& value) {
+  for (SANE_Int number = 1; const SANE_Option_Descriptor* described = sane_get_option_descriptor(handle_, number);
+       ++number)
+    if (described->type != SANE_TYPE_GROUP && text_of(described->name) == option.name)
+      return set_option(handle_, name_, number, *described, value);
+  return Error{ErrorCode::kNotFound,
+               fmt::format("the scanner {} has no setting {}: see veneerctl scanner list", name_, option.name)};
+}
 
-  ScanStatus read(std::span<std::uint8_t> room, std::size_t& got) override {
-    SANE_Int length = 0;
-    const ScanStatus status = status_of(sane_read(handle_, room.data(), static_cast<SANE_Int>(room.size()), &length));
-    got = static_cast<std::size_t>(std::max(length, 0));
-    return status;
-  }
+SaneLibrary::SaneLibrary() : ending_(std::make_shared<Ending>()) {}
 
-  std::vector<ScannerOption> options() const override {
-    std::vector<ScannerOption> out;
-    for (SANE_Int number = 1; const SANE_Option_Descriptor* option = sane_get_option_descriptor(handle_, number);
-         ++number) {
-      if (option->type == SANE_TYPE_GROUP || text_of(option->name).empty()) continue;
-      ScannerOption& described = out.emplace_back();
-      described.name = text_of(option->name);
-      described.title = text_of(option->title);
-      described.unit = unit_of(option->unit);
-      described.kind = kind_of(*option);
-      described.active = SANE_OPTION_IS_ACTIVE(option->cap);
-      described.settable = SANE_OPTION_IS_SETTABLE(option->cap);
-      describe_constraint(*option, described);
-      described.value = value_of(number, *option);
-    }
-    return out;
-  }
+SaneLibrary::~SaneLibrary() {
+  ending_->call([] { sane_exit(); });
+}
 
-  Status set(const ScannerOption& option, const std::string& value) override {
-    for (SANE_Int number = 1; const SANE_Option_Descriptor* described = sane_get_option_descriptor(handle_, number);
-         ++number)
-      if (described->type != SANE_TYPE_GROUP && text_of(described->name) == option.name)
-        return set(number, *described, value);
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("the scanner {} has no setting {}: see veneerctl scanner list", name_, option.name)};
-  }
+Result<std::vector<FoundScanner>> SaneLibrary::find() {
+  const SANE_Device** list = nullptr;
+  const ScanStatus status = status_of(sane_get_devices(&list, SANE_FALSE));
+  if (status != ScanStatus::kGood) return error_of(status, "that was looked for", "looking for scanners");
+  std::vector<FoundScanner> out;
+  for (; list != nullptr && *list != nullptr; ++list)
+    out.push_back({text_of((*list)->name), text_of((*list)->vendor), text_of((*list)->model), text_of((*list)->type)});
+  return out;
+}
 
- private:
-  std::string value_of(SANE_Int number, const SANE_Option_Descriptor& option) const {
-    if (!SANE_OPTION_IS_ACTIVE(option.cap) || (option.cap & SANE_CAP_SOFT_DETECT) == 0) return "";
-    const ScannerOption::Kind kind = kind_of(option);
-    if (kind == ScannerOption::Kind::kOther) return "";
-    std::vector<char> room(static_cast<std::size_t>(std::max(option.size, kWordSize)) + 1, '\0');
-    if (sane_control_option(handle_, number, SANE_ACTION_GET_VALUE, room.data(), nullptr) != SANE_STATUS_GOOD)
-      return "";
-    if (kind == ScannerOption::Kind::kText) return room.data();
-    SANE_Word word = 0;
-    std::memcpy(&word, room.data(), sizeof word);
-    if (kind == ScannerOption::Kind::kYesNo) return word != SANE_FALSE ? "true" : "false";
-    return in_digits(number_of(option, word));
-  }
-
-  Status set(SANE_Int number, const SANE_Option_Descriptor& option, const std::string& value) {
-    // The device may write into it.
-    std::vector<char> room(static_cast<std::size_t>(std::max(option.size, kWordSize)) + 1, '\0');
-    const ScannerOption::Kind kind = kind_of(option);
-    if (kind == ScannerOption::Kind::kText) {
-      if (value.size() >= static_cast<std::size_t>(option.size))
-        return Error{ErrorCode::kInvalidArgument,
-                     fmt::format("the scanner {} takes at most {} characters for {}: write less", name_,
-                                 option.size - 1, text_of(option.name))};
-      std::ranges::copy(value, room.begin());
-    } else {
-      double figure = 0;
-      std::from_chars(value.data(), value.data() + value.size(), figure);
-      const SANE_Word word =
-          kind == ScannerOption::Kind::kYesNo ? (value == "true" ? SANE_TRUE : SANE_FALSE) : word_of(option, figure);
-      std::memcpy(room.data(), &word, sizeof word);
-    }
-    const std::string name = text_of(option.name);  // setting may make new descriptors
-    const ScanStatus status =
-        status_of(sane_control_option(handle_, number, SANE_ACTION_SET_VALUE, room.data(), nullptr));
-    if (status == ScanStatus::kGood) return Ok();
-    return error_of(status, name_, fmt::format("setting {} = {}", name, value));
-  }
-
-  SANE_Handle handle_;
-  std::string name_;
-  std::shared_ptr<Ending> ending_;
-};
-
-class Library final : public SaneLibrary {
- public:
-  Library() = default;
-  ~Library() override {
-    ending_->call([] { sane_exit(); });
-  }
-  Library(const Library&) = delete;
-  Library& operator=(const Library&) = delete;
-
-  Result<std::vector<FoundScanner>> find() override {
-    const SANE_Device** list = nullptr;
-    const ScanStatus status = status_of(sane_get_devices(&list, SANE_FALSE));
-    if (status != ScanStatus::kGood) return error_of(status, "that was looked for", "looking for scanners");
-    std::vector<FoundScanner> out;
-    for (; list != nullptr && *list != nullptr; ++list)
-      out.push_back(
-          {text_of((*list)->name), text_of((*list)->vendor), text_of((*list)->model), text_of((*list)->type)});
-    return out;
-  }
-
-  Result<std::unique_ptr<OpenScanner>> open_scanner(const std::string& name) override {
-    SANE_Handle handle = nullptr;
-    const ScanStatus status = status_of(sane_open(name.c_str(), &handle));
-    if (status != ScanStatus::kGood) return error_of(status, name, "opening it");
-    return std::unique_ptr<OpenScanner>(std::make_unique<Scanner>(handle, name, ending_));
-  }
-
- private:
-  std::shared_ptr<Ending> ending_ = std::make_shared<Ending>();
-};
-
-}  // namespace
+Result<std::unique_ptr<OpenScanner>> SaneLibrary::open_scanner(const std::string& name) {
+  SANE_Handle handle = nullptr;
+  const ScanStatus status = status_of(sane_open(name.c_str(), &handle));
+  if (status != ScanStatus::kGood) return error_of(status, name, "opening it");
+  return std::unique_ptr<OpenScanner>(new OpenScanner(handle, name, ending_));
+}
 
 Result<std::unique_ptr<SaneLibrary>> SaneLibrary::open(const std::filesystem::path& config) {
   // The only way to tell SANE. NOLINTNEXTLINE(concurrency-mt-unsafe): before it has a thread
@@ -270,7 +252,7 @@ Result<std::unique_ptr<SaneLibrary>> SaneLibrary::open(const std::filesystem::pa
     return Error{ErrorCode::kUnavailable, "SANE cannot be told its configuration: free memory, then try again"};
   if (const ScanStatus status = status_of(sane_init(nullptr, nullptr)); status != ScanStatus::kGood)
     return error_of(status, "software SANE", "starting");
-  return std::unique_ptr<SaneLibrary>(std::make_unique<Library>());
+  return std::unique_ptr<SaneLibrary>(new SaneLibrary());
 }
 
 }  // namespace veneer::sane

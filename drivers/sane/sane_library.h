@@ -5,8 +5,11 @@
 // thread. What it needs of its surroundings: SANE's configuration, the devices, the network.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,23 +28,50 @@ struct FoundScanner {
   std::string make() const { return vendor.empty() ? model : model.empty() ? vendor : vendor + " " + model; }
 };
 
+class Ending;  // of calls that may never return
+
 // An open scanner, closed with this object.
-class OpenScanner : public FrameSource {
+class OpenScanner final : public FrameSource {
  public:
+  ~OpenScanner() override;
+  OpenScanner(const OpenScanner&) = delete;
+  OpenScanner& operator=(const OpenScanner&) = delete;
+
+  const std::string& scanner() const override { return name_; }
+  ScanStatus start() override;
+  ScanStatus parameters(FrameParameters& out) override;
+  ScanStatus read(std::span<std::uint8_t> room, std::size_t& got) override;
+  void cancel() override;
+
   // All that can be set, in the device's order, as it stands now.
-  virtual std::vector<ScannerOption> options() const = 0;
+  std::vector<ScannerOption> options() const;
   // Sets what fitting_value() gave. kDeviceFault when the device refuses.
-  virtual Status set(const ScannerOption& option, const std::string& value) = 0;
+  Status set(const ScannerOption& option, const std::string& value);
+
+ private:
+  friend class SaneLibrary;
+  OpenScanner(void* handle, std::string name, std::shared_ptr<Ending> ending);
+
+  void* handle_;  // SANE's
+  std::string name_;
+  std::shared_ptr<Ending> ending_;
 };
 
 class SaneLibrary {
  public:
-  virtual ~SaneLibrary() = default;
   // `config`: the folder of dll.conf and the backends' files; "": the system's.
   static Result<std::unique_ptr<SaneLibrary>> open(const std::filesystem::path& config);
+  ~SaneLibrary();
+  SaneLibrary(const SaneLibrary&) = delete;
+  SaneLibrary& operator=(const SaneLibrary&) = delete;
+
   // Every backend looks for its devices; on the network that takes seconds.
-  virtual Result<std::vector<FoundScanner>> find() = 0;
-  virtual Result<std::unique_ptr<OpenScanner>> open_scanner(const std::string& name) = 0;
+  Result<std::vector<FoundScanner>> find();
+  Result<std::unique_ptr<OpenScanner>> open_scanner(const std::string& name);
+
+ private:
+  SaneLibrary();
+  std::shared_ptr<Ending> ending_;
 };
 
 }  // namespace veneer::sane

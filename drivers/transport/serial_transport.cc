@@ -36,8 +36,8 @@ std::string system_text(int number) { return std::generic_category().message(num
 
 Error cannot_open(const std::string& path, int number) {
   std::string remedy = "check the cable and the port in the configuration";
-  if (number == EACCES) remedy = "the daemon's user needs the group of the device, usually dialout";
-  if (number == EBUSY) remedy = "another program holds it";
+  if (number == EACCES) remedy = "give the daemon's user the group of the device, usually dialout";
+  if (number == EBUSY) remedy = "end the other program that holds it";
   return {ErrorCode::kUnavailable,
           fmt::format("the serial port {} does not open ({}): {}", path, system_text(number), remedy)};
 }

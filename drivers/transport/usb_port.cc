@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <libusb.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <array>
@@ -37,8 +38,8 @@ std::string place_of(libusb_device* device) {
 
 // One opened device and the thread that reaps its transfers.
 //
-// Threading: all but reap() and ended() is the reactor's. A flight belongs to the reactor while it is not `busy`, to
-// libusb and the session's thread while it is.
+// Threading: all but reap(), tell() and ended() is the reactor's. A flight belongs to the reactor while it is not
+// `busy`, to libusb and the session's thread while it is, and until whoever submitted it was told of its end.
 class UsbPort::Session {
  public:
   enum class End { kDone, kTimedOut, kFailed };
@@ -135,6 +136,7 @@ class UsbPort::Session {
     bool reads = false;
     OnEnd on_end;
     std::atomic<bool> busy = false;
+    bool landed = false;  // libusb has given it back, and nobody was told yet
   };
 
   Flight& ordinary() { return *flights_.front(); }
@@ -197,8 +199,14 @@ class UsbPort::Session {
                  fmt::format("the device {} cannot be opened ({}): {}", name, libusb_strerror(error), remedy)};
   }
 
-  static void LIBUSB_CALL ended(libusb_transfer* transfer) {
-    Flight& flight = *static_cast<Flight*>(transfer->user_data);
+  // Called by libusb on the session's thread. It is C, and no exception may pass through it.
+  static void LIBUSB_CALL ended(libusb_transfer* transfer) noexcept {
+    static_cast<Flight*>(transfer->user_data)->landed = true;
+  }
+
+  // Throws where there is no memory to tell it in: then it is still to be told.
+  static void tell(Flight& flight) {
+    const libusb_transfer* transfer = flight.transfer;
     const auto length = static_cast<std::size_t>(transfer->actual_length);
     End end = End::kFailed;
     const char* why = "transfer error";
@@ -225,12 +233,36 @@ class UsbPort::Session {
     }
     std::string bytes;
     if (flight.reads) bytes.assign(flight.bytes.begin(), flight.bytes.begin() + transfer->actual_length);
-    const OnEnd on_end = std::exchange(flight.on_end, nullptr);
+    OnEnd on_end = std::exchange(flight.on_end, nullptr);
+    flight.landed = false;
     flight.busy.store(false, std::memory_order_release);  // from here on it may be another one's
-    if (on_end) on_end(end, std::move(bytes), why);
+    if (!on_end) return;
+    try {
+      on_end(end, std::move(bytes), why);
+    } catch (...) {
+      // Nobody has heard of it, so nobody has submitted the flight anew.
+      flight.on_end = std::move(on_end);
+      flight.landed = true;
+      throw;
+    }
   }
 
-  void reap() {
+  // What cannot be told stays landed for the next turn. Of a port that is closed nobody wants to hear.
+  void tell_landed() noexcept {
+    for (const auto& flight : flights_) {
+      if (!flight->landed) continue;
+      try {
+        if (closing_)
+          flight->landed = false, flight->busy.store(false, std::memory_order_release);
+        else
+          tell(*flight);
+      } catch (...) {
+      }
+    }
+  }
+
+  void reap() noexcept {
+    pthread_setname_np(pthread_self(), "usb");
     const auto never = std::chrono::steady_clock::time_point::max();
     auto give_up = never;
     while (!closing_ || !idle()) {
@@ -238,7 +270,9 @@ class UsbPort::Session {
       if (closing_ && give_up == never) give_up = now + kLastTransfers;
       if (now >= give_up) cancel_all();
       timeval wait{0, 50'000};
-      if (libusb_handle_events_timeout_completed(context_, &wait, nullptr) != 0) break;
+      const int handled = libusb_handle_events_timeout_completed(context_, &wait, nullptr);
+      tell_landed();
+      if (handled != 0) break;
     }
   }
 

@@ -66,7 +66,7 @@ BoundaryCuts::Proposal BoundaryCuts::proposal(const std::vector<FaceCost>& costs
   std::vector<std::vector<FaceCost>> own(members_.size());
   for (std::size_t a = 0; a < members_.size(); ++a) {
     for (const std::size_t i : members_[a]) own[a].push_back(costs[i]);
-    recut_all(cut[a], own[a], cut_options(), kCutRounds);
+    reroute_all(cut[a], own[a], cut_options(), kCutRounds);
   }
   const double stride = std::max(3.0, px(kBorderStride));
   const double unit = stride * reach_ * 2 * mean_cost(costs);

@@ -10,7 +10,7 @@ namespace {
 // A line of CutLines, or one of the artwork's borders, which follow them.
 enum Border : std::size_t { kLeft, kRight, kTop, kBottom };
 
-struct Joint {
+struct LineVertex {
   double along = 0;
   Point<ArtworkFrame> at;
 };
@@ -18,7 +18,7 @@ struct Joint {
 class CurveBuilder {
  public:
   CurveBuilder(const CutLines& lines, Millimetres width, const PixelGrid& grid, Smoothness smoothness)
-      : lines_(lines), grid_(grid), smoothness_(smoothness), joints_(lines.lines.size() + 4) {
+      : lines_(lines), grid_(grid), smoothness_(smoothness), sides_(lines.lines.size() + 4) {
     out_.width = width, out_.height = grid.height;
   }
 
@@ -27,8 +27,8 @@ class CurveBuilder {
     for (const FaceLines& face : lines_.faces)
       for (const std::size_t upright : {number(face.left, kLeft), number(face.right, kRight)})
         for (const std::size_t level : {number(face.top, kTop), number(face.bottom, kBottom)})
-          add_joint(upright, level);
-    for (std::size_t line = 0; line < joints_.size(); ++line) add_edges(line);
+          add_vertex(upright, level);
+    for (std::size_t line = 0; line < sides_.size(); ++line) add_edges(line);
     for (std::size_t f = 0; f < lines_.faces.size(); ++f) close(f);
     return std::move(out_);
   }
@@ -36,7 +36,7 @@ class CurveBuilder {
  private:
   struct Meeting {
     std::size_t other;
-    Joint joint;
+    LineVertex vertex;
   };
   struct Side {
     std::vector<Meeting> meetings;  // along the line
@@ -66,8 +66,8 @@ class CurveBuilder {
   // To whole micrometres.
   static Point<ArtworkFrame> whole(const Point<ArtworkFrame>& p) { return {whole(p.x), whole(p.y)}; }
 
-  void add_joint(std::size_t upright, std::size_t level) {
-    std::vector<Meeting>& known = joints_[upright].meetings;
+  void add_vertex(std::size_t upright, std::size_t level) {
+    std::vector<Meeting>& known = sides_[upright].meetings;
     if (std::any_of(known.begin(), known.end(), [&](const Meeting& it) { return it.other == level; })) return;
     // The lines turn by less than 45 degrees, so going from one to the other and back comes ever closer.
     double column = across(upright, across(level, 0)), row = across(level, column);
@@ -80,16 +80,16 @@ class CurveBuilder {
     if (is_border(upright)) at.x = upright - lines_.lines.size() == kRight ? out_.width : Millimetres(0);
     if (is_border(level)) at.y = level - lines_.lines.size() == kTop ? out_.height : Millimetres(0);
     known.push_back({level, {row, at}});
-    joints_[level].meetings.push_back({upright, {column, at}});
+    sides_[level].meetings.push_back({upright, {column, at}});
   }
 
   void add_edges(std::size_t line) {
-    Side& side = joints_[line];
+    Side& side = sides_[line];
     std::sort(side.meetings.begin(), side.meetings.end(),
-              [](const Meeting& a, const Meeting& b) { return a.joint.along < b.joint.along; });
+              [](const Meeting& a, const Meeting& b) { return a.vertex.along < b.vertex.along; });
     side.first_edge = out_.edges.size();
     for (std::size_t i = 0; i + 1 < side.meetings.size(); ++i)
-      out_.edges.push_back(edge_between(line, side.meetings[i].joint, side.meetings[i + 1].joint));
+      out_.edges.push_back(edge_between(line, side.meetings[i].vertex, side.meetings[i + 1].vertex));
   }
 
   PlanePoint sample(std::size_t line, double along) const {
@@ -98,7 +98,7 @@ class CurveBuilder {
     return {p.x.count(), p.y.count()};
   }
 
-  PartitionEdge edge_between(std::size_t line, const Joint& from, const Joint& to) const {
+  PartitionEdge edge_between(std::size_t line, const LineVertex& from, const LineVertex& to) const {
     if (is_border(line)) {
       PartitionEdge out = straight_edge(from.at, to.at);
       for (const std::size_t k : {1, 2}) {
@@ -124,7 +124,7 @@ class CurveBuilder {
 
   // The edges of `line` between two others, along it; `backwards`: as a boundary that runs against it.
   void add_side(std::size_t face, std::size_t line, std::size_t from, std::size_t to, bool backwards) {
-    const Side& side = joints_[line];
+    const Side& side = sides_[line];
     const auto place = [&](std::size_t other) {
       return static_cast<std::size_t>(std::find_if(side.meetings.begin(), side.meetings.end(),
                                                    [&](const Meeting& it) { return it.other == other; }) -
@@ -153,7 +153,7 @@ class CurveBuilder {
   const CutLines& lines_;
   const PixelGrid& grid_;
   Smoothness smoothness_;
-  std::vector<Side> joints_;
+  std::vector<Side> sides_;
   Partition out_;
 };
 

@@ -175,9 +175,9 @@ VENEER_CLONES void add_between(const double* row, const std::uint32_t* pixels, c
 // First pixel whose middle is at or beyond `at`.
 int first_middle_from(double at) { return static_cast<int>(std::ceil(at - 0.5)); }
 
-class Recut {
+class Reroute {
  public:
-  Recut(const CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options)
+  Reroute(const CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options)
       : line_(lines.lines[number]), view_(lines, number), costs_(costs), options_(options) {
     double least = line_.straight, most = line_.straight;
     if (!line_.curved.empty()) {
@@ -502,22 +502,22 @@ CutLines cut_lines(std::span<const PixelRectangle> rectangles, double width, dou
   return out;
 }
 
-void recut(CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options) {
-  lines.lines[number].at = Recut(lines, number, costs, options).run();
+void reroute(CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options) {
+  lines.lines[number].at = Reroute(lines, number, costs, options).run();
 }
 
-void recut_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, int rounds) {
+void reroute_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, int rounds) {
   for (int round = 0; round < rounds; ++round)
     for (const bool upright : {true, false})
       for (std::size_t i = 0; i < lines.lines.size(); ++i)
-        if (lines.lines[i].upright == upright) recut(lines, i, costs, options);
+        if (lines.lines[i].upright == upright) reroute(lines, i, costs, options);
 }
 
 void smooth_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, double stride, double bend,
                 int rounds) {
   for (int round = 0; round < rounds; ++round)
     for (std::size_t i = 0; i < lines.lines.size(); ++i)
-      lines.lines[i].at = Recut(lines, i, costs, options).smoothest(stride, bend);
+      lines.lines[i].at = Reroute(lines, i, costs, options).smoothest(stride, bend);
 }
 
 }  // namespace veneer::planner

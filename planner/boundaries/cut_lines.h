@@ -1,7 +1,7 @@
 // The borders of a rectangular partition as lines over the artwork's pixels, and the cheapest way of each by dynamic
 // programming (paper, section 3.4, equations 8 and 9).
 //
-// A line is the longest straight run of borders: a whole grid line, or between T-joints where patches have several
+// A line is the longest straight run of borders: a whole grid line, or between T-junctions where patches have several
 // sizes. It is a function of the pixels along it. One line is moved at a time while all others stay, columns and rows
 // in turn; crossings need no special case, because a pixel's patch is found from all four lines around it. Lines turn
 // by less than 45 degrees from upright or level, so an upright line and a level one cross once. A morphed grid's lines
@@ -82,9 +82,9 @@ struct CutOptions {
 };
 
 // Moves line `number` to where the two faces at each of its pixels cost least.
-void recut(CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options);
+void reroute(CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options);
 // All upright lines, then all level ones, `rounds` times.
-void recut_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, int rounds);
+void reroute_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, int rounds);
 // Moves all lines to where they cost least of all lines that are smooth: splines with a control every `stride` pixels,
 // whose turns there, in sixths of the stride, cost their squares times `bend`.
 void smooth_all(CutLines& lines, std::span<const FaceCost> costs, const CutOptions& options, double stride, double bend,

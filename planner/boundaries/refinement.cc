@@ -31,7 +31,7 @@ class Refiner {
     out_.patches = std::move(placements);
   }
 
-  Refinement run() {
+  Result<Refinement> run(OnStop on_stop) {
     out_.report.cost_before = measured(borders_->outlines(), out_.patches);
     cost_ = out_.report.cost_before;
     const double rounds = 1 + options_.rematch;
@@ -39,6 +39,7 @@ class Refiner {
     progress_(1 / rounds);
     out_.report.cost_refined = cost_;
     if (going.ok() && options_.rematch > 0) going = choose_again();
+    if (!going.ok() && on_stop == OnStop::kCancel) return going.error();
     out_.stopped = !going.ok();
     finish();
     return std::move(out_);
@@ -157,10 +158,11 @@ class Refiner {
 
 }  // namespace
 
-Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
-                             const PlanOptions& options, int threads, const std::function<void(double)>& progress,
-                             const std::stop_token& stop) {
-  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run();
+Result<Refinement> refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
+                                     const PlanOptions& options, int threads,
+                                     const std::function<void(double)>& progress, const std::stop_token& stop,
+                                     OnStop on_stop) {
+  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run(on_stop);
 }
 
 }  // namespace veneer::planner

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/layout/partition.h"
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"
@@ -27,14 +28,16 @@ struct Refinement {
   std::vector<Partition> layouts;               // one an artwork
   std::vector<std::vector<std::size_t>> faces;  // of each layout: the tasks of its faces, as places in the queue
   RefineReport report;
-  bool stopped = false;  // before all was done: what there is, is whole
+  bool stopped = false;  // before all was done: as it was after the last step (OnStop::kBestSoFar)
 };
 
 // Gives the queue's tasks, whose patches cover their artworks, their real shapes. `placements`: one a task, on wood
 // that `matcher` had free at its beginning. `progress` gets the share done, on the calling thread. The same for any
-// number of threads.
-Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
-                             const PlanOptions& options, int threads, const std::function<void(double)>& progress,
-                             const std::stop_token& stop);
+// number of threads. kCancelled: a stop was requested before all was done, with OnStop::kCancel, and the tasks are as
+// they were.
+Result<Refinement> refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
+                                     const PlanOptions& options, int threads,
+                                     const std::function<void(double)>& progress, const std::stop_token& stop,
+                                     OnStop on_stop = OnStop::kCancel);
 
 }  // namespace veneer::planner

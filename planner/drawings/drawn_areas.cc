@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kDrawnSide = 2000;     // pixels of the longer side
 constexpr int kPointBits = 4;           // bits behind the point of drawn coordinates
-constexpr double kFarthestPixel = 1e7;  // of joints, which may reach beyond the regions
+constexpr double kFarthestPixel = 1e7;  // of partings, which may reach beyond the regions
 
 // XML, after the mark of its encoding and blanks: no picture begins so.
 bool is_drawing(std::string_view bytes) {
@@ -52,10 +52,10 @@ std::optional<Ends> straight(const DrawnLine& line, double within) {
 // be stretched, a share of its own size.
 struct Tolerances {
   double straight = 2 * kFlatMm;  // aside of a straight line
-  double closed = 0.1;            // between the ends of a line that is closed, and from a joint's end to a border
+  double closed = 0.1;            // between the ends of a line that is closed, and from a parting's end to a border
 };
 Tolerances tolerances_of(const Drawing& drawing) {
-  Drawing wide;  // which lines are joints is known only with the tolerance
+  Drawing wide;  // which lines are partings is known only with the tolerance
   std::ranges::copy_if(drawing.lines, std::back_inserter(wide.lines), [](const auto& l) { return !straight(l, 0); });
   const DrawingExtent e = extent_of(wide);
   const double side = std::max(e.max_x - e.min_x, e.max_y - e.min_y);
@@ -87,7 +87,7 @@ Status all_closed(const Drawing& drawing, const Tolerances& tolerances) {
                            open->points.front()[0], open->points.front()[1])};
 }
 
-// Regions as they lie over each other, and the joints over them.
+// Regions as they lie over each other, and the partings over them: straight lines that part what they cross.
 class AreaRaster {
  public:
   AreaRaster(const DrawingExtent& extent, double scale)
@@ -95,29 +95,29 @@ class AreaRaster {
         scale_(scale),
         labels_(cvRound((extent.max_y - extent.min_y) * scale), cvRound((extent.max_x - extent.min_x) * scale),
                 CV_32SC1, cv::Scalar::all(0)),
-        joints_(labels_.size(), CV_8UC1, cv::Scalar::all(0)) {}
+        partings_(labels_.size(), CV_8UC1, cv::Scalar::all(0)) {}
 
-  // A region, closed or not. What is not filled lets the joints under it be seen.
+  // A region, closed or not. What is not filled lets the partings under it be seen.
   void fill(const DrawnLine& line) {
     std::vector<std::vector<cv::Point>> rings(1);
     for (const DrawingPoint& p : line.points) rings[0].push_back(pixel(p));
     cv::fillPoly(labels_, rings, cv::Scalar::all(++regions_), cv::LINE_8, kPointBits);
-    if (line.filled) cv::fillPoly(joints_, rings, cv::Scalar::all(0), cv::LINE_8, kPointBits);
+    if (line.filled) cv::fillPoly(partings_, rings, cv::Scalar::all(0), cv::LINE_8, kPointBits);
   }
 
-  // A joint ends where what it parts does, to within so many mm.
+  // A parting ends where what it parts does, to within so many mm.
   void part(const Ends& ends, double within) {
     const double x = ends.to[0] - ends.from[0], y = ends.to[1] - ends.from[1], length = std::hypot(x, y);
     const double farther = (within + 1 / scale_) / length;
     const DrawingPoint from{ends.from[0] - x * farther, ends.from[1] - y * farther},
         to{ends.to[0] + x * farther, ends.to[1] + y * farther};
-    cv::line(joints_, pixel(from), pixel(to), cv::Scalar::all(255), 1, cv::LINE_8, kPointBits);
-    has_joints_ = true;
+    cv::line(partings_, pixel(from), pixel(to), cv::Scalar::all(255), 1, cv::LINE_8, kPointBits);
+    has_partings_ = true;
   }
 
   // CV_8UC3, one for each area.
   cv::Mat colours() {
-    if (has_joints_) part_regions(labels_, joints_);
+    if (has_partings_) part_regions(labels_, partings_);
     cv::Mat out(labels_.size(), CV_8UC3);
     for (int r = 0; r < out.rows; ++r)
       for (int c = 0; c < out.cols; ++c) {
@@ -137,9 +137,9 @@ class AreaRaster {
 
   DrawingExtent extent_;
   double scale_;
-  cv::Mat labels_, joints_;
+  cv::Mat labels_, partings_;
   int regions_ = 0;
-  bool has_joints_ = false;
+  bool has_partings_ = false;
 };
 
 }  // namespace

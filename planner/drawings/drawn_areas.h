@@ -20,7 +20,7 @@ std::string_view ending_of(std::string_view bytes);
 
 // CV_8UC3, the inside of each line in a colour of its own, what was drawn later over what was drawn before; what lies
 // in none of them has one too. An open line that is filled is closed, as a viewer does. A straight one, filled or not,
-// has no inside: it is a joint where it has a colour, and parts the areas that it crosses from border to border; one
+// has no inside: where it has a colour it parts the areas that it crosses, from border to border; one
 // that is not seen, or ends within an area, is passed over. The picture reaches from edge to edge of the regions.
 // kInvalidArgument: it is no SVG that read_svg() takes, has no region or another open line, or is flat or without
 // measure.

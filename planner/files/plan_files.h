@@ -32,17 +32,6 @@ struct PickedPiece {
 // kNotFound: the plan has no such piece. kInvalidArgument: it cannot be read.
 Result<PickedPiece> pick_piece(std::string_view plan_json, const std::string& mark);
 
-struct ReportSeconds {
-  double load = 0, total = 0;
-};
-// What the assembled previews say, all together; none when no piece has wood.
-struct PreviewFigures {
-  std::optional<double> cost_per_pixel;   // preview.h
-  std::optional<double> grain_coherence;  // grain/grain_coherence.h
-};
-std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           const PreviewFigures& previews = {});
-
 Status write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace veneer::planner

@@ -9,11 +9,9 @@
 #include <tuple>
 
 #include "planner/cancelled.h"
-#include "planner/global/sketch.h"
-#include "planner/matching/banded_polygon.h"
-#include "planner/matching/clearance.h"
+#include "planner/global/outline_room.h"
+#include "planner/global/rough_cost.h"
 #include "planner/parallel.h"
-#include "planner/poses/free_places.h"
 #include "planner/poses/near_search.h"
 
 namespace veneer::planner {
@@ -21,114 +19,6 @@ namespace {
 
 constexpr int kRegionsASide = 3;    // of a patch
 constexpr int kPositionsASide = 4;  // of a region
-
-// How far points of a panel lie from wood that is gone, roughly and fast: what most questions whether an outline can
-// lie somewhere need, without asking the polygons.
-class RoomMap {
- public:
-  // With cells of about an eighth of `fine`. Distances up to `reach` are known. Not to be asked once a stop is
-  // requested.
-  RoomMap(const FreeWood& wood, double fine, double reach, const std::stop_token& stop) : wood_(wood), reach_(reach) {
-    const Raster<PanelFrame>& free = wood.raster();
-    step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(fine / 8)).count()));
-    cell_ = free.resolution.to_mm(Pixels(step_)).count();
-    // What is left over at the right and lower border is narrower than any patch's margin.
-    cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
-    for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
-      const auto* from = free.pixels.ptr<std::uint8_t>(r);
-      auto* to = wholly_free.ptr<std::uint8_t>(r / step_);
-      for (int c = 0; c < wholly_free.cols * step_; ++c)
-        if (from[c] == 0) to[c / step_] = 0;
-    }
-    if (stop.stop_requested()) return;
-    cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
-    measure(wholly_free, stop);
-  }
-
-  // In millimetres, from a point to the nearest wood that is gone: no less than the one, no more than the other.
-  struct Room {
-    double least, most;
-  };
-  Room at(const Point<PanelFrame>& p) const {
-    double column = 0, row = 0;
-    wood_.raster().to_pixels(p, column, row);
-    const int c = static_cast<int>(std::floor(column / step_)) + 1, r = static_cast<int>(std::floor(row / step_)) + 1;
-    if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return {-1, -1};
-    // From cell centre to cell centre; either point lies within half a diagonal of its own.
-    const double distance = distance_.at<float>(r, c) * cell_, doubt = kDoubt * cell_;
-    return {distance - doubt, distance + doubt};
-  }
-
- private:
-  static constexpr double kDoubt = 1.5;  // cells
-  static constexpr int kBand = 64;       // rows
-
-  // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
-  // beyond its own rows.
-  void measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
-    const int reach = static_cast<int>(std::ceil(reach_ / cell_ + kDoubt)) + 1;
-    distance_.create(wholly_free.size(), CV_32FC1);
-    for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kBand) {
-      const cv::Range band(top, std::min(wholly_free.rows, top + kBand));
-      const cv::Range seen(std::max(0, band.start - reach), std::min(wholly_free.rows, band.end + reach));
-      cv::Mat distance;
-      cv::distanceTransform(wholly_free.rowRange(seen), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-      distance.rowRange(band.start - seen.start, band.end - seen.start).copyTo(distance_.rowRange(band));
-    }
-  }
-
-  const FreeWood& wood_;
-  double reach_, cell_ = 0;
-  int step_ = 1;
-  cv::Mat distance_;  // in cells
-};
-
-// A patch's outline against a RoomMap and, where that leaves a doubt, against the wood.
-class OutlineRoom {
- public:
-  OutlineRoom(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels)
-      : places_(patch.outline, footprint, panels), border_(panels.front().wood.border().count()) {
-    const Ring<PanelFrame> centred = footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) * patch.outline;
-    // Convex outlines have pointed corners once they are grown, others blunt ones from twice the growth on.
-    const bool convex = is_convex(centred);
-    for (const auto& p : convex ? grown(centred, panels.front().wood.border()) : centred)
-      outer_ = std::max(outer_, std::hypot(p.x.count(), p.y.count()));
-    outer_ += (convex ? 0 : 2 * border_) + kRounding;
-    const ScanResolution& resolution = patch.grid.resolution;
-    for (const CoverDisc& disc : cover_of(patch.outline, patch.grid, patch.pixels.left, patch.pixels.top)) {
-      const Point<PanelFrame> at =
-          footprint.panel_from_artwork(pose_at(0, 0, 0, 0)) *
-          Point<ArtworkFrame>{resolution.to_mm(Pixels(patch.pixels.left + disc.x)),
-                              patch.grid.height - resolution.to_mm(Pixels(patch.pixels.top + disc.y))};
-      discs_.push_back(
-          {at.x.count(), at.y.count(), resolution.to_mm(Pixels(disc.radius)).count() + border_ - kRounding});
-    }
-  }
-
-  double outer() const { return outer_; }  // of the outline with all that is kept from it, about its centre
-  // Whether it certainly cannot lie there: wood is gone within one of the discs that it holds.
-  bool rules_out(const Pose& at, const RoomMap& map) const {
-    return std::any_of(discs_.begin(), discs_.end(), [&](const Disc& it) {
-      const Point<PanelFrame> p =
-          point<PanelFrame>(at.x + at.cos * it.x - at.sin * it.y, at.y + at.sin * it.x + at.cos * it.y);
-      return map.at(p).most < it.radius;
-    });
-  }
-  // The same as FreeWood::on_free_wood().
-  bool on_free_wood(const Pose& at, const RoomMap& map) const {
-    if (map.at(point<PanelFrame>(at.x, at.y)).least > outer_) return places_.clear_of_settled(at);
-    return !rules_out(at, map) && places_.on_free_wood(at);
-  }
-
- private:
-  static constexpr double kRounding = 0.01;  // mm
-  struct Disc {
-    double x, y, radius;  // from the centre; with all that is kept from the outline
-  };
-  FreePlaces places_;
-  double border_, outer_ = 0;
-  std::vector<Disc> discs_;
-};
 
 // Corner by corner. One that begins at another corner counts as another shape, and is asked about itself.
 bool same_shape(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
@@ -185,8 +75,8 @@ class ClassSurvey {
         region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {
     for (const std::size_t patch : patches_) {
       if (stop.stop_requested()) return;
-      sketches_.emplace_back(problem.queue[patch].match, blocks_);
-      add_grain(patch, sketches_.back());
+      rough_patches_.emplace_back(problem.queue[patch].match, blocks_);
+      add_grain(patch, rough_patches_.back());
       rooms_.emplace_back(problem.queue[patch].match, footprints_[patch], matcher.panels());
     }
     double least_outer = footprints_[patches_.front()].outer(), most_outer = least_outer, reach = 0;
@@ -204,9 +94,9 @@ class ClassSurvey {
              });
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
-      Result<PanelSketch> sketch = PanelSketch::make(panel.features.pixels, blocks_, stop);
-      if (!sketch.ok()) return;
-      panels_.push_back({std::move(*sketch), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
+      Result<RoughPanel> rough = RoughPanel::make(panel.features.pixels, blocks_, stop);
+      if (!rough.ok()) return;
+      panels_.push_back({std::move(*rough), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
@@ -255,18 +145,18 @@ class ClassSurvey {
   // With grain, three more numbers of a candidate, and of a patch what they weigh: with w and t the directions of wood
   // and picture, |w| |t| - w.t is twice their disagreement.
   bool has_grain() const { return options_.grain != nullptr && options_.grain->is_there(); }
-  std::size_t numbers(const PanelSketch& sketch) const { return sketch.numbers() + (has_grain() ? 3 : 0); }
-  void add_grain(std::size_t patch, PatchSketch& sketch) const {
+  std::size_t numbers(const RoughPanel& rough) const { return rough.numbers() + (has_grain() ? 3 : 0); }
+  void add_grain(std::size_t patch, RoughPatch& rough) const {
     if (!has_grain()) return;
     const cv::Vec2f wanted = options_.grain->wanted(patch);
-    const double most = options_.grain->most(patch) / sketch.pixels / 2;  // of what crosses at right angles
+    const double most = options_.grain->most(patch) / rough.pixels / 2;  // of what crosses at right angles
     for (const double part : {-static_cast<double>(wanted[0]), -static_cast<double>(wanted[1]), cv::norm(wanted)})
-      sketch.weights.push_back(static_cast<float>(most * part));
+      rough.weights.push_back(static_cast<float>(most * part));
   }
-  void describe_grain(const PanelSketch& sketch, const Pose& at, float* to, std::size_t stride) const {
+  void describe_grain(const RoughPanel& rough, const Pose& at, float* to, std::size_t stride) const {
     if (!has_grain()) return;
     const cv::Vec2f wood = options_.grain->wood(at);
-    to += sketch.numbers() * stride;
+    to += rough.numbers() * stride;
     to[0] = wood[0], to[stride] = wood[1], to[2 * stride] = static_cast<float>(cv::norm(wood));
   }
   double grain_cost(std::size_t patch, const Pose& at) const {
@@ -274,7 +164,7 @@ class ClassSurvey {
   }
 
   struct Panel {
-    PanelSketch sketch;
+    RoughPanel rough;
     RoomMap room;
     int columns, rows;  // regions
     std::size_t first_row;
@@ -349,9 +239,9 @@ class ClassSurvey {
 
   void survey_row(std::size_t row, std::vector<Best>& best) const {
     const auto panel = static_cast<std::size_t>(spot(row, 0, 0).panel);
-    const PanelSketch& sketch = panels_[panel].sketch;
+    const RoughPanel& rough = panels_[panel].rough;
     const std::size_t stride = (per_region() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    std::vector<float> numbers(this->numbers(sketch) * stride), squares(stride), scores(stride);
+    std::vector<float> numbers(this->numbers(rough) * stride), squares(stride), scores(stride);
     std::vector<std::uint32_t> there;
     for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
       there.clear();
@@ -360,14 +250,14 @@ class ClassSurvey {
         if (!fits(at)) continue;
         const Lattice& lattice = matcher_.lattice(at.panel, at.rotation);
         squares[there.size()] =
-            sketch.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
-        if (has_grain()) describe_grain(sketch, pose_of(at), numbers.data() + there.size(), stride);
+            rough.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
+        if (has_grain()) describe_grain(rough, pose_of(at), numbers.data() + there.size(), stride);
         there.push_back(within);
       }
       if (there.empty()) continue;
       const std::uint64_t base = (row * widest() + static_cast<std::uint64_t>(column)) * per_region();
       for (std::size_t i = 0; i < patches_.size(); ++i) {
-        score_candidates(sketches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
+        score_candidates(rough_patches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
         const auto end = scores.begin() + static_cast<std::ptrdiff_t>(there.size());
         for (auto least = std::min_element(scores.begin(), end); std::isfinite(*least);
              least = std::min_element(scores.begin(), end)) {
@@ -386,7 +276,7 @@ class ClassSurvey {
 
   void describe_slots() {
     slot_stride_ = (slots_.size() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    slot_numbers_.resize(numbers(panels_.front().sketch) * slot_stride_);
+    slot_numbers_.resize(numbers(panels_.front().rough) * slot_stride_);
     slot_squares_.resize(slot_stride_);
     for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
       const Pose& slot = slots_[i];
@@ -394,15 +284,15 @@ class ClassSurvey {
       double column = 0, row = 0;
       matcher_.panels()[panel].features.to_pixels(point<PanelFrame>(slot.x, slot.y), column, row);
       slot_squares_[i] =
-          panels_[panel].sketch.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
-      describe_grain(panels_[panel].sketch, slot, slot_numbers_.data() + i, slot_stride_);
+          panels_[panel].rough.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
+      describe_grain(panels_[panel].rough, slot, slot_numbers_.data() + i, slot_stride_);
     }
   }
 
   std::vector<float> slot_scores(std::size_t i) const {
     std::vector<float> scores(slot_stride_);
     if (!slots_.empty())
-      score_candidates(sketches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
+      score_candidates(rough_patches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
                        scores.data());
     return scores;
   }
@@ -473,10 +363,10 @@ class ClassSurvey {
   std::span<const Pose> slots_;
   const SurveyOptions& options_;
   const MatchPatch& model_;
-  SketchBlocks blocks_;
+  RoughBlocks blocks_;
   const std::stop_token& stop_;
   double region_;  // pixels
-  std::vector<PatchSketch> sketches_;
+  std::vector<RoughPatch> rough_patches_;
   std::vector<OutlineRoom> rooms_;  // one a patch
   double least_inner_ = 0;          // of the class's footprints
   double ample_ = 0;                // room that is enough for each of them

@@ -1,7 +1,7 @@
 // For every patch the best candidates of the whole stock, spread over it: what the global choice chooses from.
 //
 // The wood is looked at region by region (squares of a third of a patch); in each, every patch keeps the one candidate,
-// of a grid of positions and all rotations, that the sketch (sketch.h) finds cheapest among those that the discs in its
+// of a grid of positions and all rotations, whose rough cost (rough_cost.h) is lowest among those that the discs in its
 // outline do not rule out. Whether it stands is asked later, but where the patches of a class are alike: there it is
 // asked first. The best regions of each patch are thinned, laid on the matcher's lattice and measured exactly. A
 // candidate stands on free wood, so a region may come to nothing; other placements are not looked at.

@@ -58,7 +58,7 @@ class GlobalPlanner {
     best_ = greedy_;
   }
 
-  GlobalOutcome run(GlobalJournal journal) {
+  Result<GlobalOutcome> run(GlobalJournal journal, OnStop on_stop) {
     GlobalReport report;
     report.greedy_cost = greedy_.score.cost, report.greedy_unfilled = greedy_.score.unfilled;
     report.budget = kIterationsAPatch * greedy_.chosen.size();
@@ -67,11 +67,12 @@ class GlobalPlanner {
       improve(*search, journal, report);
       refused = refusing(search->lists());
     }
+    if (stop_.stop_requested() && on_stop == OnStop::kCancel) return cancelled();
     report.iterations = best_at_;
     report.stopped = report.iterations < report.budget;
     report.cost = best_.score.cost, report.unfilled = best_.score.unfilled;
     report.seconds = begin_.seconds();
-    return {placements(), report, refused};
+    return GlobalOutcome{placements(), report, refused};
   }
 
  private:
@@ -377,13 +378,14 @@ PatchPlacements placements_of(const Problem& problem, const Matcher& matcher,
   return out;
 }
 
-GlobalOutcome plan_globally(const Problem& problem, const Matcher& matcher,
-                            const std::vector<std::optional<LatticeCandidate>>& greedy, const PlanOptions& options,
-                            int threads, const GlobalProgress& progress, const std::stop_token& stop,
-                            PlanJournal* journal, const MaterialUse* others) {
+Result<GlobalOutcome> plan_globally(const Problem& problem, const Matcher& matcher,
+                                    const std::vector<std::optional<LatticeCandidate>>& greedy,
+                                    const PlanOptions& options, int threads, const GlobalProgress& progress,
+                                    const std::stop_token& stop, PlanJournal* journal, const MaterialUse* others,
+                                    OnStop on_stop) {
   const MaterialUse none(problem.limits);
   return GlobalPlanner(problem, matcher, greedy, options, threads, progress, stop, others != nullptr ? *others : none)
-      .run(GlobalJournal(journal));
+      .run(GlobalJournal(journal), on_stop);
 }
 
 }  // namespace veneer::planner

@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/files/plan_journal.h"
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"
@@ -26,7 +27,7 @@ struct GlobalOutcome {
   PatchPlacements patches;
   GlobalReport report;
   // Limits but for which a patch would have a cheaper place, or any; none: nobody chose together, because a stop was
-  // requested before.
+  // requested before (OnStop::kBestSoFar).
   std::optional<LimitSet> refused;
 };
 
@@ -34,12 +35,14 @@ struct GlobalOutcome {
 using GlobalProgress = std::function<void(double share, const std::string& text)>;
 
 // `matcher` with its index built; its wood may have been taken. The same for any number of threads; only `stop` and
-// PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns within 100 ms the best of the last
-// stage that it has finished (a sixteenth of the iterations), at least `greedy`; its report says after how many
-// iterations that was. `journal`: see make_plan. `others`: what pieces that are not in the queue take of limited woods.
-GlobalOutcome plan_globally(const Problem& problem, const Matcher& matcher,
-                            const std::vector<std::optional<LatticeCandidate>>& greedy, const PlanOptions& options,
-                            int threads, const GlobalProgress& progress, const std::stop_token& stop,
-                            PlanJournal* journal = nullptr, const MaterialUse* others = nullptr);
+// PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns within 100 ms: kCancelled, or with
+// OnStop::kBestSoFar the best of the last stage that it has finished (a sixteenth of the iterations), at least
+// `greedy`; its report says after how many iterations that was. `journal`: see make_plan. `others`: what pieces that
+// are not in the queue take of limited woods.
+Result<GlobalOutcome> plan_globally(const Problem& problem, const Matcher& matcher,
+                                    const std::vector<std::optional<LatticeCandidate>>& greedy,
+                                    const PlanOptions& options, int threads, const GlobalProgress& progress,
+                                    const std::stop_token& stop, PlanJournal* journal = nullptr,
+                                    const MaterialUse* others = nullptr, OnStop on_stop = OnStop::kCancel);
 
 }  // namespace veneer::planner

@@ -21,8 +21,8 @@ PlanePoint at(const Cubic& cubic, double t);
 enum class Smoothness { kG0, kG1 };
 
 // As few cubics, one after the other, as lie within `tolerance` of the path's points and have its ends (at least two
-// points, no two that follow each other alike). With kG1 directions at the ends and joints are the path's own, `before`
-// and `after` are the points next to its ends where a longer path goes on; null where it ends.
+// points, no two that follow each other alike). With kG1 directions at the ends and where curves meet are the path's
+// own, `before` and `after` are the points next to its ends where a longer path goes on; null where it ends.
 std::vector<Cubic> fit_cubics(std::span<const PlanePoint> path, double tolerance, Smoothness smoothness,
                               const PlanePoint* before = nullptr, const PlanePoint* after = nullptr);
 

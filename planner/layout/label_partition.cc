@@ -19,9 +19,9 @@ constexpr int kSideSteps = 4;
 const std::array<SideStep, kSideSteps> kSideStep{
     {{1, 0, {0, -1}, {0, 0}}, {0, -1, {-1, -1}, {0, -1}}, {-1, 0, {-1, 0}, {-1, -1}}, {0, 1, {0, 0}, {-1, 0}}}};
 
-// A row of steps between two joints.
+// A row of steps between two vertices.
 struct Chain {
-  std::vector<cv::Point> corners;  // both joints included
+  std::vector<cv::Point> corners;  // both vertices included
   int left = kNoLabel, right = kNoLabel;
 };
 
@@ -34,7 +34,7 @@ class Tracer {
     std::vector<Chain> out;
     for (int r = 0; r <= labels_.rows; ++r)
       for (int c = 0; c <= labels_.cols; ++c) {
-        if (!is_joint({c, r})) continue;
+        if (!is_vertex({c, r})) continue;
         for (int s = 0; s < kSideSteps; ++s)
           if (is_border({c, r}, s) && (walked_.at<std::uint8_t>(r, c) & (1 << s)) == 0) out.push_back(walk({c, r}, s));
       }
@@ -50,7 +50,7 @@ class Tracer {
     const SideStep& step = kSideStep[static_cast<std::size_t>(s)];
     return label(corner + step.left) != label(corner + step.right);
   }
-  bool is_joint(const cv::Point& corner) const {
+  bool is_vertex(const cv::Point& corner) const {
     int borders = 0;
     for (int s = 0; s < kSideSteps; ++s) borders += is_border(corner, s) ? 1 : 0;
     const bool at_corner = (corner.x == 0 || corner.x == labels_.cols) && (corner.y == 0 || corner.y == labels_.rows);
@@ -68,7 +68,7 @@ class Tracer {
       corner += cv::Point(kSideStep[static_cast<std::size_t>(s)].column, kSideStep[static_cast<std::size_t>(s)].row);
       mark(corner, (s + 2) % kSideSteps);
       out.corners.push_back(corner);
-      if (is_joint(corner)) return out;
+      if (is_vertex(corner)) return out;
       for (const int turn : {1, 0, 3})
         if (is_border(corner, (s + turn) % kSideSteps)) {
           s = (s + turn) % kSideSteps;
@@ -113,7 +113,7 @@ class LabelBuilder {
     return Millimetres(static_cast<double>(std::llround(length.count() * 1000)) / 1000);
   }
   // In whole micrometres but on the artwork's border.
-  Point<ArtworkFrame> joint(const cv::Point& corner) const {
+  Point<ArtworkFrame> vertex_at(const cv::Point& corner) const {
     const auto along = [](int at, int count, Millimetres length) {
       return at == 0 ? Millimetres(0) : at == count ? length : whole(length * (static_cast<double>(at) / count));
     };
@@ -149,7 +149,7 @@ class LabelBuilder {
   }
 
   PartitionEdge edge_of(const Chain& chain) const {
-    const Point<ArtworkFrame> from = joint(chain.corners.front()), to = joint(chain.corners.back());
+    const Point<ArtworkFrame> from = vertex_at(chain.corners.front()), to = vertex_at(chain.corners.back());
     if (chain.left == kNoLabel || chain.right == kNoLabel) return on_the_border(from, to);
     const Straightening how = of(chain);
     constexpr int kPasses = 16, kClosePasses = 2;
@@ -186,7 +186,7 @@ class LabelBuilder {
     return out;
   }
 
-  // The edges of a simply connected face, each where the one before it ends: it passes no joint twice.
+  // The edges of a simply connected face, each where the one before it ends: it passes no vertex twice.
   std::vector<DirectedEdge> in_turn(std::vector<DirectedEdge> own) const {
     const auto from = [&](const DirectedEdge& it) {
       const std::vector<cv::Point>& corners = chains_[it.edge].corners;

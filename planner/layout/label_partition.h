@@ -1,8 +1,8 @@
 // From a raster of labels to a planar partition: the borders between regions, traced along pixels, straightened, and
 // fitted by cubic Bezier curves.
 //
-// The raster covers the artwork. Where three regions or more meet, and at the artwork's corners, is a joint; between
-// two joints two regions share one edge. Pure functions; thread-safe.
+// The raster covers the artwork. Where three regions or more meet, and at the artwork's corners, is a vertex; between
+// two vertices two regions share one edge. Pure functions; thread-safe.
 #pragma once
 
 #include <cstdint>

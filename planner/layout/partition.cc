@@ -103,20 +103,20 @@ Polyline<ArtworkFrame> flattened(const PartitionEdge& edge) {
 
 Ring<ArtworkFrame> outline_of(const Partition& partition, std::size_t face) {
   Ring<ArtworkFrame> out;
-  std::vector<bool> joint;  // where one straight edge may go on as the next
+  std::vector<bool> vertex;  // where one straight edge may go on as the next
   for (const DirectedEdge& it : partition.faces[face].boundary) {
     const PartitionEdge& edge = partition.edges[it.edge];
     Polyline<ArtworkFrame> path = flattened(edge);
     if (it.backwards) std::reverse(path.begin(), path.end());
     const bool straight = path.size() == 2;
     path.pop_back();
-    for (std::size_t i = 0; i < path.size(); ++i) out.push_back(path[i]), joint.push_back(i == 0 && straight);
+    for (std::size_t i = 0; i < path.size(); ++i) out.push_back(path[i]), vertex.push_back(i == 0 && straight);
   }
   Ring<ArtworkFrame> kept;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const Corner &before = out[(i + out.size() - 1) % out.size()], &after = out[(i + 1) % out.size()];
     const double reach = distance(before, after).count();
-    if (joint[i] && std::abs(cross(before, after, out[i])) <= 1e-9 * reach) continue;
+    if (vertex[i] && std::abs(cross(before, after, out[i])) <= 1e-9 * reach) continue;
     kept.push_back(out[i]);
   }
   return kept;

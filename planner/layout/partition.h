@@ -49,14 +49,14 @@ inline constexpr Millimetres kFlatness{0.01};  // between a curve and the polygo
 // The way along an edge, its ends included.
 Polyline<ArtworkFrame> flattened(const PartitionEdge& edge);
 // The outline of a face, counter-clockwise. Neighbours have the same points along a shared edge; where straight edges
-// continue each other, their joint is left out.
+// continue each other, the vertex between them is left out.
 Ring<ArtworkFrame> outline_of(const Partition& partition, std::size_t face);
 
 // The same with its faces in this order, all of them.
 Partition with_faces(const Partition& partition, std::span<const std::size_t> order);
 
 // The partition that rectangles make, which cover the artwork without gaps and overlaps: a grid, with or without
-// T-joints. Faces are in the order of `patches`.
+// T-junctions. Faces are in the order of `patches`.
 Partition partition_of(Millimetres width, Millimetres height, std::span<const Patch> patches);
 
 }  // namespace veneer::planner

@@ -138,12 +138,12 @@ CutLines lines_through(const SpringGrid& grid, CutLines straight) {
   return straight;
 }
 
-void lead_through(std::span<const PinnedPlace> pins, const GridSize& size, CutLines& lines) {
+void lead_through(std::span<const PlanePin> pins, const GridSize& size, CutLines& lines) {
   struct Passing {
     double along, across;
   };
   std::vector<std::vector<Passing>> passing(lines.lines.size());
-  for (const PinnedPlace& pin : pins) {
+  for (const PlanePin& pin : pins) {
     if (pin.column > 0 && pin.column < size.columns)
       passing[static_cast<std::size_t>(pin.column - 1)].push_back({pin.at.y, pin.at.x});
     if (pin.row > 0 && pin.row < size.rows)
@@ -193,7 +193,7 @@ Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const Fit
       if (scale == 0) return lines;
       continue;
     }
-    recut_all(lines, costs, cut, 1);
+    reroute_all(lines, costs, cut, 1);
   }
   if (stop.stop_requested()) return cancelled();
   smooth_all(lines, costs, cut, kControlStride, kTurnCost * scale * kControlStride * options.reach * 2, kSmoothRounds);

@@ -40,7 +40,7 @@ struct FitOptions {
 
 // Bends the two lines that meet in each of these vertices so that they meet in it, near by and no more than they must.
 // No two of them are nearer than some pixels to each other.
-void lead_through(std::span<const PinnedPlace> pins, const GridSize& size, CutLines& lines);
+void lead_through(std::span<const PlanePin> pins, const GridSize& size, CutLines& lines);
 
 // `tones`: CV_32FC1 of the raster's size, any scale. kCancelled: a stop was requested.
 Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const FitOptions& options,

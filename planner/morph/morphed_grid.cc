@@ -115,7 +115,7 @@ class Morph {
                                 std::min(options_.size.count(), options_.patch.count() * kNarrowest)) *
                        px_per_mm_;
     CutLines lines = lines_through(springs, straight_);
-    for (const PinnedPlace& pin : pins_) {
+    for (const PlanePin& pin : pins_) {
       if (pin.column > 0 && pin.column < size_.columns)
         lines.lines[static_cast<std::size_t>(pin.column - 1)].through.emplace_back(pin.at.y, pin.at.x);
       if (pin.row > 0 && pin.row < size_.rows)
@@ -212,8 +212,8 @@ class Morph {
 
   CutLines led_at_work(const CutLines& lines) const {
     CutLines out = at_work(lines);
-    std::vector<PinnedPlace> pins = pins_;
-    for (PinnedPlace& pin : pins) pin.at.x *= out.width / lines.width, pin.at.y *= out.height / lines.height;
+    std::vector<PlanePin> pins = pins_;
+    for (PlanePin& pin : pins) pin.at.x *= out.width / lines.width, pin.at.y *= out.height / lines.height;
     lead_through(pins, size_, out);
     return out;
   }
@@ -359,7 +359,7 @@ class Morph {
   GridSize size_;
   double px_per_mm_ = 1;
   cv::Size raster_;
-  std::vector<PinnedPlace> pins_;
+  std::vector<PlanePin> pins_;
   CutLines straight_, base_;  // base_: with the pinned vertices where they belong, else straight
 };
 

@@ -36,7 +36,7 @@ double bilinear(const cv::Mat& map, const PlanePoint& p) {
 
 class Springs {
  public:
-  Springs(const GridSize& size, double width, double height, const EdgeImage& edges, std::span<const PinnedPlace> pins)
+  Springs(const GridSize& size, double width, double height, const EdgeImage& edges, std::span<const PlanePin> pins)
       : rows_(size.rows), columns_(size.columns), dx_(width / size.columns), dy_(height / size.rows) {
     if (!edges.upright.empty()) slope_x_ = slope_of(edges.upright, dx_ / 2, true);
     if (!edges.level.empty()) slope_y_ = slope_of(edges.level, dy_ / 2, false);
@@ -45,7 +45,7 @@ class Springs {
         home_.push_back({width * (static_cast<double>(c) / columns_), height * (static_cast<double>(r) / rows_)});
     // Displacements, not places: springs of equal neighbours cancel to the last bit.
     moved_.assign(home_.size(), {}), speed_ = moved_, pinned_.assign(home_.size(), 0);
-    for (const PinnedPlace& pin : pins) {
+    for (const PlanePin& pin : pins) {
       const std::size_t i = number(pin.row, pin.column);
       pinned_[i] = 1, moved_[i] = {pin.at.x - home_[i].x, pin.at.y - home_[i].y};
     }
@@ -122,7 +122,7 @@ class Springs {
 }  // namespace
 
 SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges,
-                       std::span<const PinnedPlace> pins) {
+                       std::span<const PlanePin> pins) {
   return Springs(size, width, height, edges, pins).run();
 }
 

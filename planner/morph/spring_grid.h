@@ -26,17 +26,16 @@ struct SpringGrid {
 };
 
 // A vertex that stays where it is put.
-struct PinnedPlace {
+struct PlanePin {
   int row = 0, column = 0;
   PlanePoint at;
 };
 
 // The grid in equilibrium. Corners stay, vertices of the artwork's border slide along it, none goes farther than
 // kFarthest of the spacing, and no border between two leans by more than 1 in 2. Without edges all stay to the last
-// bit.
-// `pins` are vertices of the grid and themselves keep to all that. An empty edge image has no edges.
+// bit; an empty edge image has none. `pins` are vertices of the grid and themselves keep to all that.
 inline constexpr double kFarthest = 0.4, kMostLean = 0.5;
 SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges,
-                       std::span<const PinnedPlace> pins = {});
+                       std::span<const PlanePin> pins = {});
 
 }  // namespace veneer::planner

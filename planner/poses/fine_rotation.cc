@@ -57,9 +57,10 @@ class FineRotation {
     }
   }
 
-  FineOutcome run(int threads, const std::function<void(double)>& progress, const std::stop_token& stop,
-                  PlanJournal* journal) {
+  Result<FineOutcome> run(int threads, const std::function<void(double)>& progress, const std::stop_token& stop,
+                          PlanJournal* journal, OnStop on_stop) {
     std::size_t done = 0;
+    bool stopped = false;
     for (const std::vector<std::size_t>& wave : waves()) {
       std::vector<std::optional<Candidate>> moved(wave.size());
       if (const auto text = journal ? journal->next_text(kWave) : std::nullopt) {
@@ -70,7 +71,9 @@ class FineRotation {
             [&](std::size_t begun) {
               progress(static_cast<double>(done + begun) / static_cast<double>(patches_.size()));
             });
-        if (!searched.ok()) break;
+        stopped = !searched.ok();
+        if (stopped && on_stop == OnStop::kCancel) return searched.error();
+        if (stopped) break;
         if (journal) journal->add_text(kWave, text_of(moved));
       }
       for (std::size_t k = 0; k < wave.size(); ++k)
@@ -78,7 +81,7 @@ class FineRotation {
       done += wave.size();
     }
     for (const auto& patch : patches_) report_.cost += patch ? patch->cost : 0;
-    return {std::move(patches_), report_};
+    return FineOutcome{std::move(patches_), report_, stopped};
   }
 
  private:
@@ -204,11 +207,11 @@ class FineRotation {
 
 }  // namespace
 
-FineOutcome turn_finely(const Problem& problem, const Matcher& matcher, PatchPlacements patches, int threads,
-                        const std::function<void(double)>& progress, const std::stop_token& stop,
-                        PlanJournal* journal) {
-  if (patches.empty()) return {};
-  return FineRotation(problem, matcher, std::move(patches)).run(threads, progress, stop, journal);
+Result<FineOutcome> turn_finely(const Problem& problem, const Matcher& matcher, PatchPlacements patches, int threads,
+                                const std::function<void(double)>& progress, const std::stop_token& stop,
+                                PlanJournal* journal, OnStop on_stop) {
+  if (patches.empty()) return FineOutcome{};
+  return FineRotation(problem, matcher, std::move(patches)).run(threads, progress, stop, journal, on_stop);
 }
 
 }  // namespace veneer::planner

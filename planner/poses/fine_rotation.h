@@ -13,6 +13,7 @@
 #include <functional>
 #include <stop_token>
 
+#include "base/result.h"
 #include "planner/files/plan_journal.h"
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"
@@ -23,13 +24,14 @@ namespace veneer::planner {
 struct FineOutcome {
   PatchPlacements patches;
   FineReport report;
+  bool stopped = false;  // before all were turned: the others lie where they lay (OnStop::kBestSoFar)
 };
 
 // `patches`: one a task of the problem's queue, on wood that `matcher` had free at its beginning. `progress` gets the
-// share done, on the calling thread. Once a stop is requested no further piece moves: the others lie where they lay,
-// and the outcome is whole. `journal`: see make_plan.
-FineOutcome turn_finely(const Problem& problem, const Matcher& matcher, PatchPlacements patches, int threads,
-                        const std::function<void(double)>& progress, const std::stop_token& stop,
-                        PlanJournal* journal = nullptr);
+// share done, on the calling thread. `journal`: see make_plan. kCancelled: a stop was requested before all were turned,
+// with OnStop::kCancel.
+Result<FineOutcome> turn_finely(const Problem& problem, const Matcher& matcher, PatchPlacements patches, int threads,
+                                const std::function<void(double)>& progress, const std::stop_token& stop,
+                                PlanJournal* journal = nullptr, OnStop on_stop = OnStop::kCancel);
 
 }  // namespace veneer::planner

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -98,16 +100,13 @@ std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const s
 
 }  // namespace
 
-std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
-                                    Millimetres patch, LimitSet closed, const std::stop_token& stop) {
+std::optional<Shortage> missing_wood(const Problem& problem, const PatchPlacements& patches) {
   Shortage out;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     if (patches[i]) continue;
     const MatchPatch& match = problem.queue[i].match;
     const cv::Mat& tones = problem.artworks[problem.queue[i].artwork].tones;
     const double mm2 = 1 / (match.grid.resolution.px_per_mm * match.grid.resolution.px_per_mm);
-    const Box<ArtworkFrame> box = bounds(match.outline);
-    patch = std::min({patch, box.width(), box.height()});  // a small picture may be a single one
     ++out.unfilled;
     for (const auto& [row, begin, end] : match.pixels.spans) {
       for (int c = begin; c < end; ++c)
@@ -116,7 +115,20 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
   }
   if (out.unfilled == 0) return std::nullopt;
   for (const SquareMillimetres& band : out.missing) out.area += band;
+  return out;
+}
 
+Result<std::optional<Shortage>> shortage_of(const Problem& problem, const Matcher& matcher,
+                                            const PatchPlacements& patches, Millimetres patch, LimitSet closed,
+                                            const std::stop_token& stop) {
+  std::optional<Shortage> missing = missing_wood(problem, patches);
+  if (!missing) return missing;
+  Shortage& out = *missing;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (patches[i]) continue;
+    const Box<ArtworkFrame> box = bounds(problem.queue[i].match.outline);
+    patch = std::min({patch, box.width(), box.height()});  // a small picture may be a single one
+  }
   SquareMillimetres left{};
   std::vector<Leftover> leftovers;
   for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
@@ -130,19 +142,19 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
     left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
                               (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
   }
-  if (stop.stop_requested()) return out;
+  if (stop.stop_requested()) return cancelled();
   out.left = left;
   for (const double share : kShares) {
     const Millimetres side = patch * share;
     std::size_t count = 0;
     for (std::size_t p = 0; p < leftovers.size(); ++p)
       count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border(), stop);
-    if (stop.stop_requested()) break;
+    if (stop.stop_requested()) return cancelled();
     if (count == 0) continue;
     out.smaller = Shortage::Smaller{side, count};
     if (static_cast<double>(count) * (side * side).count() >= out.area.count()) break;
   }
-  return out;
+  return missing;
 }
 
 namespace {

@@ -68,7 +68,7 @@ void BM_borders_of_500_pieces(benchmark::State& state) {
     PatchPlacements placements = placements_of(problem, matcher, chosen);
     const std::clock_t before = std::clock();
     const Refinement refined =
-        refine_boundaries(problem, matcher, std::move(placements), options, options.threads, [](double) {}, {});
+        sure(refine_boundaries(problem, matcher, std::move(placements), options, options.threads, [](double) {}, {}));
     state.counters["processor_s"] = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     state.counters["pieces"] = static_cast<double>(pieces);
     state.counters["cost_straight"] = refined.report.cost_before;

@@ -224,7 +224,7 @@ void turned_finely(benchmark::State& state, const Case& it) {
   double cpu = 0;
   for (auto _ : state) {
     const double start = cpu_seconds();
-    report = turn_finely(*problem, *matcher, patches, kThreads, [](double) {}, {}).report;
+    report = turn_finely(*problem, *matcher, patches, kThreads, [](double) {}, {})->report;
     cpu = cpu_seconds() - start;
   }
   state.counters["patches"] = filled;

@@ -19,6 +19,8 @@
 
 #include "base/files.h"
 #include "cli/api_client.h"
+#include "daemon/stock/area_book.h"
+#include "daemon/unit/kept_cuts.h"
 #include "db/job_store.h"
 #include "db/materials.h"
 #include "db/panels.h"
@@ -26,6 +28,7 @@
 #include "planner/pictures/png_codec.h"
 #include "tests/bench/goals.h"
 #include "tests/db/raw_writer.h"
+#include "tests/support/burnt_piece.h"
 #include "tests/support/campaign_size.h"
 #include "tests/support/lone_daemon.h"
 #include "tests/support/temp_directory.h"
@@ -40,7 +43,8 @@ const int kCutFromEach = static_cast<int>(testing::number_from("VENEER_BENCH_PIE
 
 // A plan of 500 pieces is reserved in 200 ms, a panel's wood read and its picture sent in 50 ms, also one that has to
 // be drawn, all panels are listed or searched in 100 ms, also by a daemon that was killed and started again, which is
-// ready in 2 s; a piece of a grid takes 1 KB of database and a curved one 3 KB, without plan files.
+// ready in 2 s; a piece of a grid takes 1 KB of database and a curved one 3 KB, without plan files, also where of each
+// piece it is kept how the last run cut it.
 const bool kWanted = bench::Goals::all().add({
     {"BM_stock_reserve_500_pieces", "time", 200, "ms"},
     {"BM_stock_wood_of_a_panel", "time", 50, "ms"},
@@ -62,7 +66,10 @@ const bool kWanted = bench::Goals::all().add({
     {"BM_stock_picture_drawn_anew_jpeg", "time", 50, "ms"},
     {"BM_stock_bytes_a_piece/4", "bytes", 1000, "bytes"},
     {"BM_stock_bytes_a_piece/48", "bytes", 3000, "bytes"},
+    {"BM_stock_bytes_a_kept_piece/4", "bytes", 1000, "bytes"},
+    {"BM_stock_bytes_a_kept_piece/48", "bytes", 3000, "bytes"},
     {"BM_stock_raw_writers", "p99_ms", 50, "ms"},
+    {"BM_stock_raw_writers_at_size", "p99_ms", 50, "ms"},
 });
 
 template <class T>
@@ -171,8 +178,8 @@ class Stock {
     Materials materials(database());
     if (!sure(materials.woods()).empty()) return;
     const auto strip = [](double from_mm, double to_mm) {
-      return Ring<PanelFrame>{point<PanelFrame>(from_mm, 0), point<PanelFrame>(to_mm, 0), point<PanelFrame>(to_mm, 280),
-                              point<PanelFrame>(from_mm, 280)};
+      return Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(from_mm, 0), point<PanelFrame>(to_mm, 0),
+                                                 point<PanelFrame>(to_mm, 280), point<PanelFrame>(from_mm, 280)});
     };
     for (int number = 1; number <= panels_; ++number)
       sure(materials.add_zones(panel_number(number), {{1, strip(0, 210), "maple"}, {2, strip(210, 420), "walnut"}}));
@@ -458,6 +465,21 @@ BENCHMARK(BM_stock_picture_drawn_anew)->Unit(benchmark::kMillisecond)->Iteration
 void BM_stock_picture_drawn_anew_jpeg(benchmark::State& state) { draw_anew(state, "stock.jpg"); }
 BENCHMARK(BM_stock_picture_drawn_anew_jpeg)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
+// What the area book of a panel looks at when nothing of it is known: 500 curved pieces, with their pixels.
+void BM_area_book_of_500_pieces(benchmark::State& state) {
+  const Raster<PanelFrame> mask{cv::Mat(3308, 4961, CV_8UC1, cv::Scalar(255)), ScanResolution::from_dpi(300)};
+  std::vector<AllocationRecord> wood;
+  for (int place = 0; place < 500; ++place) {
+    const PlannedPatch piece = a_piece(place, 48);
+    AllocationRecord& one = wood.emplace_back();
+    one.state = AllocationState::kCut, one.area = piece.allocation, one.outline = piece.panel_outline;
+  }
+  const auto panel = daemon::whole_panel(420_mm, 280_mm);
+  for (auto _ : state)
+    for (const AllocationRecord& one : wood) benchmark::DoNotOptimize(daemon::booked_wood(one, mask, panel));
+}
+BENCHMARK(BM_area_book_of_500_pieces)->Unit(benchmark::kMillisecond);
+
 // Cut pieces with `corners` each, their history included.
 void BM_stock_bytes_a_piece(benchmark::State& state) {
   for (auto _ : state) {
@@ -478,16 +500,44 @@ void BM_stock_bytes_a_piece(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_bytes_a_piece)->Arg(4)->Arg(48)->Unit(benchmark::kMillisecond)->Iterations(1);
 
-void BM_stock_raw_writers(benchmark::State& state) {
-  constexpr int kWriters = 16;
-  const testing::TempDirectory directory(testing::TempDirectory::Place::kDisk);
-  const fs::path file = directory / "veneerd.db";
-  sure(Panels(*std::make_unique<Database>(sure(Database::open(file)))).add(a_panel(1), {}, {}));
-  std::vector<double> waited;
+// The same of a cell all of whose pieces were cut in its last run, so that how each was cut is kept. They are of one
+// panel, so the schema, which is there once, is not counted.
+void BM_stock_bytes_a_kept_piece(benchmark::State& state) {
   for (auto _ : state) {
-    const auto tallies = write_raw_at_once(file, panel_number(1), 0, kWriters, 300);
-    for (const Tally& tally : tallies) waited.insert(waited.end(), tally.waited_ms.begin(), tally.waited_ms.end());
+    const testing::TempDirectory directory;
+    static_cast<void>(sure(Database::open(directory / "empty.db")));
+    const auto empty = fs::file_size(directory / "empty.db");
+    {
+      Database database = sure(Database::open(directory / "veneerd.db"));
+      std::vector<PlannedPatch> pieces;
+      for (int i = 0; i < kCutFromEach; ++i) pieces.push_back(a_piece(i, static_cast<int>(state.range(0))));
+      sure(Panels(database).add(a_panel(1), {}, {}));
+      JobStore jobs(database);
+      const JobId job = sure(jobs.create(a_plan(panel_number(1), pieces), kThen));
+      const RunId run = sure(jobs.start_run(job, panel_number(1), {}, 0.05_mm, kThen, {"uid 1000", {}, "[]"}));
+      for (const PieceRecord& piece : sure(jobs.pieces(job))) {
+        sure(jobs.mark_cutting(piece.id, kThen));
+        const auto burn = sure(testing::burnt_piece(piece.id, piece.panel_outline));
+        sure(jobs.book_and_keep(daemon::KeptCuts::to_record(burn, run, "GRBL 1.1h of serial 7"), kThen));
+      }
+      sure(jobs.finish_run(run, false, kThen));
+    }
+    state.counters["bytes"] = static_cast<double>(fs::file_size(directory / "veneerd.db") - empty) / kCutFromEach;
   }
+}
+BENCHMARK(BM_stock_bytes_a_kept_piece)->Arg(4)->Arg(48)->Unit(benchmark::kMillisecond)->Iterations(1);
+
+// Programs that write past the daemon, on a panel of this file without wood.
+void write_past_it(benchmark::State& state, const fs::path& file, const PanelId& panel) {
+  constexpr int kWriters = 16;
+  std::vector<double> waited;
+  std::string surprise;
+  for (auto _ : state)
+    for (const Tally& tally : write_raw_at_once(file, panel, 0, kWriters, 300)) {
+      if (!tally.surprises.empty()) surprise = tally.surprises.front();
+      waited.insert(waited.end(), tally.waited_ms.begin(), tally.waited_ms.end());
+    }
+  if (!surprise.empty()) return state.SkipWithError(surprise.c_str());
   std::sort(waited.begin(), waited.end());
   const auto quantile = [&](double q) {
     return waited[static_cast<std::size_t>(q * (static_cast<double>(waited.size()) - 1))];
@@ -496,7 +546,27 @@ void BM_stock_raw_writers(benchmark::State& state) {
   state.counters["p99_ms"] = quantile(0.99);
   state.counters["most_ms"] = quantile(1);
 }
+void add_empty_panel(const fs::path& file, int number) {
+  sure(Panels(*std::make_unique<Database>(sure(Database::open(file)))).add(a_panel(number), {}, {}));
+}
+void BM_stock_raw_writers(benchmark::State& state) {
+  const testing::TempDirectory directory(testing::TempDirectory::Place::kDisk);
+  add_empty_panel(directory / "veneerd.db", 1);
+  write_past_it(state, directory / "veneerd.db", panel_number(1));
+}
 BENCHMARK(BM_stock_raw_writers)->Unit(benchmark::kMillisecond)->Iterations(2)->UseRealTime();
+
+// The same on a copy of the whole stock, beside all that was cut.
+void BM_stock_raw_writers_at_size(benchmark::State& state) {
+  const testing::TempDirectory directory(testing::TempDirectory::Place::kDisk);
+  const fs::path file = directory / "veneerd.db";
+  fs::copy_file(Stock::get().folder() / "veneerd.db", file);
+  const int one_more = Stock::get().panels() + 1;
+  add_empty_panel(file, one_more);
+  write_past_it(state, file, panel_number(one_more));
+  state.counters["mb"] = static_cast<double>(fs::file_size(file)) / 1e6;
+}
+BENCHMARK(BM_stock_raw_writers_at_size)->Unit(benchmark::kMillisecond)->Iterations(2)->UseRealTime();
 
 }  // namespace
 }  // namespace veneer::db

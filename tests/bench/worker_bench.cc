@@ -5,6 +5,9 @@
 // What a sketch costs while a hand is on a slider, beside it: of processors, the first one that reads the wood and
 // those that follow it. Target of these: 0.3 s.
 //
+// What the lines of a morphed grid cost while a hand drags them, by the clock, from what the daemon's route hands on to
+// what it replies: 200 ms for the rough ones, that follow the hand, and 5 s for those that come once it rests.
+//
 // The worker gives way to all that runs beside it, so that this process does as well: else the two are not served
 // alike. Target: 0.1 s. Fails when the two do not plan the same.
 #include <benchmark/benchmark.h>
@@ -24,6 +27,7 @@
 #include "daemon/plans/plan_service.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/worker_processes.h"
+#include "tests/bench/goals.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
 
@@ -107,6 +111,19 @@ class Cell {
     return sure(service.sketch(request, reader->repositories(), {}));
   }
 
+  // One vertex is pinned `away` from where the straight grid has it.
+  GridDrawn grid(WorkRunner& workers, int columns, Millimetres away, bool fine) {
+    constexpr double kPatch = 14;
+    JobRequest request;
+    request.name = "bench";
+    request.files = picture_;
+    request.size = Millimetres(kPatch * columns);
+    request.options.patch = Millimetres(kPatch), request.options.layout = planner::LayoutKind::kMorph;
+    request.pinned_vertices = fmt::format("5,5,{},{}", 5 * kPatch + away.count(), (columns - 5) * kPatch);
+    PlanService service(*database, library, workers, config, make_null_logger());
+    return sure(service.sketch_grid(request, fine, {}));
+  }
+
   static constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
   Config config;
 
@@ -182,6 +199,35 @@ void worker_sketch(benchmark::State& state) {
   state.counters["warm_most_s"] = *std::ranges::max_element(warm);
 }
 BENCHMARK(worker_sketch)->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// A picture of 500 pixels in so many cells each way. Each time a vertex lies elsewhere, as a hand drags it.
+void worker_grid(benchmark::State& state) {
+  const auto columns = static_cast<int>(state.range(0));
+  const bool fine = state.range(1) != 0;
+  Cell cell(600);
+  WorkerProcesses processes({VENEER_WORKER, usual_worker_memory(), {}}, make_null_logger());
+  std::vector<double> took;
+  double away = 0;
+  const double began = processor_time();
+  for (auto unused : state) {
+    const auto asked = std::chrono::steady_clock::now();
+    const GridDrawn drawn = cell.grid(processes, columns, Millimetres(away), fine);
+    took.push_back(1000 * std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count());
+    if (drawn.columns != columns) state.SkipWithError("it is another grid");
+    away = std::fmod(away + 0.7, 4);
+  }
+  state.counters["processor_ms"] = 1000 * (processor_time() - began) / static_cast<double>(took.size());
+  state.counters["most_ms"] = *std::ranges::max_element(took);
+  state.counters["median_ms"] = median(std::move(took));
+}
+BENCHMARK(worker_grid)->ArgsProduct({{17, 26, 45}, {0}})->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(worker_grid)->ArgsProduct({{17, 26, 45}, {1}})->Iterations(3)->Unit(benchmark::kMillisecond)->UseRealTime();
+const bool kGridGoals = bench::Goals::all().add({{"worker_grid/17/0", "median_ms", 200, "ms"},
+                                                 {"worker_grid/26/0", "median_ms", 200, "ms"},
+                                                 {"worker_grid/45/0", "median_ms", 200, "ms"},
+                                                 {"worker_grid/17/1", "median_ms", 5000, "ms"},
+                                                 {"worker_grid/26/1", "median_ms", 5000, "ms"},
+                                                 {"worker_grid/45/1", "median_ms", 5000, "ms"}});
 
 BENCHMARK(worker_overhead)->Iterations(21)->Unit(benchmark::kMillisecond)->UseRealTime();
 

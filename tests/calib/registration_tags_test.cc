@@ -58,6 +58,25 @@ TEST(Registration, LeavesOutATagThatHasMovedSinceItWasFrozen) {
   }
 }
 
+// What a panel's map shows at each of its tags and holes.
+TEST(Registration, TellsOfEachFiducialHowFarItLies) {
+  const Cell& cell = plain_cell();
+  const TileView& view = plain_later();
+  const TileView later[] = {with_moved_tag(view, 2, 0.3, 0)};
+  const auto found = register_scan(later, Face::kShow, plain_fiducials(), cell.model);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->agreement.size(), 1U);
+  const auto& offsets = found->agreement[0].offsets;
+  EXPECT_EQ(offsets.size(), 9U) << "five tags and four holes";
+  for (const auto& one : offsets) {
+    if (one.tag == view.tags[2].id) {
+      EXPECT_NEAR(one.off.count(), 0.3, 0.03);
+    } else {
+      EXPECT_LT(one.off.count(), 0.03) << name_of(one);
+    }
+  }
+}
+
 TEST(Registration, TakesNewTagsWhenToldToAndTiesThemToThoseThatStayed) {
   const Cell& cell = plain_cell();
   const PanelFiducials known = plain_fiducials();

@@ -49,6 +49,11 @@ TEST_F(Manual, APageSaysWhatHelpSays) {
   EXPECT_THAT(man_page(*app_.get_subcommand("stop-after-piece"), "veneerctl-stop-after-piece", false),
               HasSubstr("\\fBveneerctl stop\\-after\\-piece\\fR"));
   EXPECT_THAT(page, Not(HasSubstr("\\fI\\fR"))) << "a flag takes nothing";
+  const std::string laser = man_page(*app_.get_subcommand("laser"), "veneerctl-laser", false);
+  const auto from = laser.find(".SS veneerctl laser run\n");
+  ASSERT_NE(from, std::string::npos);
+  const std::string run = laser.substr(from, laser.find("\n.SS ", from) - from);
+  EXPECT_THAT(run, HasSubstr("Not with a Lihuiyu board: there, \\-\\-dry")) << "what to do instead";
   const std::string whole = man_page(app_, "veneerctl", true);
   EXPECT_THAT(whole, HasSubstr("\\fBveneerctl\\-job\\fR(1)"));
   EXPECT_THAT(whole, HasSubstr("is no emergency stop"));

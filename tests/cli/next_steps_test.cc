@@ -35,6 +35,7 @@ const std::map<std::string, std::vector<std::string>> kChanges = {
     {"job cancel", {"1"}},
     {"job change", {"1", "--replan", "A1-1"}},
     {"job lease", {"1"}},
+    {"job move", {"1", "--last"}},
     {"job new", {"PICTURE"}},
     {"job plan", {"PICTURE"}},
     {"job recut", {"1", "A1-1"}},

@@ -313,15 +313,26 @@ TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
   EXPECT_EQ(text("out/preview.png"), preview);
 }
 
-TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFar) {
-  ReadAlong command(std::string(VENEERCTL) + " plan " +
-                    replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
-                    " --threads 1 --optimize global");
+// The run that goes on where the first one stopped may be asked for the best so far: it is the same plan.
+TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereThatIsAskedFor) {
+  const std::string many =
+      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
+  ReadAlong unasked(std::string(VENEERCTL) + " plan " + many);
+  ASSERT_TRUE(unasked.until("optimising: "));
+  unasked.interrupt();
+  const Outcome none = unasked.finish();
+  EXPECT_EQ(none.status, 1) << none.errors;
+  EXPECT_THAT(none.errors, EndsWith("veneerctl: planning was cancelled: the same command goes on where it stopped\n"));
+  EXPECT_FALSE(fs::exists(path("out/plan.json")));
+
+  ReadAlong command(std::string(VENEERCTL) + " plan " + many + " --best-so-far");
   ASSERT_TRUE(command.until("optimising: "));
   command.interrupt();
   const Outcome stopped = command.finish();
   ASSERT_EQ(stopped.status, 0) << stopped.errors;
+  EXPECT_THAT(stopped.errors, HasSubstr("going on where an earlier run stopped"));
   EXPECT_THAT(stopped.errors, HasSubstr(", stopped after "));
+  EXPECT_TRUE(fs::exists(path("out/plan.journal"))) << "the same command can go on from there";
   const auto report = json("out/report.json");
   EXPECT_EQ(report["global"]["stopped"], true);
   EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);

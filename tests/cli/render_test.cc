@@ -123,7 +123,7 @@ TEST(Render, StatusSaysOfALaserWhatIs) {
                                   "unknown");
   EXPECT_THAT(bare, ::testing::HasSubstr("counts from the corner it was given"));
   EXPECT_THAT(bare, ::testing::HasSubstr("feed 150 %, power 50 % of what the job asks for"));
-  EXPECT_THAT(bare, ::testing::HasSubstr("no lid switch is wired"));
+  EXPECT_THAT(bare, ::testing::HasSubstr("Lid          not known, the laser's controller has told of no lid switch\n"));
 }
 
 TEST(Render, NothingOfAnotherTypeThrows) {

@@ -22,7 +22,7 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {
     for (const char* operation : {"command", "recut", "settlePiece", "assemblePieces", "cancelJob", "archiveJob",
-                                  "unarchiveJob", "archiveDoneJobs", "settleAsSeen"})
+                                  "unarchiveJob", "archiveDoneJobs", "settleAsSeen", "moveJob"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
         asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
@@ -46,6 +46,11 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"job", "archive", "3", "4"}), 0);
   EXPECT_EQ(run({"job", "archive", "--all-done"}), 0);
   EXPECT_EQ(run({"job", "unarchive", "4"}), 0);
+  EXPECT_EQ(run({"job", "move", "5", "--before", "3"}), 0);
+  EXPECT_EQ(run({"job", "move", "5", "--last"}), 0);
+  EXPECT_EQ(run({"job", "move", "5"}), 1) << "where?";
+  EXPECT_EQ(run({"job", "move", "5", "--before", "3", "--last"}), 2);
+  EXPECT_EQ(run({"job", "move", "5", "--before", "0"}), 2);
   EXPECT_NE(run({"job", "archive"}), 0) << "which?";
   EXPECT_NE(run({"job", "archive", "3", "--all-done"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
@@ -72,7 +77,9 @@ TEST(VeneerctlLaser, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/jobs/3/archive {})",
       R"(/api/v1/jobs/4/archive {})",
       R"(/api/v1/jobs/archive-done {})",
-      R"(/api/v1/jobs/4/unarchive {})"};
+      R"(/api/v1/jobs/4/unarchive {})",
+      R"(/api/v1/jobs/5/move {"before":3})",
+      R"(/api/v1/jobs/5/move {})"};
   EXPECT_EQ(server.on_reactor([&] { return asked; }), expected);
 }
 

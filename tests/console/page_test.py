@@ -376,6 +376,11 @@ class Said(Page):
         self.assertEqual(self.told("Reset homes the laser; piece A1-2 of job 3 is cut"), "Reset schickt den Laser auf Referenz; Stück A1-2 von Auftrag 3 ist geschnitten")
         self.assertEqual(self.told("what looks like a hair on the glass lies over the wood, at 40 mm from the left and 7 mm from the lower edge (3 mm long): what it hides is left out; clean the glass and scan again"),
                          "über dem Holz liegt, was wie ein Haar auf dem Glas aussieht, bei 40 mm von links und 7 mm von unten (3 mm lang): Was es verdeckt, bleibt weg; wischen Sie das Glas ab und scannen Sie noch einmal")
+        overdue = "as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and supply, end other heavy programs, then Clear and Reset"
+        self.assertEqual(self.told("the laser did not finish homing in time, " + overdue),
+                         "der Laser kam nicht rechtzeitig auf Referenz, als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören: Sehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann Clear und Reset")
+        self.assertEqual(self.told("no homing switches, it counts from the corner it was given, the lid is closed again, its controller says Door:0"),
+                         "keine Referenzschalter, er zählt von der Ecke, die ihm gegeben wurde, der Deckel ist wieder geschlossen, seine Steuerung meldet Door:0")
         self.assertEqual(self.told("lay panel P-0001 on the bed, turned half round, 20 mm of it sticking out at the front: the camera finds it there"),
                          "legen Sie Platte P-0001 auf das Bett, um eine halbe Drehung gedreht, vorne stehen 20 mm von ihr über: Die Kamera findet sie dort")
 
@@ -901,6 +906,25 @@ MOSAIC = """
 """
 
 
+class Watching(Page):
+    def test_the_bed_is_watched_while_the_cell_says_that_it_may_be(self):
+        """Whatever it does: the page has no list of states of its own."""
+        told = self.does(CELL + """
+            const {bedView} = await load('watch.js'), kEveryMs = 2000, real = window.setTimeout;
+            let rounds = 0;
+            window.setTimeout = (act, ms, ...more) => { if (ms === kEveryMs) ++rounds; return real(act, ms === kEveryMs ? 0 : ms, ...more); };
+            window.answers['/bed.jpg'] = {error: {}};  // no look yet
+            const glances = () => window.asked.filter(({path}) => path.includes('/bed/glance.jpg')).length, out = [];
+            for (const [state, may_be_watched] of [['Execute', true], ['Idle', false], ['Completing', true], ['Suspended', false], ['Held', true]]) {
+              given_to({state, may_be_watched});
+              const before = glances(), from = rounds;
+              await until(() => { bedView('none'); return may_be_watched ? glances() > before : rounds > from + 5; });
+              out.push([state, glances() > before]);
+            }
+            return out""")
+        self.assertEqual(told, [["Execute", True], ["Idle", False], ["Completing", True], ["Suspended", False], ["Held", True]])
+
+
 class Mosaic(Page):
     def setUp(self):
         self.speak("en")
@@ -1330,6 +1354,28 @@ EVERYTHING = """
 """
 
 
+# Three jobs that wait: 2, 3, 4. The cell does as it is told, and says so a moment later.
+QUEUE = """
+        const begin = () => main.querySelector('#do-start').innerText;
+        let order = [2, 3, 4];
+        const tell = () => { window.answers['/jobs'].jobs = [5, 4, 3, 2].map((id) => ({...job, id, state: id === 5 ? 'complete' : 'planned', name: `job ${id}`, queue_place: order.indexOf(id) + 1 || null})); };
+        tell();
+        model.jobs = window.answers['/jobs'].jobs;
+        await show('run', [], {next_step: null}, (page) => { window.page = page; });
+        const draw = () => { given_to({...about_all, next_step: null}); window.answers['/status'] = model.cell; put(main, ...[window.page.draw()].flat()); window.page.drawn(main); };
+        const rows = () => [...main.querySelectorAll('.jobs label')].map(({dataset}) => Number(dataset.key));
+        const press = async (id, then) => {
+          const field = main.querySelector(id);
+          field.focus();
+          field.click();
+          order = then;
+          tell();
+          for (let n = 0; n < 4; ++n) { await settled(); draw(); }
+          return document.activeElement.id;
+        };
+"""
+
+
 class Screens(Page):
     def setUp(self):
         self.speak("en")
@@ -1359,6 +1405,15 @@ class Screens(Page):
                     self.assertEqual(odd, "")
                     self.assertEqual(small, [], "smaller than 12 mm")
 
+    def test_a_laser_without_homing_switches_is_not_called_homed(self):
+        told = self.shown("""
+            const out = [];
+            for (const laser of [{}, {finds_home: true}, {finds_home: false}, {finds_home: false, homed: false}, {finds_home: false, connected: false}]) {
+              await show('cell', [], {laser: {...about_all.laser, ...laser}});
+              out.push(main.innerText.includes('no homing switches: counts from the corner it was given'));
+            }
+            return out""")
+        self.assertEqual(told, [False, False, True, False, False])
 
     # ---- numbers that go from a field to the cell
 
@@ -1425,6 +1480,29 @@ class Screens(Page):
         self.assertEqual([told[0], told[1], told[2][:2]], ["290", [self.THOUSANDS, True, None], ["", False]])
         self.assertEqual({name: told[2][2][name] for name in ("board_height_mm", "board_width_mm", "height_mm")}, {"board_height_mm": 290.5, "board_width_mm": 490, "height_mm": 2.1})
 
+    def test_the_machine_is_told_in_the_pages_words(self):
+        for language, wanted in (("en", ["Hold (0)", "Speed of the cut 90 %, Power 80 %"]), ("de", ["angehalten (0)", "Tempo des Schnitts 90 %, Leistung 80 %"])):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.shown("""
+                const laser = {connected: true, homed: true, overrides_wanted: {feed: 90, rapid: 100, power: 80}}, row = (label) => [...main.querySelectorAll('.facts li')].find((one) => one.querySelector('.label').innerText === t(label)).children[2];
+                const {t} = await load('words.js');
+                await show('cell', [], {laser: {...laser, state: 'Hold:0'}});
+                const out = [row('laser').innerText, row('overrides').innerText];
+                await show('cell', [], {laser: {...laser, state: 'Unheard'}});
+                return [...out, row('laser').innerText, row('laser').querySelector('[lang]').lang]""")
+            self.assertEqual(told, [*wanted, "Unheard", "en"])
+
+    def test_grain_counts_where_pieces_choose_together(self):
+        told = self.shown("""
+            await show('new_picture', [], {}, (page) => page);
+            const page = await load('screens/new_picture.js'), draw = () => { put(main, ...[page.draw()].flat()); };
+            const idle = () => { draw(); return Boolean(main.querySelector('#grain-idle')); }, out = [idle()];
+            type('#slide-w_grain', '.1'); out.push(idle());
+            type('#picture-optimize', 'global'); out.push(idle());
+            return out""")
+        self.assertEqual(told, [False, True, False])
+
     def test_no_shut_button_is_the_next_step(self):
         told = self.shown("""
             window.answers['/certificates'] = {certificates: [], next: null};
@@ -1446,6 +1524,37 @@ class Screens(Page):
             return [usual, begin()]""")
         self.assertIn("job 2", told[0])
         self.assertIn("job 3", told[1])
+
+    def test_the_queue_is_in_the_order_that_people_choose(self):
+        told = self.shown(QUEUE + """
+            const before = [rows(), begin(), [...main.querySelectorAll('.places button')].map(({id, disabled}) => [id, disabled])];
+            const focus = [await press('#later-2', [3, 2, 4])];
+            const after = [rows(), begin()];
+            focus.push(await press('#later-2', [3, 4, 2]), await press('#earlier-4', [4, 3, 2]));
+            await show('history');
+            return {before, after, focus, sent: sent('/move'), paths: window.asked.filter(({path}) => path.includes('/move')).map(({path}) => path.replace('/api/v1', '')),
+                    history: [...main.querySelectorAll('ul.list > li')].map(({dataset}) => Number(dataset.key)), words: main.innerText}""")
+        self.assertEqual(told["before"][0], [2, 3, 4, 5], "the one that is cut next stands first, what is over last")
+        self.assertIn("job 2", told["before"][1])
+        self.assertEqual(told["before"][2], [["earlier-2", True], ["later-2", False], ["earlier-3", False], ["later-3", False], ["earlier-4", False], ["later-4", True]])
+        self.assertEqual(told["after"][0], [3, 2, 4, 5])
+        self.assertIn("job 3", told["after"][1], "Start begins with the first of the queue")
+        self.assertEqual(told["paths"], ["/jobs/2/move", "/jobs/2/move", "/jobs/4/move"])
+        self.assertEqual(told["sent"], [{"before": 4}, {}, {"before": 3}])
+        self.assertEqual(told["focus"], ["later-2", "earlier-2", "later-4"], "the job keeps the focus, by the button that is not shut")
+        self.assertEqual(told["history"], [4, 3, 2, 5])
+        self.assertIn("place 1 of the queue", told["words"])
+
+    def test_one_job_alone_has_no_order_and_a_viewer_gives_none(self):
+        told = self.shown(QUEUE + """
+            model.role = 'viewer';
+            draw();
+            const shut = [...main.querySelectorAll('.places button')].every(({disabled}) => disabled);
+            model.role = 'admin';
+            model.jobs = model.jobs.filter(({id}) => id === 2 || id === 5);
+            draw();
+            return [shut, main.querySelectorAll('.places button').length, main.querySelector('.jobs').innerText.includes('queue')]""")
+        self.assertEqual(told, [True, 0, False])
 
 
 if __name__ == "__main__":

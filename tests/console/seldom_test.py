@@ -186,6 +186,122 @@ class Seldom(Page):
             return main.querySelector('[data-key="fit-P-0001"]').innerText""")
         self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
 
+    MARKS = """
+            const tag = (tag_id, x, off_mm, off_scan) => ({kind: 'tag', face: 'show', tag_id, centre_mm: [x, 5], corners_mm: [[x, 4], [x + 2, 4], [x + 2, 6], [x, 6]], off_mm, off_scan, over_limit: off_mm > .05});
+            const hole = {kind: 'hole', face: 'show', tag_id: null, centre_mm: [80, 80], corners_mm: [[80, 80]], off_mm: .0214, off_scan: 4, over_limit: false};
+            window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3004, 4), tag(8, 30, .012, 4), {...tag(9, 50, null, null), face: 'back', over_limit: false}, hole]};
+            answer({'/panels/P-0001/registration': {panel: 'P-0001', rms_mm: .0123, max_mm: .05, scans: [], next: null}});"""
+
+    def test_each_tag_and_hole_says_how_far_it_lies(self):
+        told = self.steps(self.MARKS + """
+            await enter('panels', 'P-0001');
+            const each = await until(() => { draw(); const all = [...main.querySelectorAll('ul.marks')]; return all.length === 2 && all; });
+            return each.map((one) => [one.dataset.marks, [...one.children].map(({innerText}) => innerText)])""")
+        self.assertEqual(told, [["show", ["Tag 7: ▲ 0.300 mm", "Hole: 0.021 mm", "Tag 8: 0.012 mm"]], ["back", ["Tag 9: how far off is not known"]]])
+
+    def test_on_the_map_one_that_lies_too_far_off_is_labelled(self):
+        for language, off, unknown in (("en", "▲ Tag 7, show face: 0.300 mm from where the others put it (scan 4)", "Tag 9, back: how far off is not known"),
+                                       ("de", "▲ Marke 7, Sichtseite: 0.300 mm von da, wo die anderen sie erwarten lassen (Scan 4)", "Marke 9, Rückseite: wie weit daneben, ist nicht bekannt")):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.steps(self.MARKS + """
+                const {fiducialWords} = await load('screens/fiducial_words.js');
+                await enter('panels', 'P-0001');
+                await until(() => { draw(); if (screen.drawn) screen.drawn(main, ...rest); return main.querySelector('.leaflet-tooltip'); });
+                return [[...main.querySelectorAll('.leaflet-tooltip')].map(({innerText}) => innerText), ...[0, 2].map((n) => fiducialWords(window.answers['/panels/P-0001'].fiducials[n]))]""")
+            self.assertEqual(told, [["▲ 7: 0.30 mm"], off, unknown])
+
+    # ---- the outline of a strip
+
+    def outlined(self, script, refused="null", language="en"):
+        """On a panel with strips 1 and 2, once its map is there; tap(x, y) in pixels of the map, key(name, more)."""
+        self.speak(language)
+        self.addCleanup(self.speak, "en")
+        return self.steps("""
+            const strip = (zone, x) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, shape_mm: [[[x, 0], [x + 100, 0], [x + 100, 100], [x, 100]]]});
+            window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120)]};
+            const refused = %s;
+            answer({'/panels/P-0001/zones': refused ? {error: {message: refused}} : {panel: 'P-0001', zone: 3, zones: []}});
+            await enter('panels', 'P-0001');
+            const shown = () => { draw(); if (screen.drawn) screen.drawn(main, ...rest); };
+            const one = (css) => main.querySelector(css), said = () => one('#outline-said').innerText;
+            await until(() => { shown(); return one('#outline') && !one('#outline').disabled; });
+            const tap = (x, y) => {
+              const box = one('.map').getBoundingClientRect(), how = {bubbles: true, clientX: box.left + x, clientY: box.top + y, button: 0};
+              for (const kind of ['mousedown', 'mouseup', 'click']) one('.map').dispatchEvent(new MouseEvent(kind, how));
+              draw();
+            };
+            const key = (name, more = {}) => { one('.map').dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, cancelable: true, ...more})); draw(); };
+            """ % refused + script)
+
+    def test_an_outline_is_tapped_corner_by_corner_and_becomes_a_strip(self):
+        told = self.outlined("""
+            await press('#outline');
+            const offered = [...main.querySelectorAll('#outline-zone option')].map(({innerText}) => innerText), {width, height} = one('.map').getBoundingClientRect();
+            const middle = [width / 2, height / 2];
+            tap(middle[0] - 40, middle[1] + 30); tap(middle[0] + 40, middle[1] + 30);
+            const two = [said(), one('#outline-keep').disabled];
+            tap(middle[0] + 40, middle[1] - 30); tap(middle[0], middle[1]);
+            await press('#outline-undo');
+            const three = [said(), one('#outline-keep').disabled, one('#outline-keep').innerText];
+            tap(1, middle[1]);  // beside the panel: on its edge
+            const pieces = window.asked.filter(({path}) => path.includes('/pieces/')).length;
+            await press('#outline-keep');
+            await until(() => { draw(); return one('#outline-kept'); });
+            return {offered, two, three, pieces, sent: sent('/zones'), kept: one('#outline-kept').innerText, left: one('#outline-keep').disabled}""")
+        self.assertEqual(told["offered"], ["a further strip", "strip 1: walnut, 100 cm²", "strip 2: wood nobody has named, 100 cm²"])
+        self.assertRegex(told["two"][0], r"^A corner at [\d.]+ mm from the left, [\d.]+ mm from below\. 2 corners are set\.$")
+        self.assertEqual(told["two"][1], True, "three are needed")
+        self.assertEqual(told["three"], ["Taken back. 3 corners are set.", False, "Make this a further strip"])
+        (body,) = told["sent"]
+        self.assertEqual(list(body), ["outline_mm"])
+        x1, y1, x2, y2, x3, y3, x4, y4 = body["outline_mm"]
+        self.assertAlmostEqual(y1, y2, places=1)
+        self.assertAlmostEqual(x2, x3, places=1)
+        self.assertGreater(x2, x1)
+        self.assertGreater(y3, y2, "up is away from the lower edge")
+        self.assertAlmostEqual((x1 + x2) / 2, 120, delta=1)
+        self.assertAlmostEqual((y2 + y3) / 2, 80, delta=1)
+        self.assertEqual(x4, 0, "no corner lies beside the panel")
+        self.assertEqual((told["kept"], told["left"], told["pieces"]), ("Strip 3 is now what lies in the outline.", True, 0))
+
+    def test_an_outline_by_keyboard(self):
+        told = self.outlined("""
+            await press('#outline');
+            type('#outline-zone', '2'); draw();
+            key('ArrowLeft'); const moved = said();
+            key(' '); key('ArrowRight'); key('ArrowRight'); key(' '); key('ArrowUp', {shiftKey: true}); key(' '); key('ArrowUp'); key(' '); key('Delete');
+            const left = said(), described = one('.map').getAttribute('aria-describedby'), keep = one('#outline-keep').innerText;
+            await press('#outline-keep');
+            await press('#outline');
+            return {moved, left, described, keep, sent: sent('/zones'), after: [one('.map').getAttribute('aria-describedby'), Boolean(one('#outline-keep'))]}""")
+        self.assertEqual(told["moved"], "At 115.0 mm from the left, 80.0 mm from below")
+        self.assertEqual((told["left"], told["described"], told["keep"]), ("Taken back. 3 corners are set.", "outline-keys", "Make this the outline of strip 2"))
+        self.assertEqual(told["sent"], [{"zone": 2, "outline_mm": [115, 80, 125, 80, 125, 80.5]}])
+        self.assertEqual(told["after"], [None, False])
+
+    def test_a_refused_outline_is_told_under_the_map_and_stays(self):
+        for language in ("en", "de"):
+            told = self.outlined("""
+                await press('#outline');
+                key(' '); key('ArrowRight'); key(' '); key('ArrowUp'); key(' ');
+                await press('#outline-keep');
+                await until(() => { draw(); return one('#outline-fault'); });
+                const fault = one('#outline-fault'), above = document.getElementById('refusal');
+                return [fault.innerText, fault.compareDocumentPosition(one('.map')) & Node.DOCUMENT_POSITION_PRECEDING, above.hidden, one('#outline-keep').disabled]""", refused='"the outline holds nothing of panel P-0001: draw it on the panel"', language=language)
+            self.assertEqual(told, ["▲ The outline holds nothing of panel P-0001: draw it on the panel.", 2, True, False])
+
+    def test_brush_and_outline_take_turns(self):
+        told = self.outlined("""
+            const hands = () => ['#brush', '#outline'].map((css) => one(css).getAttribute('aria-pressed'));
+            await press('#outline');
+            const first = hands();
+            await press('#brush');
+            const second = [hands(), one('.map').classList.contains('painting'), one('.map').classList.contains('outlining')];
+            await press('#outline');
+            return [first, second, hands(), one('.map').classList.contains('painting')]""")
+        self.assertEqual(told, [["false", "true"], [["true", "false"], True, False], ["false", "true"], False])
+
     def test_its_scans_are_asked_for_once_somebody_looks_and_what_fails_is_said(self):
         told = self.steps("""
             const path = '/panels/P-0001/registration', asked = () => window.asked.filter((one) => one.path.includes(path)).length;

@@ -5,7 +5,7 @@ each button, link and field, as page_test.py shows the screens.
 import sys
 import unittest
 
-from page_test import CELL, EVERYTHING, MOSAIC, Page
+from page_test import CELL, EVERYTHING, MOSAIC, QUEUE, Page
 
 CONTRAST = 4.5   # WCAG's AA for text of any size; here for what is shut, too
 TARGET_PX = 45.35  # 12 mm at 96 pixels to the inch
@@ -194,6 +194,11 @@ class Sight(Page):
         """What is shut is read, too."""
         self.seen("const before = show; const viewed = async (...of) => { model.role = 'viewer'; await before(...of); };" + self.SHOWN.replace("await show(", "await viewed("), SCREENS)
 
+    def test_jobs_that_wait(self):
+        for size in ((1280, 800), (390, 844)):
+            self.size(*size)
+            self.seen(QUEUE + "main.className = 'screen-run'; look('run, a queue', main);")
+
     def test_what_stands_on_every_screen(self):
         for size in ((1280, 800), (390, 844)):
             self.size(*size)
@@ -242,6 +247,27 @@ class Sight(Page):
                 }
                 write('#picture-size', 'x');
                 look('new picture, a wrong number', main);
+                """)
+
+    def test_a_panel_with_a_loose_tag_and_a_strip_that_is_drawn(self):
+        for size in ((1280, 800), (390, 844)):
+            self.reload()
+            self.size(*size)
+            self.seen("""
+                const tag = (tag_id, x, off_mm) => ({kind: 'tag', face: 'show', tag_id, centre_mm: [x, 5], corners_mm: [[x, 4], [x + 2, 4], [x + 2, 6], [x, 6]], off_mm, off_scan: off_mm && 4, over_limit: off_mm > .05});
+                const shape_mm = [[[0, 0], [100, 0], [100, 100], [0, 100]]], kind = (css) => document.querySelector(css);
+                window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3), tag(8, 60, .01), tag(9, 90, null)], zones: [{zone: 1, material: 'walnut', area_mm2: 1e4, shape_mm}]};
+                window.answers = {'/panels/P-0001/zones': {error: {message: 'the outline holds nothing of panel P-0001'}}, ...window.answers};
+                await show('panels', ['P-0001'], {}, async (page) => {
+                  const drawn = () => { given_to(about_all); put(main, ...[page.draw('P-0001')].flat()); for (const one of main.querySelectorAll('details')) one.open = true; page.drawn(main, 'P-0001'); };
+                  const pressed = async (css) => { await until(() => { drawn(); return kind(css) && !kind(css).disabled; }); kind(css).click(); await settled(); drawn(); };
+                  await pressed('#outline');
+                  for (const key of [' ', 'ArrowRight', ' ', 'ArrowUp', ' ']) kind('.map').dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true, cancelable: true}));
+                  await pressed('#outline-keep');
+                  await until(() => { drawn(); return kind('#outline-fault') && kind('ul.marks') && kind('.over-limit'); });
+                  main.className = 'screen-panels';
+                  look('a panel', main);
+                });
                 """)
 
     def test_plans_beside_each_other_and_one_in_hand(self):

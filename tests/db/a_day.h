@@ -106,6 +106,10 @@ inline std::vector<Step> a_day() {
                         kNow);
   });
   jobs("job", [=](JobStore store) { return store.create(job_of({square_piece("B1", ash, 100, 10, 14)}), kNow); });
+  for (const bool first : {true, false})
+    jobs("queue", [first](JobStore store) {
+      return store.put_before({2}, first ? std::optional(JobId{1}) : std::nullopt, "local:1000", kNow);
+    });
   run(1, oak);
   mark(1);
   book(1);

@@ -234,8 +234,9 @@ class BusyProcess {
 
   // What is done to jobs and their pieces when nothing is cut.
   Status see_to_jobs() {
-    const unsigned what = below(12);
+    const unsigned what = below(13);
     if (what == 0) return break_off_or_clear();
+    if (what == 12) return change_queue();
     if (what >= 10)
       return below(2) == 0 ? jobs_.note_under_way("while the head was jogged", kNow) : jobs_.note_at_rest(kNow);
     if (what == 8)  // called lost by mistake
@@ -257,6 +258,14 @@ class BusyProcess {
     if (below(4) == 0) return jobs_.make_suspect(std::vector{PieceId{*piece}}, kLater);
     const PieceRecord cut = must(jobs_.find_piece({*piece}));
     return jobs_.assemble(cut.job, std::vector{cut.mark}, below(3) != 0, "local:1000", kLater);
+  }
+
+  Status change_queue() {
+    const auto queue = must(jobs_.queue());
+    if (queue.size() < 2) return reserve();
+    const auto some = [&] { return queue[below(static_cast<unsigned>(queue.size()))]; };
+    const JobId moved = some(), other = some();
+    return dropped(jobs_.put_before(moved, other == moved ? std::nullopt : std::optional(other), "user anna", kLater));
   }
 
   Status break_off_or_clear() {

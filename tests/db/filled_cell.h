@@ -98,6 +98,7 @@ inline void fill(CellDatabase& cell) {
   VENEER_ASSERT_OK(jobs.cancel(given_up, kLater, "user anna"));
   must(jobs.create(must(jobs.find(given_up)).plan, kLater));
   VENEER_ASSERT_OK(jobs.archive(given_up, true, kLater, "user anna"));
+  must(jobs.put_before(first, std::nullopt, "local:1000", kLater));
   VENEER_ASSERT_OK(cell.ledger().write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow));
   Plans plans(cell.database());
   NewPlan only_looked_at = job_of({square_piece("C1", oak, 20, 150, 14)});

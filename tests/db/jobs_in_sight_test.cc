@@ -1,8 +1,12 @@
 // Which jobs people are shown: those that are not archived, and of those the ones with something to do.
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <tuple>
+
 #include "tests/db/planned_job.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -89,6 +93,51 @@ TEST_F(JobsInSight, WorkIsLeftWherePiecesAreReservedBeingCutOrSuspect) {
   EXPECT_THAT(with_work(), ElementsAre(second)) << "it came back into sight";
   EXPECT_EQ(must(jobs.with_work()).front().open, 0);
   EXPECT_EQ(must(jobs.with_work()).front().suspect, 1);
+}
+
+// The one that is cut next is what people say it is; what nobody spoke of stands behind, by number.
+TEST_F(JobsInSight, PeopleChooseInWhichOrderJobsWait) {
+  std::vector<JobId> more;
+  for (int i = 0; i < 3; ++i)
+    more.push_back(must(jobs.create(job_of({square_piece("B1", panel, 70 + 20 * i, 40, 14)}), kNow)));
+  const auto [second, third, fourth] = std::tuple(more[0], more[1], more[2]);
+  EXPECT_THAT(with_work(), ElementsAre(job, second, third, fourth));
+  EXPECT_THAT(must(jobs.put_before(third, job, "user anna", kLater)), ElementsAre(third, job, second, fourth));
+  EXPECT_THAT(with_work(), ElementsAre(third, job, second, fourth));
+  EXPECT_THAT(must(jobs.put_before(job, std::nullopt, "user anna", kLater)), ElementsAre(third, second, fourth, job));
+  const JobId late = must(jobs.create(job_of({square_piece("B1", panel, 150, 40, 14)}), kNow));
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(third, second, fourth, job, late));
+
+  const auto noted = [this] {
+    return cell.database().connection().execAndGet("SELECT count(*) FROM queue_orders").getInt();
+  };
+  const int at_first = noted();
+  EXPECT_THAT(must(jobs.put_before(third, second, "user anna", kLater)), ElementsAre(third, second, fourth, job, late));
+  EXPECT_EQ(noted(), at_first) << "it stands there already";
+
+  VENEER_ASSERT_OK(jobs.cancel(second, kLater));
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(third, fourth, job, late));
+  for (const auto& [moved, before_whom] : {std::pair(second, job), std::pair(job, second)})
+    EXPECT_THAT(jobs.put_before(moved, before_whom, "user anna", kLater).error().message,
+                HasSubstr("job 2 is cancelled and has no piece to cut"));
+  EXPECT_EQ(jobs.put_before(job, job, "user anna", kLater).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(jobs.put_before(job, JobId{99}, "user anna", kLater).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(jobs.put_before(JobId{99}, job, "user anna", kLater).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(noted(), at_first);
+}
+
+// Whoever writes to the file by hand.
+TEST_F(JobsInSight, AnOrderNamesJobsThatThereAreAndEachOnce) {
+  for (const char* jobs_said : {"[1,1]", "[1,9]", "[]", "none"})
+    EXPECT_FALSE(execute(cell.database(), fmt::format("INSERT INTO queue_orders (job, jobs, who, at) VALUES (1, '{}', "
+                                                      "'x', 't')",
+                                                      jobs_said))
+                     .ok())
+        << jobs_said;
+  VENEER_ASSERT_OK(
+      execute(cell.database(), "INSERT INTO queue_orders (job, jobs, who, at) VALUES (1, '[1]', 'x', 't')"));
+  EXPECT_FALSE(execute(cell.database(), "UPDATE queue_orders SET jobs = '[]'").ok());
+  EXPECT_FALSE(execute(cell.database(), "DELETE FROM queue_orders").ok());
 }
 
 // One that is cut again is what it is by its newest wood.

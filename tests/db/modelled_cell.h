@@ -60,6 +60,7 @@ class ModelledCell : public ModelledPeople {
         {"forget_cuts", 1, &ModelledCell::forget_cuts},
         {"archive", 1, &ModelledCell::archive},
         {"archive_some", 2, &ModelledCell::archive_some},
+        {"put_before", 2, &ModelledCell::put_before},
         {"write_off_free", 1, &ModelledCell::write_off_free},
         {"look_at_a_face", 1, &ModelledCell::look_at_a_face},
         {"describe_panel", 1, &ModelledCell::describe_panel},
@@ -129,6 +130,7 @@ class ModelledCell : public ModelledPeople {
                   (job.pieces[i].state == AllocationState::kCut && job.pieces[i].assembled));
     }
     RC_ASSERT(must(cell_.jobs().list()).size() == jobs_.size());
+    RC_ASSERT(must(cell_.jobs().queue()) == queue());
     compare_runs();
     compare_verdicts();
     compare_people();

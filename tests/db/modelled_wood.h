@@ -169,6 +169,7 @@ struct ModelledKnowledge {
   std::vector<ModelPanel> known_;  // of panels_
   std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
+  std::vector<JobId> queue_said_;        // as people ordered it last
   std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
   std::vector<ModelPiece> written_off_;  // boxes of differences, in the middle of their cells
   std::vector<ModelDifference> differences_;

@@ -233,6 +233,33 @@ class ModelledWork : public ModelledPlans {
     RC_ASSERT(cell_.jobs().archive(job.id, away, kLater, "local:1000").ok() == allowed);
     if (allowed) job.archived = away;
   }
+  // Jobs of which wood is reserved or being cut: as people said last, then those they did not speak of.
+  std::vector<JobId> queue() const {
+    std::vector<JobId> waiting, out;
+    for (const ModelJob& job : jobs_)
+      if (job.any(AllocationState::kReserved) || job.any(AllocationState::kCutting)) waiting.push_back(job.id);
+    for (const auto& of : {queue_said_, waiting})
+      for (const JobId job : of)
+        if (std::ranges::find(waiting, job) != waiting.end() && std::ranges::find(out, job) == out.end())
+          out.push_back(job);
+    return out;
+  }
+  void put_before() {
+    if (jobs_.empty()) return;
+    const JobId moved = (**rc::gen::elementOf(pointers(jobs_))).id;
+    const JobId other = (**rc::gen::elementOf(pointers(jobs_))).id;
+    const bool last = *in_range(0, 4) == 0;
+    std::vector<JobId> wanted = queue();
+    const auto stands = [&](JobId job) { return std::ranges::find(wanted, job) != wanted.end(); };
+    const bool allowed = stands(moved) && (last || (stands(other) && other != moved));
+    const auto put = cell_.jobs().put_before(moved, last ? std::nullopt : std::optional(other), "user anna", kLater);
+    RC_ASSERT(put.ok() == allowed);
+    if (!allowed) return;
+    std::erase(wanted, moved);
+    wanted.insert(last ? wanted.end() : std::ranges::find(wanted, other), moved);
+    if (wanted == queue()) return;
+    queue_said_ = wanted;
+  }
   void archive_what_is_done() {
     std::vector<JobId> done;
     for (ModelJob& job : jobs_) {

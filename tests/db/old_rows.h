@@ -3,6 +3,8 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include <cstdlib>
+
 #include "db/migrations.h"
 #include "db/sql.h"
 #include "tests/db/cell_database.h"
@@ -43,7 +45,7 @@ INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.star
                          (10, '2026-01-02T00:00:00.000Z', 'local:1000', 'job.cancel', '');
 )sql";
 
-// What each later schema added, as rows that it wrote while it was the newest: from these on, by its number.
+// What each later schema added, as rows that it wrote while it was the newest: from these on, by its file's number.
 struct RowsOfVersion {
   int version = 0;
   const char* rows = "";
@@ -203,6 +205,9 @@ INSERT INTO zone_versions (panel, number, version, outline_um, who, at) VALUES (
 INSERT INTO asked_strips (proposal, number, outline_um, confidence, taken, reason)
 SELECT id, 1, '[[0,0],[9000,0],[9000,9000],[0,9000]]', 0.25, 0, 'one of its sides cannot be seen' FROM proposals;)sql"},
     {38, "INSERT INTO done_by (kind, number, who) SELECT 'job', max(id), 'user carl' FROM job_history;"},
+    {39, R"sql(
+INSERT INTO queue_orders (job, jobs, who, at)
+SELECT max(id), '[' || max(id) || ',' || min(id) || ']', 'user anna', 't32' FROM jobs;)sql"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.
@@ -212,8 +217,9 @@ inline void grow(SQLite::Database& old, int version) {
   for (int step = 1; step <= version; ++step) {
     VENEER_ASSERT_OK(migrate(old, migrations().first(static_cast<std::size_t>(step))));
     if (step == 1) old.exec(kOldRows);
+    const int number = std::atoi(migrations()[static_cast<std::size_t>(step - 1)].name);
     for (const auto& [of, rows] : kLaterRows)
-      if (of == step) old.exec(rows);
+      if (of == number) old.exec(rows);
   }
 }
 

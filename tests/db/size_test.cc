@@ -1,80 +1,17 @@
 // How much of the database a piece takes, from its plan to its last state: less than 1 KB of a grid, 3 KB of a curved
-// one. Plans that say all of it are files beside it.
+// one. Plans that say all of it are files beside it. With how the last run cut it, too: daemon/unit/kept_cuts_test.cc.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
-#include <filesystem>
 
-#include "tests/db/cell_database.h"
+#include "tests/db/sized_pieces.h"
 
 namespace veneer::db {
 namespace {
 
-constexpr int kPanels = 3, kColumns = 20, kRows = 13;
-constexpr double kPitch = 17, kKerf = 0.3;
-
-// A square, or a piece whose border waves: with 70 corners as long as those of the demo's first portrait are on average
-// (523 curved pieces with leads).
-PlannedPatch piece_at(const PanelId& panel, int column, int row, int corners) {
-  PlannedPatch piece;
-  piece.mark = fmt::format("A{}-{}", row + 1, column + 1);
-  piece.panel = panel;
-  const double x = 20 + kPitch * column, y = 20 + kPitch * row;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * (i + 0.5) / corners + 0.1 * column;
-    const double radius = corners == 4 ? 7 : 6.4 + 0.5 * std::sin(3 * angle + row);
-    piece.artwork_outline.push_back(point<ArtworkFrame>(radius * std::cos(angle), radius * std::sin(angle)));
-  }
-  piece.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0.37 * row), point<PanelFrame>(x, y));
-  piece.panel_outline = piece.panel_from_artwork * piece.artwork_outline;
-  const Point<PanelFrame> corner = piece.panel_outline.front();
-  const double outwards = std::atan2(corner.y.count() - y, corner.x.count() - x);
-  const auto beside = [&](double along, double across) {
-    return point<PanelFrame>(corner.x.count() + along * std::cos(outwards) - across * std::sin(outwards),
-                             corner.y.count() + along * std::sin(outwards) + across * std::cos(outwards));
-  };
-  piece.lead_in = beside(1.1, 0);
-  piece.allocation = unite(offset(Region<PanelFrame>(piece.panel_outline), Millimetres(kKerf)),
-                           Region<PanelFrame>(Ring<PanelFrame>{beside(0, -0.15), beside(1.2, -0.15), beside(1.25, 0),
-                                                               beside(1.2, 0.15), beside(0, 0.15)}));
-  return piece;
-}
-
-// Of the schema alone, which is there once.
-double size_of_empty() {
-  const testing::TempDirectory directory;
-  const auto file = directory / "veneerd.db";
-  static_cast<void>(must(Database::open(file)));
-  return static_cast<double>(std::filesystem::file_size(file));
-}
-
-double bytes_a_piece(int corners) {
-  const testing::TempDirectory directory;
-  const auto file = directory / "veneerd.db";
-  {
-    Database database = must(Database::open(file));
-    JobStore jobs(database);
-    for (int number = 1; number <= kPanels; ++number) {
-      const PanelId panel{fmt::format("P-{:04d}", number)};
-      if (!Panels(database).add(sheet(panel), {}, {}).ok()) std::abort();
-      std::vector<PlannedPatch> pieces;
-      for (int row = 0; row < kRows; ++row)
-        for (int column = 0; column < kColumns; ++column) pieces.push_back(piece_at(panel, column, row, corners));
-      const JobId job = must(jobs.create(job_of(pieces), kNow));
-      const RunId run = must(jobs.start_run(job, panel, {}, 0.05_mm, kNow));
-      for (const PieceRecord& piece : must(jobs.pieces(job))) {
-        VENEER_EXPECT_OK(jobs.mark_cutting(piece.id, kNow));
-        VENEER_EXPECT_OK(jobs.book_piece(piece.id, kLater));
-      }
-      VENEER_EXPECT_OK(jobs.finish_run(run, false, kLater));
-    }
-  }
-  return (static_cast<double>(std::filesystem::file_size(file)) - size_of_empty()) / (kPanels * kRows * kColumns);
-}
-
 void expect_smaller_than(double most, int corners) {
-  const double bytes = bytes_a_piece(corners);
+  const double bytes = database_bytes_a_piece(
+      3, corners, [](JobStore& jobs, const PieceRecord& piece, RunId) { return jobs.book_piece(piece.id, kLater); });
   std::printf("%.0f bytes a piece of %d corners\n", bytes, corners);
   EXPECT_LT(bytes, most);
 }

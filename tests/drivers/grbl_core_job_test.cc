@@ -11,6 +11,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 TEST_F(GrblCoreTest, SendsNoByteOfAJobThatLeavesTheTravel) {
   connect_and_home();
@@ -83,6 +84,12 @@ TEST_F(GrblCoreTest, AnAbortOffThePathSaysWhereTheBeamMayHaveBeen) {
   EXPECT_LT(aborted->stray_reach.count(), 4);
 }
 
+// Of a machine that did not do in time what it was told.
+auto names_each_cause() {
+  return AllOf(HasSubstr("its controller hung or was busy with something else"), HasSubstr("the cable had lost a byte"),
+               HasSubstr("this computer was too loaded to hear it"), HasSubstr("end other heavy programs"));
+}
+
 // It tells where it stands and answers no line: what a controller looks like that serves somebody else, too.
 TEST_F(GrblCoreTest, AStallNamesEachThatMayHaveCausedIt) {
   GrblOptions options;
@@ -95,10 +102,90 @@ TEST_F(GrblCoreTest, AStallNamesEachThatMayHaveCausedIt) {
   wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms);
   const auto aborted = event<laser_event::Aborted>();
   ASSERT_TRUE(aborted);
-  EXPECT_THAT(
-      aborted->error.message,
-      AllOf(HasSubstr("its controller hung or was busy with something else"), HasSubstr("the cable had lost a byte"),
-            HasSubstr("this computer was too loaded to hear it"), HasSubstr("end other heavy programs")));
+  EXPECT_THAT(aborted->error.message, names_each_cause());
+  EXPECT_THAT(aborted->error.message, HasSubstr("then Clear and Reset"));
+}
+
+TEST_F(GrblCoreTest, AJogThatStallsNamesEachToo) {
+  connect_and_home();
+  ASSERT_TRUE(core.jog(Millimetres(-10), Millimetres(0), MmPerSecond(50), now));
+  wait_in("<Jog|MPos:-1.000,-1.000,0.000|FS:0,0>", GrblOptions().stall_timeout + 100ms);
+  const auto ended = event<laser_event::JogEnded>();
+  ASSERT_TRUE(ended && ended->error);
+  EXPECT_THAT(ended->error->message, StartsWith("the laser neither moves nor answers while it is jogged"));
+  EXPECT_THAT(ended->error->message, names_each_cause());
+}
+
+TEST_F(GrblCoreTest, AHoldThatIsNotReachedNamesEachToo) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-2.000,-1.000,0.000|FS:900,850>", 200ms);
+  core.hold(now);
+  wait_in("<Hold:1|MPos:-2.100,-1.000,0.000|FS:300,280>", GrblOptions().hold_timeout + 100ms);
+  const auto aborted = event<laser_event::Aborted>();
+  ASSERT_TRUE(aborted);
+  EXPECT_THAT(aborted->error.message, StartsWith("the laser did not stand still with the beam off after a hold"));
+  EXPECT_THAT(aborted->error.message, names_each_cause());
+}
+
+TEST_F(GrblCoreTest, HomingThatDoesNotEndNamesEachToo) {
+  connect();
+  core.home(now);
+  wait(GrblOptions().homing_timeout + 100ms);
+  const auto failed = event<laser_event::Failed>();
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->error.message, StartsWith("the laser did not finish homing in time"));
+  EXPECT_THAT(failed->error.message, names_each_cause());
+}
+
+TEST_F(GrblCoreTest, AControllerThatDoesNotComeBackFromItsResetNamesEachToo) {
+  connect_and_home();
+  core.abort(now);
+  core.home(now);
+  wait(GrblOptions().banner_wait + 100ms);
+  const auto failed = event<laser_event::Failed>();
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->error.message, StartsWith("the laser controller does not come back from its reset"));
+  EXPECT_THAT(failed->error.message, names_each_cause());
+}
+
+TEST_F(GrblCoreTest, AFocusThatIsNotReachedNamesEachToo) {
+  GrblOptions options;
+  options.focus_z = Millimetres(-12.5);
+  make_core(options);
+  connect();
+  core.home(now);
+  say("ok\r\n");
+  wait_in("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms);
+  say("ok\r\n");
+  wait_in("<Idle|MPos:-1.000,-1.000,-3.000|FS:0,0>", options.homing_timeout);
+  const auto failed = event<laser_event::Failed>();
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->error.message, StartsWith("the laser's head did not reach the focus height"));
+  EXPECT_THAT(failed->error.message, names_each_cause());
+}
+
+// A panel was laid through the lid, and the controller does not come out of its wait.
+TEST_F(GrblCoreTest, ALidThatIsClosedAgainIsNotCalledOpen) {
+  connect_and_home();
+  wait_in("<Door:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 1s);
+  core.start(line_job(), now);
+  EXPECT_EQ(out(), "~");
+  wait_in("<Door:0|MPos:-1.000,-1.000,0.000|FS:0,0>", GrblOptions().resume_timeout + 100ms);
+  const auto failed = event<laser_event::Failed>();
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->error.message, StartsWith("the laser still says \"Door:0\", though its lid is closed"));
+  EXPECT_THAT(failed->error.message, names_each_cause());
+}
+
+TEST_F(GrblCoreTest, ACheckThatStallsNamesEachToo) {
+  connect_and_home();
+  ASSERT_TRUE(core.check(line_job(), now));
+  wait_in("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>", GrblOptions().stall_timeout + 100ms);
+  const auto failed = event<laser_event::Failed>();
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->error.message, StartsWith("the laser controller stopped answering in its check mode"));
+  EXPECT_THAT(failed->error.message, names_each_cause());
 }
 
 TEST_F(GrblCoreTest, AnAbortOnThePathAccusesNobody) {

@@ -10,7 +10,9 @@
 namespace veneer {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using tests::GrblCell;
 using tests::square_job;
 
@@ -262,6 +264,22 @@ TEST_F(GrblHandTest, AJobBeginsWhenItsOverridesAreReached) {
   EXPECT_TRUE(cell.has<laser_event::Done>());
   ASSERT_TRUE(at_begin);
   EXPECT_EQ(at_begin->power, 50);
+}
+
+// ---- a lid that was opened at rest
+
+TEST_F(GrblHandTest, WhatALidThatIsClosedAgainIsInTheWayOfSaysNothingOfClosingIt) {
+  home();
+  cell.bench.controller.set_lid(true, cell.now());
+  cell.run(2);
+  EXPECT_THAT(jog(-5, 0).error().message, HasSubstr("close the lid"));
+  EXPECT_THAT(check(square_job(1)).error().message, HasSubstr("close the lid"));
+  cell.bench.controller.set_lid(false, cell.now());
+  cell.run(2);
+  ASSERT_EQ(cell.core.status().state, "Door:0");
+  EXPECT_THAT(jog(-5, 0).error().message, AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr("home it")));
+  EXPECT_THAT(check(square_job(1)).error().message,
+              AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr("home it")));
 }
 
 // ---- a lid over a pattern, which is nobody's piece

@@ -256,6 +256,19 @@ TEST(LihuiyuCore, SilenceAccusesTheComputerToo) {
                                                              ::testing::HasSubstr("end other heavy programs")))))));
 }
 
+TEST(LihuiyuCore, HomingThatDoesNotEndAccusesTheComputerToo) {
+  lihuiyu::LihuiyuOptions options;
+  options.homing_timeout = options.homing_wait / 2;
+  LihuiyuCell cell({}, options);
+  cell.connect_and_home();
+  ASSERT_TRUE(cell.has<laser_event::Failed>());
+  EXPECT_THAT(cell.first<laser_event::Failed>()->error.message,
+              ::testing::AllOf(::testing::HasSubstr("the laser did not finish homing in time"),
+                               ::testing::HasSubstr("busy with something else"),
+                               ::testing::HasSubstr("this computer was too loaded"),
+                               ::testing::HasSubstr("end other heavy programs")));
+}
+
 TEST(LihuiyuCore, TellsOfALostSupplyWhileNothingRuns) {
   LihuiyuCell cell;
   cell.connect_and_home();

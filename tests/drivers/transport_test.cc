@@ -125,7 +125,7 @@ TEST_F(TransportTest, IsOpenedByOneAtATime) {
   const Status refused = open(*second);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(refused.error().message, HasSubstr("another program holds it"));
+  EXPECT_THAT(refused.error().message, HasSubstr("end the other program that holds it"));
   first->close();
   EXPECT_TRUE(open(*second).ok());
 }

@@ -3,9 +3,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
+#include <array>
+#include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <cstdlib>
+#include <new>
+#include <string_view>
 
 #include "base/files.h"
 #include "drivers/lihuiyu/lihuiyu_laser.h"
@@ -14,6 +20,31 @@
 #include "tests/support/board_file.h"
 #include "tests/support/lihuiyu_job.h"
 #include "tests/support/temp_directory.h"
+
+namespace {
+
+// How many blocks of memory the thread that reaps transfers will ask for in vain.
+std::atomic<int> g_to_refuse{0};
+std::atomic<int> g_refused{0};
+
+bool reaps() {
+  std::array<char, 16> name{};
+  return pthread_getname_np(pthread_self(), name.data(), name.size()) == 0 && std::string_view(name.data()) == "usb";
+}
+
+}  // namespace
+
+// Not inlined, or the compiler sees only one of a pair and warns.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (g_to_refuse > 0 && reaps() && g_to_refuse.fetch_sub(1) > 0) {
+    ++g_refused;
+    throw std::bad_alloc();
+  }
+  if (void* block = std::malloc(size > 0 ? size : 1)) return block;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* block) noexcept { std::free(block); }
+[[gnu::noinline]] void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 
 namespace veneer {
 namespace {
@@ -115,18 +146,30 @@ TEST_F(UsbPortTest, AnUnpluggedBoardEndsTheJob) {
   EXPECT_FALSE(laser->status().connected);
 }
 
-// STOP, while the board keeps a transfer waiting.
-TEST(UsbPortStop, TheUrgentWriteIsSubmittedBeforeAnythingIsCalledBack) {
-  tests::BoardFile board{fast_board()};
-  boost::asio::io_context io;
-  const auto work = boost::asio::make_work_guard(io);
-  const auto port = make_usb_transport("usb:1a86:5512", io).value();
-  std::vector<UsbReply> replies;
-  ASSERT_TRUE(port->open([&](const UsbReply& reply) { replies.push_back(reply); }, {}).ok());
-  const auto wait_for = [&](std::size_t count) {
+// A port with no laser's protocol over it.
+class BarePort : public ::testing::Test {
+ protected:
+  bool open() {
+    return port->open([this](const UsbReply& reply) { replies.push_back(reply); }, {}).ok();
+  }
+  bool wait_for(std::size_t count) {
     for (int i = 0; i < 1000 && replies.size() < count; ++i) io.run_one_for(std::chrono::milliseconds(10));
     return replies.size() == count;
-  };
+  }
+
+  tests::BoardFile board{fast_board()};
+  boost::asio::io_context io;
+  const boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work =
+      boost::asio::make_work_guard(io);
+  const std::unique_ptr<UsbTransport> port = make_usb_transport("usb:1a86:5512", io).value();
+  std::vector<UsbReply> replies;
+};
+using UsbPortStop = BarePort;
+using UsbPortMemory = BarePort;
+
+// STOP, while the board keeps a transfer waiting.
+TEST_F(UsbPortStop, TheUrgentWriteIsSubmittedBeforeAnythingIsCalledBack) {
+  ASSERT_TRUE(open());
   port->submit({lihuiyu::epp_setup(), std::chrono::seconds(5)});
   ASSERT_TRUE(wait_for(1));
   for (int i = 0; i < 3; ++i) port->submit({UsbRead{0x82, 32}, std::chrono::hours(1)});  // nothing was asked
@@ -144,6 +187,33 @@ TEST(UsbPortStop, TheUrgentWriteIsSubmittedBeforeAnythingIsCalledBack) {
   ASSERT_TRUE(wait_for(3));
   EXPECT_EQ(replies[2].bytes.size(), 6U);
   port->close();
+}
+
+// No exception may pass through libusb, which is C, nor end the thread and with it the program.
+TEST_F(UsbPortMemory, WhatWasReapedIsToldOnceThereIsMemoryForIt) {
+  ASSERT_TRUE(open());
+  g_refused = 0;
+  g_to_refuse = 3;
+  port->submit({lihuiyu::epp_setup(), std::chrono::seconds(5)});
+  ASSERT_TRUE(wait_for(1));
+  EXPECT_EQ(g_refused, 3);
+  EXPECT_TRUE(replies[0].done);
+  // Once each, and in order.
+  g_to_refuse = 1;
+  port->submit({UsbWrite{0x02, std::string(lihuiyu::kAskStatus)}, std::chrono::seconds(5)});
+  port->submit({UsbRead{0x82, 32}, std::chrono::seconds(5)});
+  ASSERT_TRUE(wait_for(3));
+  EXPECT_EQ(g_refused, 4);
+  EXPECT_EQ(replies[2].bytes.size(), 6U);
+  // A port that is closed meanwhile does not wait for memory.
+  g_to_refuse = 1'000'000;
+  port->submit({UsbWrite{0x02, std::string(lihuiyu::kAskStatus)}, std::chrono::seconds(5)});
+  for (int i = 0; i < 1000 && g_refused < 5; ++i) io.run_one_for(std::chrono::milliseconds(10));
+  EXPECT_GE(g_refused, 5);
+  port->close();
+  ASSERT_TRUE(open()) << "its thread has ended";
+  g_to_refuse = 0;
+  EXPECT_EQ(replies.size(), 3U);
 }
 
 TEST(UsbAddress, NamesWhatIsWrong) {

@@ -2,6 +2,7 @@
 # ./dev tells how long each phase took, and at the end all that failed, and tells tests whether they get disks of their
 # own. Compilers, tests and packages are stand-ins.
 set -euo pipefail
+unset AXE_CORE  # as somebody has it who has not asked for it
 dev="$(readlink -f "${1:?where is dev}")"
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
@@ -23,10 +24,18 @@ cat >"$place/bin/ctest" <<TEXT
 #!/bin/sh
 until [ -s "$place/compiling" ]; do :; done
 echo "mounts: \${VENEER_MOUNTS-unset}"
+echo "axe: \${AXE_CORE-unset}"
 [ "\$BUILD" != endless ] || kill -TERM \$PPID
 exit 8
 TEXT
-chmod +x "$place/bin/cmake" "$place/bin/ctest"
+# No registry, or one that has another file under that name.
+cat >"$place/bin/npm" <<TEXT
+#!/bin/sh
+echo "npm \$*" >>"$place/calls"
+[ "\${NPM-none}" = other ] || exit 1
+echo other >axe-core-4.14.1.tgz
+TEXT
+chmod +x "$place/bin/cmake" "$place/bin/ctest" "$place/bin/npm"
 
 # run BUILD STATUS
 run() {
@@ -51,6 +60,18 @@ mounts() {
 expect_mounts() {
   [[ $told == "$1" ]] || { echo "tests were told '$told' of mounts instead of '$1'" >&2; exit 1; }
 }
+# Accessibility that is not checked is told once, and checked by no file but the one that is pinned.
+run good 1
+expect '^Accessibility is not checked: axe-core is not here'
+[[ $(grep -c 'Accessibility is not checked' <<<"$told") == 1 ]] || { echo "told more than once: $told" >&2; exit 1; }
+expect '^axe: unset'
+told=$(BUILD=good TRIAL=1 AXE_CORE=/there/axe.min.js PATH="$place/bin:$PATH" "$place/dev" test 2>&1 || true)
+expect '^axe: /there/axe.min.js'
+told=$(BUILD=good TRIAL=1 NPM=other PATH="$place/bin:$PATH" "$place/dev" test 2>&1 || true)
+expect 'axe-core-4.14.1.tgz is not the axe-core@4.14.1 that ./dev pins'
+[[ ! $told =~ axe: ]] || { echo "tests ran beside another axe-core" >&2; exit 1; }
+rm -r "$place/build/axe"
+
 trial=0
 told=$(mounts) && expect_mounts 1
 told=$(mounts VENEER_MOUNTS=) && expect_mounts ''

@@ -11,8 +11,12 @@
 #include <vector>
 
 #include "planner/boundaries/boundary_cuts.h"
+#include "planner/boundaries/refinement.h"
+#include "planner/edits/alternatives.h"
 #include "planner/edits/kept_pieces.h"
+#include "planner/files/plan_files.h"
 #include "planner/global/candidate_survey.h"
+#include "planner/global/global_plan.h"
 #include "planner/global/packing.h"
 #include "planner/greedy/greedy.h"
 #include "planner/matching/certified_matcher.h"
@@ -24,7 +28,10 @@
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
 #include "planner/pictures/working_pictures.h"
+#include "planner/poses/fine_rotation.h"
 #include "planner/problem/problem.h"
+#include "planner/problem/shortage.h"
+#include "planner/problem/taken_wood.h"
 #include "tests/support/stop_in_the_midst.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
@@ -203,10 +210,72 @@ TEST(Cancelled, IsWhatEveryStageAnswersOnceAStopIsRequested) {
   const BoundaryCuts cuts(*problem, matcher.panels(), {.limits = {}});
   const PatchPlacements nowhere(problem->queue.size());
   EXPECT_TRUE(cancelled(cuts.settled(nowhere, nowhere, stop)));
+  EXPECT_TRUE(cancelled(shortage_of(*problem, matcher, nowhere, options.patch, {}, stop)));
+  const auto chosen = place_in_turn(*problem, matcher, 2, {}, [](std::size_t) {});
+  ASSERT_TRUE(chosen.ok());
+  const PatchPlacements placed = placements_of(*problem, matcher, *chosen);
+  const auto quiet = [](double) {};
+  EXPECT_TRUE(cancelled(plan_globally(
+      *problem, matcher, *chosen, options, 2, [](double, const std::string&) {}, stop)));
+  EXPECT_TRUE(cancelled(turn_finely(*problem, matcher, placed, 2, quiet, stop)));
+  EXPECT_TRUE(cancelled(refine_boundaries(*problem, matcher, placed, options, 2, quiet, stop)));
+  EXPECT_TRUE(cancelled(find_alternatives(stock, *problem, matcher, placed, placed.size(), 3, 2, stop)));
+  EXPECT_TRUE(cancelled(take_anew(matcher, *problem, placed, 2, stop)));
   EXPECT_TRUE(cancelled(matcher.give_back(2, stop)));
   options.kept = {{mark_of("A", problem->artworks[0].patches[0]), 1, {}, false}};
   EXPECT_TRUE(cancelled(keep_pieces(artworks, stock, options, *problem, stop)));
   EXPECT_TRUE(cancelled(make_plan(artworks, stock, options, {}, stop)));
+}
+
+// Asked for, a stage gives what it has, and says whether that is all.
+TEST(BestSoFar, SaysWhetherAllWasDone) {
+  std::stop_source source;
+  source.request_stop();
+  const std::stop_token stop = source.get_token();
+  PlanOptions options;
+  options.patch = 4_mm, options.dpi = 50.8, options.rotations = 3;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 16_mm, 3)};
+  const std::vector<StockPanel> stock{test::wood_panel("P", 100, 90, 50.8, 1)};
+  auto problem = make_problem(artworks, stock, options);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  ShortlistMatcher matcher(problem->panels, turns(3), problem->classes, largest_response(options));
+  ASSERT_TRUE(matcher.build_index(2, {}).ok());
+  const auto chosen = place_in_turn(*problem, matcher, 2, {}, [](std::size_t) {});
+  ASSERT_TRUE(chosen.ok());
+  const PatchPlacements placed = placements_of(*problem, matcher, *chosen);
+  const auto quiet = [](double) {};
+  const auto cost = [](const PatchPlacements& patches) {
+    double sum = 0;
+    for (const auto& patch : patches) sum += patch ? patch->cost : 0;
+    return sum;
+  };
+
+  const auto global = plan_globally(
+      *problem, matcher, *chosen, options, 2, [](double, const std::string&) {}, stop, nullptr, nullptr,
+      OnStop::kBestSoFar);
+  ASSERT_TRUE(global.ok());
+  EXPECT_TRUE(global->report.stopped);
+  EXPECT_EQ(cost(global->patches), cost(placed));
+  const auto fine = turn_finely(*problem, matcher, placed, 2, quiet, stop, nullptr, OnStop::kBestSoFar);
+  ASSERT_TRUE(fine.ok());
+  EXPECT_TRUE(fine->stopped);
+  EXPECT_EQ(fine->report.moved, 0U);
+  EXPECT_EQ(cost(fine->patches), cost(placed));
+  // Where there is nothing to turn, all of it was turned before the request.
+  const PatchPlacements nowhere(problem->queue.size());
+  for (const OnStop on_stop : {OnStop::kCancel, OnStop::kBestSoFar}) {
+    const auto nothing = turn_finely(*problem, matcher, nowhere, 2, quiet, stop, nullptr, on_stop);
+    ASSERT_TRUE(nothing.ok());
+    EXPECT_FALSE(nothing->stopped);
+  }
+  const auto refined = refine_boundaries(*problem, matcher, placed, options, 2, quiet, stop, OnStop::kBestSoFar);
+  ASSERT_TRUE(refined.ok());
+  EXPECT_TRUE(refined->stopped);
+  EXPECT_EQ(refined->report.cost, refined->report.cost_before);
+  const auto shortage = missing_wood(*problem, nowhere);
+  ASSERT_TRUE(shortage.has_value());
+  EXPECT_EQ(shortage->unfilled, nowhere.size());
+  EXPECT_FALSE(shortage->left.has_value());
 }
 
 TEST(RunParallel, AnswersTheFirstTaskThatFailsAndBeginsNoOther) {
@@ -227,13 +296,19 @@ void expect_whole_plans_to_stop(PlanOptions options, std::size_t moments) {
   options.priority = Priority::kCentre;  // saliency is OpenCV's: it cannot be interrupted
   const std::vector<Artwork> artworks{test::blob_artwork("A", 60, 60, 24_mm, 5)};
   const std::vector<StockPanel> stock{test::wood_panel("P", 800, 640, 150, 6), test::wood_panel("Q", 500, 400, 100, 7)};
+  const auto unbroken = make_plan(artworks, stock, options);
+  ASSERT_TRUE(unbroken.ok()) << unbroken.error().message;
+  ASSERT_EQ(unfilled(*unbroken), 0U);
+  const std::string all = plan_to_json(*unbroken);
   const Work work = [&](const std::stop_token& stop) {
     const auto plan = make_plan(artworks, stock, options, {}, stop);
     // Too late to be heeded: then it is whole.
-    if (plan.ok())
-      EXPECT_EQ(unfilled(*plan), 0U);
-    else
+    if (plan.ok()) {
+      EXPECT_EQ(plan_to_json(*plan), all);
+      EXPECT_EQ(plan->warnings, unbroken->warnings);
+    } else {
       EXPECT_EQ(plan.error().code, ErrorCode::kCancelled);
+    }
   };
   const double whole = whole_of(work);
   std::size_t stopped = 0;
@@ -251,6 +326,17 @@ TEST(StoppedPlan, IsNoPlanAndEndsSoon) { expect_whole_plans_to_stop({}, 12); }
 TEST(StoppedPlan, EndsSoonWhenItIsExactToo) {
   PlanOptions options;
   options.exact = true, options.rotations = 4;
+  expect_whole_plans_to_stop(options, 8);
+}
+
+// What only betters a plan that is there.
+TEST(StoppedPlan, IsNoneHoweverFarItIs) {
+  PlanOptions options;
+  options.optimize = Optimize::kGlobal, options.optimize_iterations = 20000, options.fine_rotation = true;
+  options.alternatives = 2;
+  expect_whole_plans_to_stop(options, 8);
+  options = {};
+  options.refine = Refine::kDp;
   expect_whole_plans_to_stop(options, 8);
 }
 

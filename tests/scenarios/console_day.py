@@ -25,6 +25,8 @@ TARGET_PX = 45  # 12 mm at 96 px an inch
 
 
 class Day:
+    unread = False  # by axe-core, and that was told
+
     def __init__(self, link, pictures, *arguments):
         options = webdriver.ChromeOptions()
         for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", *arguments):
@@ -117,7 +119,9 @@ class Day:
         """Nothing serious by axe-core, where somebody has it: AXE_CORE names its axe.min.js. Debian has no package of it."""
         axe = os.environ.get("AXE_CORE")
         if not axe:
-            print(f"skipped: {where} is not read by axe-core, since AXE_CORE names none")
+            if not self.unread:
+                print("skipped: no screen is read by axe-core, since AXE_CORE names none")
+            self.unread = True
             return
         with open(axe, encoding="utf-8") as file:
             self.browser.execute_script(file.read())

@@ -159,6 +159,34 @@ TEST_F(LaserOnly, BurnsWhereTheHeadStandsOnAMachineWithoutSwitches) {
   EXPECT_EQ(cell->veneerctl({"laser", "here"}).status, 0);
 }
 
+TEST_F(LaserOnly, ATestCardReturnsToTheCornerOfAMachineWithoutSwitches) {
+  sim::GrblSettings settings = LaserOnlyCell::quick_laser();
+  settings.set(20, 0);
+  settings.set(22, 0);
+  start(settings);
+  const auto expect_at_the_corner = [&](const char* when) {
+    const auto status = cell->api().get("/status");
+    ASSERT_TRUE(status.ok());
+    EXPECT_NEAR((*status)["laser"]["position_mm"][0].get<double>(), 0, 0.02) << when;
+    EXPECT_NEAR((*status)["laser"]["position_mm"][1].get<double>(), 0, 0.02) << when;
+  };
+  std::vector<std::string> card = {"recipe",        "card", "cut",       "--powers", "50%",
+                                   "--speeds-mm-s", "100",  "--side-mm", "5",        "--burn"};
+  std::vector<std::string> dry = card;
+  dry.emplace_back("--dry");
+  // The first is at home nowhere yet, and is not held against the travel before; the next ones are.
+  for (int i = 0; i < 2; ++i) {
+    const Finished ran = cell->veneerctl(dry);
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    expect_at_the_corner("behind a dry run");
+  }
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+  const Finished burnt = cell->veneerctl_seen_to(card);
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  EXPECT_GT(cell->laser.burnt_mm(), 20);
+  expect_at_the_corner("behind a burnt one");
+}
+
 TEST_F(LaserOnly, JogsOnlyAHomedHead) {
   start();
   EXPECT_EQ(cell->veneerctl({"laser", "jog", "--x-mm", "-10"}).status, 1) << "not before a Reset";

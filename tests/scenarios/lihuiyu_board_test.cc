@@ -92,7 +92,7 @@ TEST_F(LihuiyuBoardCell, RunsItDryWithTheBeamOffAndSaysWhatItCannot) {
   EXPECT_TRUE(board.with_board([](sim::LihuiyuBoard& b) { return b.homed(); }));
   const Finished checked = daemon.veneerctl({"laser", "test-pattern", "--size-mm", "20", "--check"});
   EXPECT_EQ(checked.status, 1);
-  EXPECT_THAT(checked.output, HasSubstr("cannot read a job without burning it"));
+  EXPECT_THAT(checked.output, HasSubstr("cannot read a job without burning it: run it dry instead (--dry)"));
   EXPECT_THAT(daemon.veneerctl({"laser", "override", "--power", "90"}).output, HasSubstr("no overrides"));
 }
 

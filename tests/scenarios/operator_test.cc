@@ -259,6 +259,8 @@ TEST_F(Operator, ThePanelIsLaidThroughTheLid) {
   EXPECT_EQ(get("/status")["state"], "Suspended");
   lid(false);
   wait_found();
+  for (const json& link : get("/status")["interlocks"])
+    if (link["name"] == "lid" || link["name"] == "machine") EXPECT_EQ(link["state"], "good") << link;
   ASSERT_EQ(post("/commands/unsuspend"), "");
   EXPECT_EQ(wait([](const json& s) { return s["state"] == "Complete" || s["state"] == "Aborted"; })["state"],
             "Complete");

@@ -14,6 +14,7 @@ int grbl_faults(int argc, char** argv);
 int guardian_kills(int argc, char** argv);
 int holds(int argc, char** argv);
 int holes(int argc, char** argv);
+int idle(int argc, char** argv);
 int lihuiyu_faults(int argc, char** argv);
 int plan_stops(int argc, char** argv);
 int sights(int argc, char** argv);

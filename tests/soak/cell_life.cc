@@ -1,7 +1,9 @@
-// A cell's life in short: panels are scanned, and jobs planned from them, cut and compared, one after the other, until
-// the wood is used up; some are cancelled, some pieces are lost and made again. All of it by the real daemon and its
-// workers on the twin, through the API, as an operator and a viewer would. Tells how much memory the daemon has, and
-// whether each panel's area book is what a count of ledger and mask says.
+// A cell's life in short: panels are scanned, and jobs planned from them, cut and compared, one after the other, of
+// such sizes that the wood lasts for all of them; then more, until no place is left for one piece. Some are cancelled,
+// some pieces are lost and made again. All of it by the real daemon and its workers on the twin, through the API, as an
+// operator and a viewer would. Tells how much memory the daemon has, and whether each panel's area book is what counts
+// of ledger and mask say, by polygons and by points: of the panels that something was done to and of another one each
+// time, and of all of them with each look at the memory.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +11,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -88,18 +91,25 @@ class CellLife {
     return Ok();
   }
 
-  // Until all jobs are done, or no place is left for one piece.
+  // Until all jobs are done, and after that until no place is left for one piece.
   Status live() {
     if (Status told = tell(); !told) return told;
-    while (done_ < plan_.jobs) {
+    while (!used_up_) {
       const auto job = plan_one();
       if (!job) return job.error();
-      if (!*job) return tell();
+      if (!*job) {
+        used_up_ = true;
+        break;
+      }
       if (Status lived = live(**job); !lived) return lived;
-      if (++done_ % plan_.every == 0)
+      ++done_;
+      if (done_ % plan_.every == 0)
         if (Status told = tell(); !told) return told;
+      if (done_ % kJobsBetweenCounts == 0)
+        if (Status counted = count_free(); !counted) return counted;
     }
-    return Ok();
+    if (Status told = tell(); !told) return told;
+    return look_for_places();
   }
 
   // What the twin burnt, against the ledger of every panel.
@@ -119,6 +129,8 @@ class CellLife {
             {"panels", panels_.size()},
             {"jobs", done_},
             {"jobs_wanted", plan_.jobs},
+            {"used_up", used_up_},
+            {"panels_with_places", with_places_},
             {"free_mm2", free_},
             {"free_at_first_mm2", free_at_first_},
             {"pieces_cut", cut_},
@@ -153,18 +165,34 @@ class CellLife {
       return Error{ErrorCode::kRefused,
                    fmt::format("{} looks at the memory in {} jobs are too few: choose more jobs, or a smaller --every",
                                samples_.size(), done_)};
-    if (done_ < plan_.jobs && free_ > kUsedUp * free_at_first_)
+    if (done_ < plan_.jobs)
+      return Error{
+          ErrorCode::kInternal,
+          fmt::format("the wood lasted for {} of {} jobs: choose fewer jobs, or more panels", done_, plan_.jobs)};
+    if (!used_up_)
       return Error{ErrorCode::kInternal,
-                   fmt::format("no plan was to be had although {:.0f} of {:.0f} mm2 are free", free_, free_at_first_)};
+                   fmt::format("the wood was not used up: {:.0f} of {:.0f} mm2 are free", free_, free_at_first_)};
+    if (!with_places_.empty())
+      return Error{ErrorCode::kInternal,
+                   fmt::format("no plan was to be had although {:.0f} of {:.0f} mm2 are free, and squares of {} mm on "
+                               "panels {}",
+                               free_, free_at_first_, kSurelyFits, with_places_.dump())};
     const double young = samples_[samples_.size() / 4].second, old = samples_.back().second;
     if (old < young + 30) return Ok();
     return Error{ErrorCode::kInternal, fmt::format("the daemon's memory grew from {:.0f} to {:.0f} MB", young, old)};
   }
 
  private:
-  // Masks are kept at 300 px an inch, areas told to whole square micrometres at best.
-  static constexpr double kPixelMm = 25.4 / 300, kRounding = 1e-6;
-  static constexpr double kUsedUp = 0.35;  // of the wood: squares of 12 mm leave the rest between them
+  // Masks are kept at 300 px an inch.
+  static constexpr double kPixelMm = 25.4 / 300;
+  // Pieces of 12 mm had 28 places on a panel of narrow strips: 60 such panels would not last for the soak's jobs.
+  static constexpr int kPiece = 10;  // mm
+  // Where a square of so many mm is free, a piece with its kerf and margin fits, on whatever grid a plan looks.
+  static constexpr int kSurelyFits = 12;
+  // What a piece takes of the wood, with what is left between pieces and beside them in a strip: rather too much than
+  // too little, so that the wood lasts; what it leaves is used up after the last job.
+  static constexpr double kWoodOfAPiece = 350;  // mm2
+  static constexpr int kJobsBetweenCounts = 25;
 
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   void forget_captures() const {
@@ -186,27 +214,60 @@ class CellLife {
   Result<std::int64_t> plan_of(double size_mm, const std::vector<std::string>& panels) {
     std::string from;
     for (const auto& panel : panels) from += (from.empty() ? "" : ",") + panel;
-    const auto started =
-        cell_.api().request("POST", fmt::format("/jobs?name=life&size_mm={}&patch_mm=12&panels={}", size_mm, from),
-                            picture(), "application/octet-stream");
+    const auto started = cell_.api().request(
+        "POST", fmt::format("/jobs?name=life&size_mm={}&patch_mm={}&panels={}", size_mm, kPiece, from), picture(),
+        "application/octet-stream");
     if (!started) return started.error();
     const auto planned = cell_.api().wait_task((*started)["task"], [](const json&) { return true; });
     if (!planned) return planned.error();
     return (*planned)["job"].get<std::int64_t>();
   }
-  // Of some panels, four pieces or one; where these have no wood, one of any; nothing once none has.
-  Result<std::optional<std::int64_t>> plan_one() {
+  // The planner's own words for it: a panel that waits for a scan is refused, too, or a disk that is full.
+  static bool says_no_wood(const Error& error) {
+    return error.code == ErrorCode::kRefused && error.message.find("no free wood was left") != std::string::npos;
+  }
+  // In pieces along a side: so many that the wood lasts for all jobs, and more of it for none after the last.
+  int pieces_across() {
+    const int left = plan_.jobs - done_;
+    if (left <= 0) return across_at_last_;
+    const double pieces = free_ / kWoodOfAPiece / left;
+    const double chance = below(1000) / 1000.0;
+    if (pieces < 4) return chance < (pieces - 1) / 3 ? 2 : 1;
+    return chance < (pieces - 4) / 5 ? 3 : 2;
+  }
+  // Three of the half that has the most wood.
+  std::vector<std::string> some_panels() {
     std::vector<std::string> some = panels_;
+    std::ranges::sort(some, std::greater<>(), [&](const std::string& panel) { return free_of_[panel]; });
+    some.resize(std::max<std::size_t>((some.size() + 1) / 2, std::min<std::size_t>(some.size(), 3)));
     std::shuffle(some.begin(), some.end(), random_);
     some.resize(std::min<std::size_t>(some.size(), 3));
-    for (const auto& [size, panels] :
-         {std::pair(below(3) == 0 ? 12.0 : 24.0, some), std::pair(12.0, some), std::pair(12.0, panels_)}) {
-      const auto job = plan_of(size, panels);
-      if (job) return std::optional(*job);
-      if (job.error().code != ErrorCode::kRefused) return job.error();
-      ++refused_;
-    }
+    return some;
+  }
+  // Of some panels; where these have no wood for it, of any; then smaller ones; nothing once no panel has wood for one
+  // piece.
+  Result<std::optional<std::int64_t>> plan_one() {
+    const int wanted = pieces_across();
+    for (int across = wanted; across > 0; --across)
+      for (const auto& panels : {some_panels(), panels_}) {
+        const auto job = plan_of(kPiece * across, panels);
+        if (job) {
+          free_ -= kWoodOfAPiece * across * across;
+          return std::optional(*job);
+        }
+        if (!says_no_wood(job.error())) return job.error();
+        ++refused_;
+        // After the last job larger ones are not tried again: wood comes back only where a job is cancelled.
+        if (panels.size() == panels_.size()) across_at_last_ = std::max(1, across - 1);
+      }
     return std::optional<std::int64_t>();
+  }
+  // What searches say at the end.
+  Status look_for_places() {
+    const auto found = cell_.api().get_all(fmt::format("/panels?patch_mm={}", kSurelyFits), "panels");
+    if (!found) return found.error();
+    for (const auto& panel : (*found)["panels"]) with_places_.push_back(panel["id"]);
+    return Ok();
   }
 
   Status live(std::int64_t job) {
@@ -219,16 +280,20 @@ class CellLife {
       return cancelled ? check_job(target) : Status(cancelled.error());
     }
     if (Status cut = jobs_.cut(job); !cut) return cut;
-    if (below(15) == 0)
+    if (Status checked = check_job(target); !checked) return checked;
+    if (below(15) == 0) {
       if (Status redone = lose_and_redo(job); !redone) return redone;
+      if (Status checked = check_job(target); !checked) return checked;
+    }
     if (below(8) == 0) {
       ++scans_;
       if (Status compared = jobs_.reconcile(job); !compared) return compared;
       forget_captures();
+      if (Status checked = check_job(target); !checked) return checked;
     }
     if (below(50) == 0)
       if (const auto archived = cell_.api().post("/jobs/archive-done"); !archived) return archived.error();
-    return check_job(target);
+    return count_cut(target);
   }
   // The first piece; refused where no wood is left for it.
   Status lose_and_redo(std::int64_t job) {
@@ -237,11 +302,12 @@ class CellLife {
     const auto redone = cell_.api().post_and_wait(
         fmt::format("/jobs/{}/redo", job), {{"pieces", json::array({(*pieces)["pieces"][0]["mark"]})}, {"lost", true}});
     if (!redone) {
-      if (redone.error().code != ErrorCode::kRefused) return redone.error();
+      if (!says_no_wood(redone.error())) return redone.error();
       ++refused_;
       return Ok();
     }
     ++again_;
+    if (Status checked = check_job(fmt::format("/jobs/{}", job)); !checked) return checked;
     return jobs_.cut(job);
   }
   // What a page and a shelf's keeper ask for.
@@ -274,32 +340,45 @@ class CellLife {
     if (!ledger) return ledger.error();
     const auto mask = mask_of(panel);
     if (!mask) return mask.error();
-    const auto counted = testing::count_areas((*ledger)["allocations"], *mask, kPixelMm,
-                                              (*told)["width_mm"].get<double>(), (*told)["height_mm"].get<double>());
-    const std::string wrong = testing::disagreement((*told)["area_book_mm2"], counted, kRounding);
+    const std::string wrong = testing::disagreement(
+        (*told)["area_book_mm2"], testing::plain_wood((*ledger)["allocations"]), {*mask, kPixelMm},
+        (*told)["width_mm"].get<double>(), (*told)["height_mm"].get<double>(), true);
     ++books_;
     return wrong.empty() ? Ok() : Status(Error{ErrorCode::kInternal, panel + ": " + wrong});
   }
+  Status check_all_areas() {
+    for (const std::string& panel : panels_)
+      if (Status checked = check_areas(panel); !checked) return checked;
+    return Ok();
+  }
+  // Of the job's panels, and of one more that nothing may have happened to.
   Status check_job(const std::string& job) {
     const auto record = cell_.api().get(job);
     if (!record) return record.error();
     for (const auto& used : (*record)["panels"])
       if (Status checked = check_areas(used["panel"].get<std::string>()); !checked) return checked;
+    return check_areas(panels_[below(static_cast<unsigned>(panels_.size()))]);
+  }
+  Status count_cut(const std::string& job) {
     const auto pieces = cell_.api().get_all(job + "/pieces", "pieces");
     if (!pieces) return pieces.error();
     for (const auto& piece : (*pieces)["pieces"]) cut_ += piece["state"] == "cut" ? 1 : 0;
     return Ok();
   }
-  Status tell() {
+  Status count_free() {
     const auto panels = cell_.api().get_all("/panels", "panels");
     if (!panels) return panels.error();
-    double free = 0;
-    for (const auto& panel : (*panels)["panels"]) free += panel.value("free_mm2", 0.0);
-    free_ = free;
-    if (samples_.empty()) free_at_first_ = free;
+    free_ = 0;
+    for (const auto& panel : (*panels)["panels"]) free_ += free_of_[panel["id"]] = panel.value("free_mm2", 0.0);
+    return Ok();
+  }
+  Status tell() {
+    if (Status checked = check_all_areas(); !checked) return checked;
+    if (Status counted = count_free(); !counted) return counted;
+    if (samples_.empty()) free_at_first_ = free_;
     const Memory memory = memory_of(cell_.daemon_pid());
     samples_.emplace_back(done_, memory.own_mb);
-    fmt::print("{:>6} {:>8.1f} {:>8.1f} {:>8.0f}\n", done_, memory.all_mb, memory.own_mb, free / 100);
+    fmt::print("{:>6} {:>8.1f} {:>8.1f} {:>8.0f}\n", done_, memory.all_mb, memory.own_mb, free_ / 100);
     std::fflush(stdout);
     return Ok();
   }
@@ -311,7 +390,11 @@ class CellLife {
   Story jobs_;
   std::vector<std::string> panels_;
   std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB
-  double free_ = 0, free_at_first_ = 0;             // mm2 of all panels
+  double free_ = 0, free_at_first_ = 0;             // mm2 of all panels; reckoned since it was last counted
+  std::map<std::string, double> free_of_;           // of each
+  bool used_up_ = false;                            // no place is left for one piece
+  int across_at_last_ = 3;                          // of jobs after the last, in pieces
+  json with_places_ = json::array();                // panels that have one for all that, as a search says
   json proof_ = json::object();
   int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0, books_ = 0;
 };
@@ -323,7 +406,9 @@ int cell_life(int argc, char** argv) {
                "veneer-soak cell-life"};
   Plan plan;
   app.add_option("--panels", plan.panels, "Panels of 200 x 140 mm")->capture_default_str();
-  app.add_option("--jobs", plan.jobs, "The most jobs, of one to four pieces")->capture_default_str();
+  app.add_option("--jobs", plan.jobs,
+                 "Jobs that the wood has to last for, of one to nine pieces; then more until it is used up")
+      ->capture_default_str();
   app.add_option("--every", plan.every, "Jobs between two looks at the memory")->capture_default_str();
   app.add_option("--seed", plan.seed, "Of the wood, the pictures and what happens")->capture_default_str();
   app.add_option("--dir", plan.dir, "Where the cell lives; made anew")->capture_default_str();
@@ -345,16 +430,17 @@ int cell_life(int argc, char** argv) {
   if (lived) lived = life.prove();
   const json figures = life.figures();
   if (!plan.out.empty()) std::ofstream(plan.out) << figures.dump(2);
-  if (lived && figures["jobs"] < figures["jobs_wanted"])
-    fmt::print("no place was left for one piece more: {} of {} jobs were reached, and {:.0f} of {:.0f} mm2 are free\n",
+  if (lived)
+    fmt::print("no place is left for one piece more: {} jobs, {} were wanted; {:.0f} of {:.0f} mm2 are free\n",
                figures["jobs"].get<int>(), figures["jobs_wanted"].get<int>(), figures["free_mm2"].get<double>(),
                figures["free_at_first_mm2"].get<double>());
   fmt::print(
-      "{} jobs, {} pieces cut, {} cancelled, {} plans refused, {} pieces made again, {} scans; {:+.2f} MB in 100 "
-      "jobs\n",
-      figures["jobs"].get<int>(), figures["pieces_cut"].get<int>(), figures["cancelled"].get<int>(),
-      figures["refused"].get<int>(), figures["made_again"].get<int>(), figures["scans"].get<int>(),
-      figures["own_mb_per_100_jobs"].get<double>());
+      "{} jobs, {} books checked, {} pieces cut, {} cancelled, {} plans refused, {} pieces made again, {} scans; "
+      "{:+.2f} "
+      "MB in 100 jobs\n",
+      figures["jobs"].get<int>(), figures["books_checked"].get<int>(), figures["pieces_cut"].get<int>(),
+      figures["cancelled"].get<int>(), figures["refused"].get<int>(), figures["made_again"].get<int>(),
+      figures["scans"].get<int>(), figures["own_mb_per_100_jobs"].get<double>());
   if (lived) lived = life.judged();
   if (!lived) fmt::print(stderr, "{}\n", lived.error().message);
   return lived ? 0 : 1;

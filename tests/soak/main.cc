@@ -26,6 +26,7 @@ constexpr std::array kCampaigns{
     Campaign{"guardian-kills", "SIGKILL in a burn, until the beam is off", guardian_kills},
     Campaign{"holds", "Holds at drawn moments", holds},
     Campaign{"holes", "screw holes that are taken for wood", holes},
+    Campaign{"idle", "the daemon's processor time and memory while nothing goes on", idle},
     Campaign{"lihuiyu-faults", "faults on a Lihuiyu board and its USB link", lihuiyu_faults},
     Campaign{"plan-stops", "a stop request, until planning has ended", plan_stops},
     Campaign{"sights", "how well the bed is known after calibration", sights},

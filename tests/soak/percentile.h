@@ -1,7 +1,8 @@
-// The least value that is as large as a share p, 0 to 1, of all; 0 of none.
+// The least value that is as large as a share p, 0 to 1, of all (the nearest rank); 0 of none.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -10,7 +11,9 @@ namespace veneer::tests {
 inline double percentile(std::vector<double> values, double p) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
+  const double rounding = 1e-9;  // of p times the count
+  const double rank = std::ceil(p * static_cast<double>(values.size()) - rounding);
+  return values[rank < 1 ? 0 : std::min(values.size(), static_cast<std::size_t>(rank)) - 1];
 }
 
 }  // namespace veneer::tests

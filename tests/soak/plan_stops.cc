@@ -82,8 +82,8 @@ Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork,
   std::thread planner([&] {
     const auto plan = make_plan(
         std::span(&artwork, 1), std::span(&panel, 1), options,
-        [&](double, std::string_view text) { out.doing = text.substr(0, text.find(':')); }, stop.get_token(),
-        &*journal);
+        [&](double, std::string_view text) { out.doing = text.substr(0, text.find(':')); }, stop.get_token(), &*journal,
+        nullptr, OnStop::kBestSoFar);
     out.in_time = !plan.ok() || (plan->global && plan->global->stopped);
     over.set_value();
   });

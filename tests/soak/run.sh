@@ -10,6 +10,8 @@
 #                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
 #                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
+#   idle         the daemon at rest, newly started and after scans, a plan, a cut and a comparison, with and without a console
+#                that listens: its share of a processor (1 %) and its memory (60 MB); also written as idle.json
 #   workers      200 deaths of worker processes, 8 of each kind that hang, 1,000 truly hostile pictures at five doors and 320 hostile
 #                drawings while cuts go on, 48 lost looks at the bed, 48 deaths in the laser's and the camera's calibrations,
 #                64 of scans by SANE beside a drawing; what the twin says of each cut and of the beam. Then the two largest
@@ -18,9 +20,9 @@
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
 #                transaction, 4000 single bits flipped and 1000 files and 1000 logs damaged, 100000 writes of 16 programs,
-#                60 panels used up by 2000 jobs, in the stores alone and by the whole daemon on the twin with its memory
-#                told every 100 jobs (cell-life, also as cell-life.json), 1000 sequences of the area book, the daemon
-#                killed 1000 times in a simulated job (some hours)
+#                60 panels used up by 2000 jobs and as many more as it takes, in the stores alone and by the whole daemon
+#                on the twin with its memory told every 100 jobs (cell-life, also as cell-life.json), 1000 sequences of the
+#                area book, the daemon killed 1000 times in a simulated job, in 20 batches (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
@@ -95,6 +97,10 @@ seed=$(fresh_seed)
 show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak" guardian-kills --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"
 
+seed=$(fresh_seed)
+show_table=1 campaign "idle/at-rest" "$seed" "$build/bin/veneer-soak" idle --seed "$seed" --dir "$(dirname "$out")/soak-idle" \
+  --out "$(dirname "$out")/idle.json"
+
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
   show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 VENEER_HANG_ROUNDS=1 \
@@ -152,12 +158,17 @@ seed=$(fresh_seed)
 show_table=1 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
   "$build/tests/daemon_stock_tests" daemon/stock/area_life_test.cc
 
-# A cell has wood for some 25 kills, and each test begins two with a copy of the same one.
-if [[ ledger/daemon-kills == "$name"* || $name == ledger/daemon-kills* ]]; then
+# A cell has wood for some 25 kills, and each test begins two with a copy of the same one, which is made for a single
+# batch as well. A number names one of them: 1 is not 10.
+batches=()
+for ((i = 0; i < 20; ++i)); do
+  if [[ ledger/daemon-kills/ == "$name"* || $name == "ledger/daemon-kills/$i" ]]; then batches+=("$i"); fi
+done
+if ((${#batches[@]})); then
   VENEER_PREPARED_CELL=$(mktemp -d)/cell
   export VENEER_PREPARED_CELL
-  campaign "ledger/daemon-kills/prepare" 7 "$build/tests/scenario_tests" scenarios/prepare_test.cc
-  for ((i = 0; i < 20; ++i)); do
+  name='' campaign "ledger/daemon-kills/prepare" 7 "$build/tests/scenario_tests" scenarios/prepare_test.cc
+  for i in "${batches[@]}"; do
     seed=$(fresh_seed)
     show_table=1 campaign "ledger/daemon-kills/$i" "$seed" env VENEER_SEED="$seed" VENEER_DAEMON_KILLS=25 \
       "$build/tests/scenario_tests" scenarios/kills_test.cc

@@ -150,7 +150,7 @@ class HeldRun {
   }
   bool command(CellCommand command, double seconds = 130) {
     std::optional<Status> answer;
-    runner_->command(command, "operator", [&](Status s) { answer = std::move(s); });
+    runner_->command(command, "operator", [&](Status s) { answer = std::move(s); }, {});
     wait(seconds, [&] { return answer.has_value(); });
     return answer && answer->ok();
   }
@@ -179,10 +179,12 @@ class HeldRun {
   }
   void press_hold() {
     pressed_ = true;
-    runner_->command(CellCommand::kHold, "operator", [this](const Status& taken) {
-      (taken ? out_.held : out_.refused) = true;
-      if (!taken) announced_ = false;
-    });
+    runner_->command(CellCommand::kHold, "operator",
+                     [this](const Status& taken) {
+                       (taken ? out_.held : out_.refused) = true;
+                       if (!taken) announced_ = false;
+                     },
+                     {});
   }
   void changed() {
     if (runner_ && (state() == CellState::kHolding || state() == CellState::kHeld)) announced_ = true;

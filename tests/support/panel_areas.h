@@ -1,25 +1,48 @@
-// What a panel's wood is, counted from what the API tells of its ledger and from its mask's picture: each class on its
-// own, none as what the others leave. For checks of the area book: nothing here is of the ledger's polygons or of the
-// daemon's count of pixels. A ring is clipped to each run of like pixels of the mask, exactly.
+// What a panel's wood is, counted twice from the ledger's rows and the mask's picture, each class on its own: by
+// polygons, as the trapezoids that all lines of wood and mask cut the panel into, exactly; and by points, on a raster.
+// For checks of the area book: nothing here is of the ledger's polygons or of the daemon's count of pixels, and the two
+// share nothing but what they are given. A class is the sum of the places that are it, none what the others leave.
 #pragma once
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 namespace veneer::testing {
 
-// By the names of the area book, in mm2.
+// By the names of the area book, in mm2. A place that two rows hold counts for both, so that the classes are more than
+// the panel together.
 using PanelAreas = std::map<std::string, double>;
 
-// `allocations` as /panels/ID/ledger tells them, all pages; `mask` as it is kept: CV_8UC1, non-zero = usable, its lower
-// left corner is the panel's, `pixel_mm` wide.
-PanelAreas count_areas(const nlohmann::json& allocations, const cv::Mat& mask, double pixel_mm, double width_mm,
-                       double height_mm);
+// A row of the ledger, in mm of the panel: rings under the even-odd rule, and the piece without its kerf, if it is
+// one's.
+using PlainRing = std::vector<cv::Point2d>;
+struct PlainWood {
+  std::string state;
+  std::vector<PlainRing> area;
+  PlainRing outline;
+};
+// As /panels/ID/ledger tells them, all pages.
+std::vector<PlainWood> plain_wood(const nlohmann::json& allocations);
+
+// `mask` as it is kept: CV_8UC1, non-zero = usable, its lower left corner is the panel's, `pixel` wide.
+struct PlainMask {
+  cv::Mat pixels;
+  double pixel_mm = 0;
+};
+// Without rows that are released.
+PanelAreas count_areas(const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm, double height_mm);
+// The same by the middles of squares of `step_mm`.
+PanelAreas count_points(const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm, double height_mm,
+                        double step_mm = 0.05);
 
 // "" where `book` (area_book_mm2) says the same to `within_mm2`, no class is less than nothing, and they are the panel
 // together; else a sentence that names the first that is not so.
 std::string disagreement(const nlohmann::json& book, const PanelAreas& counted, double within_mm2);
+// The same of both counts: to 1e-6 mm2 by polygons and, where `by_points`, to a thousandth of the panel by points.
+std::string disagreement(const nlohmann::json& book, const std::vector<PlainWood>& wood, const PlainMask& mask,
+                         double width_mm, double height_mm, bool by_points);
 
 }  // namespace veneer::testing

@@ -43,7 +43,7 @@ class RoutedCell : public ::testing::Test {
     cell = std::move(*opened);
     router = daemon::Router();
     router.remember_in(keys);
-    router.on_change([this](const daemon::Router::Change& change) { cell->audit(change); });
+    router.on_change([this](const daemon::Router::Change& change) { cell->changes->note(change); });
     daemon::bind_routes(router, *cell);
     daemon::bind_console_routes(router);
     accounts_in.emplace(*cell->database);
@@ -81,7 +81,7 @@ class RoutedCell : public ::testing::Test {
     request.idempotency_key = idempotency_key;
     request.caller = {role, "uid 1000", daemon::TransportKind::kUnix};
     reactor.restart();
-    while (waits_for_audit && !cell->may_be_noted(request.caller) &&
+    while (waits_for_audit && !cell->changes->may_be_noted(request.caller) &&
            reactor.run_one_for(std::chrono::seconds(10)) > 0) {
     }
     match.route->handler(request, [this, answer](daemon::ApiReply reply) {

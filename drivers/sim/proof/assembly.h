@@ -6,9 +6,8 @@
 // them.
 //
 // wrong     the piece's 2 mm block means correlate better, in grey and in colour (all three channels together), with
-// the
-//           preview of another patch than with its own. Pixels of a preview that show dust on the scanner's glass, as
-//           the twin recorded it, show no wood and are not counted, nor is what lies there of the piece.
+//           the preview of another patch than with its own. Pixels of a preview that show dust on the scanner's glass,
+//           as the twin recorded it, show no wood and are not counted, nor is what lies there of the piece.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored: in grey, both the correlation is
 //           higher, by a clear margin (0.3) over its own, and the difference lower (BlockMeans::rather).

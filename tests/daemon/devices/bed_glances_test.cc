@@ -30,7 +30,7 @@ class WatchedCamera final : public CameraDriver {
   Result<std::filesystem::path> glance(const std::stop_token& stop) override {
     ++glances;
     if (during) during(stop);
-    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "broken off"};
+    if (heeds_stop && stop.stop_requested()) return Error{ErrorCode::kCancelled, "broken off"};
     if (dead) return Error{ErrorCode::kUnavailable, "the camera does not answer"};
     EXPECT_TRUE(cv::imwrite(file.string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar(glances, 60, 90))));
     return file;
@@ -41,7 +41,7 @@ class WatchedCamera final : public CameraDriver {
   std::filesystem::path file;
   std::function<void(const std::stop_token&)> during;
   std::optional<std::chrono::system_clock::time_point> taken;
-  bool dead = false;
+  bool dead = false, heeds_stop = true;
   int glances = 0;
 };
 
@@ -110,7 +110,18 @@ TEST_F(BedGlancesTest, TheNextOneIsTakenTwoSecondsLater) {
   EXPECT_EQ(camera_.glances, 2) << "and none while nobody asks";
 }
 
-// What a glance needs is what a look may have to wait for.
+// What the camera needs is what a look may have to wait for; what the reading needs is the computer's, which cuts.
+TEST_F(BedGlancesTest, ASlowComputerIsAskedLessOften) {
+  workers_.spoil = [this](const std::string&, const nlohmann::json&) { clock_.advance(std::chrono::seconds(1)); };
+  ASSERT_TRUE(ask());
+  clock_.advance(std::chrono::milliseconds(6999));
+  ASSERT_TRUE(ask());
+  EXPECT_EQ(camera_.glances, 1);
+  clock_.advance(std::chrono::milliseconds(1));
+  ASSERT_TRUE(ask());
+  EXPECT_EQ(camera_.glances, 2);
+}
+
 TEST_F(BedGlancesTest, ASlowCameraIsAskedLessOften) {
   camera_.during = [this](const std::stop_token&) { clock_.advance(std::chrono::seconds(1)); };
   ASSERT_TRUE(ask());
@@ -122,15 +133,15 @@ TEST_F(BedGlancesTest, ASlowCameraIsAskedLessOften) {
   EXPECT_EQ(camera_.glances, 2);
 }
 
-TEST_F(BedGlancesTest, ThereIsNoneWhileTheHeadMayMove) {
+TEST_F(BedGlancesTest, ThereIsNoneWhileTheUnitLooksByItself) {
   ASSERT_TRUE(ask());
-  may_ = Error{ErrorCode::kConflict, "the head moves: wait until it stands still"};
+  may_ = Error{ErrorCode::kConflict, "the cell waits for a panel and looks by itself"};
   EXPECT_FALSE(ask()) << "what the newest one shows may have moved";
   clock_.advance(std::chrono::seconds(2));
   const auto refused = ask();
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
-  EXPECT_EQ(refused.error().message, "the head moves: wait until it stands still");
+  EXPECT_EQ(refused.error().message, "the cell waits for a panel and looks by itself");
   EXPECT_EQ(camera_.glances, 1);
 }
 
@@ -164,6 +175,31 @@ TEST_F(BedGlancesTest, ALookBreaksItOff) {
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().code, ErrorCode::kConflict);
   EXPECT_THAT(seen.error().message, HasSubstr("needed for more than watching"));
+}
+
+// As a run looks, between two pieces: it has to wait for the exposure, if that cannot be broken off, and for nothing
+// else.
+TEST_F(BedGlancesTest, ALookWaitsForOneExposureAtMost) {
+  std::promise<void> begun, exposed;
+  camera_.during = [&](const std::stop_token&) {
+    if (camera_.glances > 1) return;
+    begun.set_value();
+    exposed.get_future().wait();
+  };
+  camera_.heeds_stop = false;
+  const Answer watching = begin(), other = begin();
+  begun.get_future().wait();
+  std::promise<std::size_t> looked;
+  worker_->post([&] { looked.set_value(workers_.orders.size()); });
+  EXPECT_FALSE(worker_->try_post_giving_way([](const std::stop_token&) {}))
+      << "no glance goes before a look that waits";
+  exposed.set_value();
+  EXPECT_EQ(looked.get_future().get(), 0U) << "nobody reads a picture that nobody gets";
+  const auto seen = end(watching);
+  ASSERT_FALSE(seen);
+  EXPECT_THAT(seen.error().message, HasSubstr("needed for more than watching"));
+  EXPECT_FALSE(end(other));
+  EXPECT_EQ(camera_.glances, 1);
 }
 
 TEST_F(BedGlancesTest, APictureThatSomebodyElseTookIsAsOldAsItIs) {

@@ -47,7 +47,7 @@ class SaneScannerTest : public ::testing::Test {
   SaneScanner scanner(std::chrono::milliseconds deadline = std::chrono::seconds(60)) {
     return {std::make_unique<WorkerProcesses>(
                 WorkerProcessOptions{VENEER_WORKER, 0, [this](pid_t pid) { worker_ = pid; }}, make_null_logger()),
-            config_, data_.path(), deadline};
+            config_, "", data_.path(), deadline};
   }
 
   testing::TempDirectory settings_, pictures_, data_;

@@ -11,6 +11,7 @@
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -69,7 +70,7 @@ TEST(Interlocks, WhatNobodyHasToldIsNotKnown) {
                             {"remedy", nullptr},
                             {"age_s", nullptr}}));
   chain.laser.connected = true;
-  EXPECT_EQ(chain.link("lid").state, InterlockState::kUnknown) << "no switch is wired";
+  EXPECT_EQ(chain.link("lid").state, InterlockState::kUnknown) << "it tells of no switch";
 }
 
 TEST(Interlocks, WhatBlocksNamesItsRemedy) {
@@ -82,10 +83,8 @@ TEST(Interlocks, WhatBlocksNamesItsRemedy) {
   };
   EXPECT_EQ(blocks("lid", [](Chain& c) { c.laser.lid_open = true; }), "the lid is open | Close the lid.");
   EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Alarm:1"; }), HasSubstr("Clear and Reset"));
-  EXPECT_THAT(blocks("machine", [](Chain& c) { c.laser.state = "Door:0"; }), HasSubstr("Close the door"));
-  EXPECT_THAT(blocks("machine",
-                     [](Chain& c) { c.laser.connected = false, c.laser.why_not_connected = "/dev/ttyUSB0 is gone"; }),
-              HasSubstr("/dev/ttyUSB0 is gone | See that the laser is switched on"));
+  for (const char* open : {"Door", "Door:1", "Door:2"})
+    EXPECT_THAT(blocks("machine", [&](Chain& c) { c.laser.state = open; }), HasSubstr("Close the door"));
   EXPECT_EQ(blocks("stop", [](Chain& c) { c.view.state = CellState::kAborted, c.view.reason = "STOP was pressed"; }),
             "STOP was pressed | See to the cause, then Clear and Reset.");
   EXPECT_THAT(blocks("stop", [](Chain& c) { c.view.state = CellState::kHeld; }), HasSubstr("Unhold"));
@@ -108,6 +107,63 @@ TEST(Interlocks, WhatBlocksNamesItsRemedy) {
               HasSubstr("db check"));
 }
 
+// As after every panel that is laid through the lid.
+TEST(Interlocks, ALidThatIsClosedAgainIsInNobodysWay) {
+  Chain chain;
+  for (const char* closed : {"Door:0", "Door:3"}) {
+    chain.laser.state = closed;
+    EXPECT_EQ(chain.link("machine").state, InterlockState::kGood) << closed;
+    EXPECT_EQ(chain.link("machine").sentence,
+              std::string("homed, the lid is closed again, its controller says ") + closed);
+  }
+  chain.laser.homed = false;
+  EXPECT_EQ(chain.link("machine").state, InterlockState::kWarns);
+  EXPECT_EQ(chain.link("machine").remedy, "Reset homes it.");
+}
+
+TEST(Interlocks, AMachineWithoutHomingSwitchesIsNotCalledHomed) {
+  Chain chain;
+  chain.facts.finds_home = false;
+  EXPECT_EQ(chain.link("machine").state, InterlockState::kGood);
+  EXPECT_EQ(chain.link("machine").sentence,
+            "no homing switches, it counts from the corner it was given, its controller says Idle");
+  chain.laser.state = "Door:0";
+  EXPECT_THAT(chain.link("machine").sentence, AllOf(HasSubstr("the lid is closed again"), Not(HasSubstr("homed"))));
+  chain.laser.homed = false;
+  EXPECT_EQ(chain.link("machine").state, InterlockState::kWarns);
+  EXPECT_THAT(chain.link("machine").sentence, Not(HasSubstr("homed")));
+  EXPECT_THAT(chain.link("machine").remedy, AllOf(HasSubstr("where its head stands"), Not(HasSubstr("homes"))));
+}
+
+TEST(Interlocks, ALaserThatIsNotConnectedHasTheRemedyOfItsOwnReason) {
+  const auto told = [](const char* why) {
+    Chain chain;
+    chain.laser.connected = false, chain.laser.why_not_connected = why;
+    const Interlock link = chain.link("machine");
+    EXPECT_EQ(link.state, InterlockState::kBlocks);
+    return link.sentence + " | " + link.remedy;
+  };
+  EXPECT_EQ(
+      told("the laser controller (Grbl 1.1h) cannot be used, because laser mode is off: set $32=1 so that the beam "
+           "goes out at rest"),
+      "the laser controller (Grbl 1.1h) cannot be used, because laser mode is off | Set $32=1 so that the beam goes "
+      "out at rest, then Reset.");
+  EXPECT_EQ(
+      told("the link /dev/ttyUSB0 is gone (closed by the other side): check the cable and the device's power"),
+      "the link /dev/ttyUSB0 is gone (closed by the other side) | Check the cable and the device's power, then Reset.");
+  EXPECT_EQ(told("the laser controller stopped answering: check its cable and supply, then Clear and Reset"),
+            "the laser controller stopped answering | Check its cable and supply, then Clear and Reset.");
+  EXPECT_EQ(told("the laser was stopped by command"),
+            "the laser was stopped by command | Reset tries to connect it again.");
+}
+
+TEST(Interlocks, NoLidSwitchIsDeniedThatNobodyHasDenied) {
+  Chain chain;
+  chain.laser.lid_open.reset();
+  EXPECT_EQ(chain.link("lid").state, InterlockState::kUnknown);
+  EXPECT_EQ(chain.link("lid").sentence, "the laser's controller has told of no lid switch");
+}
+
 TEST(Interlocks, WhileAPanelIsLoadedConsentIsWhatIsAskedFor) {
   Chain chain;
   chain.view.state = CellState::kSuspended;
@@ -120,6 +176,16 @@ TEST(Interlocks, WhileAPanelIsLoadedConsentIsWhatIsAskedFor) {
   EXPECT_EQ(chain.link("consent").state, InterlockState::kBlocks);
   chain.view.state = CellState::kExecute;
   EXPECT_EQ(chain.link("consent").state, InterlockState::kGood);
+}
+
+TEST(Interlocks, ForAPatternGoWasSaidAndForNoPanel) {
+  Chain chain;
+  chain.view.alone = true;
+  for (const CellState state : {CellState::kStarting, CellState::kExecute, CellState::kHeld, CellState::kUnholding}) {
+    chain.view.state = state;
+    EXPECT_EQ(chain.link("consent").state, InterlockState::kGood);
+    EXPECT_EQ(chain.link("consent").sentence, "an operator has said go for what runs") << to_string(state);
+  }
 }
 
 TEST(Interlocks, WhatIsMissedOnlyLaterWarns) {
@@ -183,9 +249,10 @@ TEST(Interlocks, AScannersCertificateKeepsNobodyFromCutting) {
 TEST(Interlocks, AViewerIsToldNeitherPortsNorPaths) {
   Chain chain;
   chain.facts.tell_why = false;
-  chain.laser.connected = false, chain.laser.why_not_connected = "/dev/ttyUSB0 is gone";
+  chain.laser.connected = false, chain.laser.why_not_connected = "the link /dev/ttyUSB0 is gone: look at /dev/ttyUSB0";
   chain.facts.camera.outcome = Error{ErrorCode::kTimeout, "/dev/video0 is silent"};
-  EXPECT_EQ(chain.link("machine").sentence, kLaserIsSilent);
+  EXPECT_EQ(chain.link("machine").sentence, kLaserIsNotConnected);
+  EXPECT_EQ(chain.link("machine").remedy, "") << "they can do nothing about it, and it may name a port";
   EXPECT_THAT(chain.link("camera").sentence, Not(HasSubstr("/dev")));
 }
 

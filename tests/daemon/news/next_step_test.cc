@@ -113,6 +113,20 @@ TEST(NextStep, ACertificateThatNoLongerHoldsSaysWhy) {
       << "the first that stands in the way";
 }
 
+// Of these no panel is laid and none looked at, and nobody says Unsuspend.
+TEST(NextStep, APatternBurnsByItselfOnceItBegins) {
+  const auto alone = [](CellState state) {
+    CellView view = in(state);
+    view.alone = true;
+    return next_step(view, ready()).sentence;
+  };
+  for (const CellState state : {CellState::kStarting, CellState::kUnholding}) {
+    EXPECT_THAT(alone(state), HasSubstr("keep your hands out")) << to_string(state);
+    EXPECT_THAT(alone(state), Not(HasSubstr("panel"))) << to_string(state);
+  }
+  EXPECT_EQ(alone(CellState::kHeld), "The laser is held: when nothing is in the way, Unhold goes on where it stopped.");
+}
+
 TEST(NextStep, FromWoodToThePictureAndItsJob) {
   CellNeeds needs = ready();
   const CellView stopped = in(CellState::kStopped);

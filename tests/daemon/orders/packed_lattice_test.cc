@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace veneer::daemon {
 namespace {
@@ -39,6 +40,38 @@ RC_GTEST_PROP(PackedLattice, IsTheSameWhateverItsSamples, ()) {
   const std::string text = lattice.dump();
   RC_ASSERT(packed_lattice(text).starts_with('#'));
   RC_ASSERT(unpacked_lattice(packed_lattice(text)) == text);
+}
+
+TEST(PackedLattice, TellsHowItsFiducialsFit) {
+  nlohmann::json lattice = {
+      {"origin_px", {0, 0}}, {"step_px", 64}, {"cols", 1}, {"rows", 1}, {"panel_mm", {{1.0, 2.0}}}};
+  const std::string first = packed_lattice(lattice.dump());
+  EXPECT_TRUE(kept_offsets(first).empty()) << "nobody knows of a first scan";
+  const std::vector<calib::FiducialOffset> offsets = {{212, point<PanelFrame>(12.34567, 140), Millimetres(0.30001)},
+                                                      {-1, point<PanelFrame>(-3.5, 0), Millimetres(0)}};
+  lattice[kLatticeFiducials] = lattice_fiducials(offsets);
+  const std::string text = lattice.dump(), packed = packed_lattice(text);
+  EXPECT_TRUE(packed.starts_with(first + ";")) << packed;
+  EXPECT_EQ(unpacked_lattice(packed), text);
+  for (const std::string& kept : {packed, text}) {
+    const auto known = kept_offsets(kept);
+    ASSERT_EQ(known.size(), 2U);
+    for (const std::size_t i : {0U, 1U}) {
+      EXPECT_EQ(known[i].tag, offsets[i].tag);
+      EXPECT_EQ(known[i].place, offsets[i].place);
+      EXPECT_NEAR(known[i].off.count(), offsets[i].off.count(), 1e-9);
+    }
+  }
+  for (const char* odd :
+       {R"([{"tag":1}])", R"([{"tag":-1,"place_mm":[1,2],"off_mm":0.1}])", R"([7])", R"({"tag":1})"}) {
+    lattice[kLatticeFiducials] = nlohmann::json::parse(odd);
+    EXPECT_EQ(packed_lattice(lattice.dump()), lattice.dump());
+    EXPECT_TRUE(kept_offsets(lattice.dump()).empty()) << odd;
+  }
+  for (const char* damaged : {"#64,1,1;??;", "#64,1,1;??;???", "#64,1,1;??;????x", "#64,1,1;??;????@"}) {
+    EXPECT_EQ(unpacked_lattice(damaged), damaged);
+    EXPECT_TRUE(kept_offsets(damaged).empty()) << damaged;
+  }
 }
 
 TEST(PackedLattice, WhatIsNoSuchLatticeStaysAsItIs) {

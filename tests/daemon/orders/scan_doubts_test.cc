@@ -214,7 +214,7 @@ TEST(ScanDoubts, EachFiducialThatMovedIsToldOnceAndAHoleIsNotGluedOn) {
 
 TEST(ScanDoubts, TilesThatProveNothingAreNamed) {
   calib::Registration seen;
-  seen.agreement = {{5, Millimetres(0.02)}, {3, Millimetres(0.12)}, {2, std::nullopt}};
+  seen.agreement = {{5, Millimetres(0.02), {}}, {3, Millimetres(0.12), {}}, {2, std::nullopt, {}}};
   std::vector<calib::TileView> views(3);
   views[1].name = "scan 12", views[2].name = "scan 13";
   const auto told = doubts_of_fiducials(views, seen);

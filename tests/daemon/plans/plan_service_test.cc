@@ -365,7 +365,7 @@ TEST_F(PlanServiceTest, TheThreadThatWritesIsNotAskedForTheWood) {
   EXPECT_TRUE(job.ok()) << job.error().message;
 }
 
-// make_plan gives the best so far of a global choice that is stopped; whoever cancels a job wants none.
+// Whoever cancels a job wants nothing of it, not even a plan that is whole by then.
 TEST_F(PlanServiceTest, ACancelledJobReservesNothingHoweverFarItIs) {
   add_panel("P-0001", 255);
   for (const std::string at : {"placed 4 of 4 pieces", "reserving the wood"}) {

@@ -72,12 +72,13 @@ class RecordedJob : public ::testing::Test {
     tests::LaidBed bed(io_);
     JobRunner unit(io_, UnitParts{*devices->laser, *database_, bed, bed}, {}, make_null_logger(), [] {});
     std::optional<Status> homed, refused, burnt;
-    unit.command(CellCommand::kReset, "test", [&](Status s) { homed = std::move(s); });
+    unit.home("test", [&](Status s) { homed = std::move(s); });
     const Status stands = wait_for(homed);
     ASSERT_TRUE(stands.ok()) << stands.error().message;
     unit.start_job(JobId{1}, "test", [&](Status s) { refused = std::move(s); });
     EXPECT_THAT(wait_for(refused).error().message, HasSubstr("a file that records"));
-    unit.burn_pattern(job, "test", [&](Status s) { burnt = std::move(s); });
+    unit.burn_pattern(
+        job, "test", [&](Status s) { burnt = std::move(s); }, {}, Ok);
     const Status done = wait_for(burnt);
     ASSERT_TRUE(done.ok()) << done.error().message;
     const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });

@@ -40,32 +40,32 @@ class AnsweredTasks : public testing::RoutedCell {
 };
 
 TEST_F(AnsweredTasks, AreNoAlarmsOnceWhoeverAskedHasLooked) {
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   const TaskView seen = refused();
   EXPECT_THAT(failures(), IsEmpty()) << "there is time to look";
   EXPECT_EQ(look_at(seen).status, 200);
   const TaskView unseen = refused();
-  cell->time_to_look = {};
+  cell->news->time_to_look = {};
   until_a_failure_is_told();
   EXPECT_THAT(failures(), ElementsAre(key_of(unseen))) << "nobody followed it";
 }
 
 TEST_F(AnsweredTasks, AreAlarmsAfterARestartUnlessWhoeverAskedLooksThen) {
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   const TaskView seen = refused(), unseen = refused();
   cell.reset();
   open();
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   EXPECT_EQ(look_at(seen).status, 200);
   EXPECT_THAT(failures(), IsEmpty()) << "there is time to look";
-  cell->time_to_look = {};
+  cell->news->time_to_look = {};
   until_a_failure_is_told();
   EXPECT_THAT(failures(), ElementsAre(key_of(unseen)));
 }
 
 // It is written when it ends, not when the daemon does.
 TEST_F(AnsweredTasks, AreAlarmsAfterAKillToo) {
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   const TaskView unseen = refused();
   const auto file = config.store.data_dir / "tasks.json";
   std::string as_killed;
@@ -77,18 +77,18 @@ TEST_F(AnsweredTasks, AreAlarmsAfterAKillToo) {
   std::filesystem::remove(config.store.data_dir / "alarms.json");
   std::ofstream(file) << as_killed;
   open();
-  cell->time_to_look = {};
+  cell->news->time_to_look = {};
   until_a_failure_is_told();
   EXPECT_THAT(failures(), ElementsAre(key_of(unseen)));
 }
 
 // Told is told: a restart makes no alarm of it.
 TEST_F(AnsweredTasks, ThatWereToldStaySoAfterARestart) {
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   EXPECT_EQ(look_at(refused()).status, 200);
   cell.reset();
   open();
-  cell->time_to_look = {};
+  cell->news->time_to_look = {};
   const TaskView other = refused();
   until_a_failure_is_told();
   EXPECT_THAT(failures(), ElementsAre(key_of(other)));
@@ -96,7 +96,7 @@ TEST_F(AnsweredTasks, ThatWereToldStaySoAfterARestart) {
 
 // The nightly unit asks for the backup and waits for its end, and nobody reads what it prints.
 TEST_F(AnsweredTasks, OfABackupThatFailsIsAnAlarmWhoeverLooks) {
-  cell->time_to_look = std::chrono::hours(1);
+  cell->news->time_to_look = std::chrono::hours(1);
   std::filesystem::remove_all(config.store.data_dir / "backups");
   std::ofstream(config.store.data_dir / "backups") << "no folder";
   const TaskView failed = ended(ask("POST", "/api/v1/backups"));

@@ -41,7 +41,7 @@ class DeviceRoutes : public testing::RoutedCell {
     cell->device_roots = {directory / "dev", directory / "sys"};
     cell->restart = [this] { ++restarts; };
     again.emplace();
-    again->on_change([this](const Router::Change& change) { cell->audit(change); });
+    again->on_change([this](const Router::Change& change) { cell->changes->note(change); });
     bind_routes(*again, *cell);
   }
   // The configuration file.
@@ -591,7 +591,7 @@ TEST_F(DeviceRoutes, WhatAnotherThreadRefusesIsNotedInTheReactorsTurn) {
   };
   std::thread([this] {
     const Caller caller{Role::kOperator, "uid 1000", TransportKind::kUnix};
-    cell->audit({caller, "chooseDevice", "no such laser", true});
+    cell->changes->note({caller, "chooseDevice", "no such laser", true});
   }).join();
   EXPECT_EQ(noted(), 0);
   reactor.restart();
@@ -607,8 +607,8 @@ TEST_F(LaserThatDoesNotOpen, IsNamedByItsPortToOperatorsOnly) {
   const json all = cell->status(Role::kOperator), some = cell->status(Role::kViewer);
   EXPECT_THAT(all["laser"]["why_not_connected"].get<std::string>(), HasSubstr("no-laser does not open"));
   EXPECT_THAT(all["reason"].get<std::string>(), HasSubstr("no-laser does not open"));
-  EXPECT_EQ(some["laser"]["why_not_connected"], "the laser does not answer; an operator is told why");
-  EXPECT_EQ(some["reason"], "the laser does not answer; an operator is told why");
+  EXPECT_EQ(some["laser"]["why_not_connected"], "the laser is not connected; an operator is told why");
+  EXPECT_EQ(some["reason"], "the laser is not connected; an operator is told why");
   EXPECT_THAT(some.dump(), AllOf(Not(HasSubstr("no-laser")), Not(HasSubstr(directory.path().string()))));
 }
 

@@ -6,6 +6,7 @@
 
 #include "cli/render.h"
 #include "daemon/api/idempotency.h"
+#include "daemon/news/cell_counts.h"
 #include "planner/files/plan_files.h"
 #include "tests/support/routed_cell.h"
 #include "tests/support/task_json.h"
@@ -207,6 +208,62 @@ TEST_F(JobRoutes, ArchivedJobsAreListedOnlyWhenAskedFor) {
   EXPECT_EQ(body_of(ask("POST", "/api/v1/jobs/2/unarchive"))["archived"], false);
   EXPECT_EQ(jobs(), 2U);
   EXPECT_EQ(ask("POST", "/api/v1/jobs/9/archive").status, 404);
+}
+
+TEST_F(JobRoutes, TheQueueIsInTheOrderThatPeopleChoose) {
+  const Status made = cell->database->call([](Repositories& r) -> Status {
+    const std::string at = "2026-05-01T07:30:00.000Z";
+    db::PanelRecord panel;
+    panel.id = PanelId{"P-0001"}, panel.name = "oak", panel.created_at = at;
+    panel.width = panel.height = Millimetres(100);
+    if (Status added = r.panels.add(panel, {}, {}); !added) return added;
+    for (const double x : {10.0, 30.0, 50.0}) {
+      db::NewPlan plan;
+      plan.name = "Grace", plan.plan_json = plan.options_json = "{}";
+      db::PlannedPatch& piece = plan.pieces.emplace_back();
+      piece.mark = "A1";
+      piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(9, 0), point<ArtworkFrame>(9, 9)};
+      piece.panel = panel.id;
+      piece.panel_outline = {point<PanelFrame>(x, 5), point<PanelFrame>(x + 9, 5), point<PanelFrame>(x + 9, 14)};
+      piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(0.3));
+      plan.planned_on = {{panel.id, 1}};
+      if (const auto job = r.jobs.create(plan, at); !job) return job.error();
+    }
+    return Ok();
+  });
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto places = [this] {
+    std::vector<json> out;
+    const json told = body_of(ask("GET", "/api/v1/jobs"));
+    for (const json& job : told["jobs"]) out.push_back(job["queue_place"]);
+    return out;
+  };
+  EXPECT_EQ(places(), (std::vector<json>{1, 2, 3}));
+  const auto counted = [this] { return cell->database->call([](Repositories& r) { return count_cell(r); })->job->id; };
+  EXPECT_EQ(counted(), 1);
+  const auto move = [this](int job, const std::string& body) {
+    return ask_raw("POST", fmt::format("/api/v1/jobs/{}/move", job), body);
+  };
+  const auto queue = [&](int job, const std::string& body) {
+    const ApiReply reply = move(job, body);
+    EXPECT_EQ(reply.status, 200) << reply.body;
+    return body_of(reply)["jobs"];
+  };
+  EXPECT_EQ(queue(3, R"({"before":1})"), json({3, 1, 2}));
+  EXPECT_EQ(places(), (std::vector<json>{2, 3, 1}));
+  EXPECT_EQ(counted(), 3) << "the next step leads to it";
+  EXPECT_EQ(queue(1, "{}"), json({3, 2, 1})) << "behind all";
+  EXPECT_EQ(queue(1, "{}"), json({3, 2, 1})) << "it stands there";
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/2/cancel").status, 200);
+  EXPECT_EQ(places(), (std::vector<json>{2, nullptr, 1}));
+  EXPECT_TRUE(body_of(ask("GET", "/api/v1/jobs/2"))["queue_place"].is_null());
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs/3"))["queue_place"], 1);
+  EXPECT_EQ(move(1, R"({"before":2})").status, 409) << "it does not wait";
+  EXPECT_EQ(move(2, "{}").status, 409);
+  EXPECT_EQ(move(9, "{}").status, 404);
+  EXPECT_EQ(move(1, R"({"before":9})").status, 404);
+  for (const char* body : {R"({"before":1})", R"({"before":"3"})", R"({"before":null})", R"({"after":3})", "[]"})
+    EXPECT_EQ(move(1, body).status, 400) << body;
 }
 
 // What is left to do for a job is told with it, and in the status for the one that a crash broke off.

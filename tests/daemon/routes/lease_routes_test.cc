@@ -102,7 +102,7 @@ TEST_F(LeaseRoutes, ALeaseThatIsOverEndsByItself) {
   });
   ASSERT_TRUE(leased.ok()) << leased.error().message;
   EXPECT_EQ(view(1)["lease"], json()) << "nobody has ended it yet, but it is over";
-  cell->leases_changed({});
+  cell->leases->changed({});
   for (int turns = 0; state() == "leased" && turns < 100; ++turns) {
     reactor.restart();
     reactor.run_one_for(std::chrono::milliseconds(100));

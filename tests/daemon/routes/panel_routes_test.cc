@@ -7,6 +7,7 @@
 
 #include "calib/tag_detector.h"
 #include "cli/render.h"
+#include "daemon/orders/packed_lattice.h"
 #include "planner/pictures/pictures.h"
 #include "tests/daemon/routes/panel_cell.h"
 
@@ -162,6 +163,60 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
       "panel P-0002 was sanded on 2026-05-02, after the scan of 2026-05-01 that counts: scan it again";
   EXPECT_EQ(panel["scan_again"], why);
   EXPECT_THAT(cli::render_panel(panel), HasSubstr(why));
+}
+
+// As the newest scan of its face knows that shows it; nobody knows of a panel's first scan.
+TEST_F(PanelRoutes, EachTagAndHoleSaysHowFarItLies) {
+  db::PanelRecord panel;
+  panel.id = {"P-0003"}, panel.name = "P-0003", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
+  const auto picture =
+      cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "tagged");
+  ASSERT_TRUE(picture.ok());
+  panel.map_file = panel.mask_file = picture->file, panel.map_hash = picture->sha256, panel.usable = kWhole;
+  const auto square = [](double x) {
+    return std::vector{point<PanelFrame>(x, 1), point<PanelFrame>(x + 2, 1), point<PanelFrame>(x + 2, 3),
+                       point<PanelFrame>(x, 3)};
+  };
+  const std::vector<db::FiducialRecord> fiducials = {
+      {db::FiducialKind::kTag, 7, Face::kShow, square(1)},
+      {db::FiducialKind::kTag, 8, Face::kShow, square(9)},
+      {db::FiducialKind::kTag, 9, Face::kBack, square(20)},
+      {db::FiducialKind::kHole, 0, Face::kShow, {point<PanelFrame>(15, 15)}}};
+  using Offsets = std::vector<calib::FiducialOffset>;
+  const auto scan = [&](Face face, const Offsets& offsets) {
+    json lattice = {{"origin_px", {0, 0}}, {"step_px", 64}, {"cols", 1}, {"rows", 1}, {"panel_mm", {{1.0, 2.0}}}};
+    if (!offsets.empty()) lattice["fiducials"] = lattice_fiducials(offsets);
+    db::ScanRecord out;
+    out.panel = panel.id, out.face = face, out.device = "twin", out.file = "f", out.sha256 = "s", out.dpi = 300;
+    out.lattice = packed_lattice(lattice.dump()), out.taken_at = kThen;
+    return out;
+  };
+  const auto tag = [](int id, double off) { return calib::FiducialOffset{id, {}, Millimetres(off)}; };
+  const calib::FiducialOffset hole{-1, point<PanelFrame>(15, 15), Millimetres(0.02)};
+  const std::vector<db::ScanRecord> scans = {scan(Face::kShow, {}),
+                                             scan(Face::kShow, {tag(7, 0.01), tag(8, 0.02), hole}),
+                                             scan(Face::kShow, {tag(7, 0.3)}), scan(Face::kBack, {tag(7, 0.04)})};
+  change([&](Repositories& r) { return r.panels.add(panel, scans, fiducials); });
+
+  const json told = get("/panels/P-0003/registration")["scans"];
+  ASSERT_EQ(told.size(), 4U);
+  EXPECT_EQ(told[0]["fiducials"], nullptr) << "nothing to hold it against";
+  EXPECT_FALSE(told[1]["lattice"].contains("fiducials"));
+  ASSERT_EQ(told[1]["fiducials"].size(), 3U);
+  EXPECT_EQ(
+      told[1]["fiducials"][2],
+      (json{
+          {"kind", "hole"}, {"tag_id", nullptr}, {"place_mm", {15.0, 15.0}}, {"off_mm", 0.02}, {"over_limit", false}}));
+  const json seen = get("/panels/P-0003")["fiducials"];
+  ASSERT_EQ(seen.size(), 4U);
+  for (const json& one : seen) {
+    const bool is_hole = one["kind"] == "hole";
+    const json off = is_hole ? json(0.02) : one["tag_id"] == 7 ? json(0.3) : one["tag_id"] == 8 ? json(0.02) : json();
+    EXPECT_EQ(one["off_mm"], off) << one;
+    EXPECT_EQ(one["off_scan"], off.is_null() ? json() : one["tag_id"] == 7 ? told[2]["id"] : told[1]["id"]) << one;
+    EXPECT_EQ(one["over_limit"], one["tag_id"] == 7) << one;
+  }
+  EXPECT_THAT(cli::render_registration(get("/panels/P-0003/registration")), HasSubstr("tag 7 0.300 mm (over 0.05 mm)"));
 }
 
 std::vector<std::string> each(const json& list, const char* member) {

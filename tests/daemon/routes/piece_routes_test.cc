@@ -53,6 +53,14 @@ class PieceRoutes : public testing::RoutedCell {
     });
   }
 
+  // Some pieces' cuts begin beside them.
+  static Region<PanelFrame> with_lead_in(const Region<PanelFrame>& wood, const Point<PanelFrame>& corner) {
+    return unite(
+        wood, Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(corner.x.count() - 1.2, corner.y.count() - 0.2),
+                                                  point<PanelFrame>(corner.x.count(), corner.y.count() - 0.2),
+                                                  point<PanelFrame>(corner.x.count(), corner.y.count() + 0.2),
+                                                  point<PanelFrame>(corner.x.count() - 1.2, corner.y.count() + 0.2)}));
+  }
   static db::NewPlan plan() {
     db::NewPlan out;
     out.name = "portrait", out.who = "uid 1000", out.plan_json = "{}", out.options_json = "{}";
@@ -71,6 +79,10 @@ class PieceRoutes : public testing::RoutedCell {
                  : Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(10 + 12 * i - x, 25 - y));
       patch.panel_outline = patch.panel_from_artwork * patch.artwork_outline;
       patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+      if (i != 1) continue;
+      patch.lead_in =
+          point<PanelFrame>(patch.panel_outline.front().x.count() - 1, patch.panel_outline.front().y.count());
+      patch.allocation = with_lead_in(patch.allocation, patch.panel_outline.front());
     }
     return out;
   }
@@ -210,7 +222,16 @@ TEST_F(PieceRoutes, APlaceOfAPanelTellsWhatBecameOfIt) {
   EXPECT_EQ(here["allocations"][0]["kerf"], false);
   EXPECT_EQ(cli::render_place(here),
             "Piece A2 of job 1, cut since 2026-05-01 08:00:09 UTC: `veneerctl piece show 2`\n");
-  EXPECT_EQ(get("/panels/P-0001/place?x=21.9&y=28")["allocations"][0]["kerf"], true);
+  EXPECT_EQ(here["allocations"][0]["lead_in"], false);
+  const json band = get("/panels/P-0001/place?x=21.9&y=28");
+  EXPECT_EQ(band["allocations"][0]["kerf"], true);
+  EXPECT_EQ(band["allocations"][0]["lead_in"], false);
+  EXPECT_THAT(cli::render_place(band), HasSubstr("In the kerf of piece A2 of job 1"));
+  const json lead_in = get("/panels/P-0001/place?x=21.2&y=25");
+  ASSERT_EQ(lead_in["allocations"].size(), 1U);
+  EXPECT_EQ(lead_in["allocations"][0]["kerf"], false) << "kerf is the band around the piece";
+  EXPECT_EQ(lead_in["allocations"][0]["lead_in"], true);
+  EXPECT_THAT(cli::render_place(lead_in), HasSubstr("In the lead-in of piece A2 of job 1"));
   EXPECT_THAT(cli::render_place(get("/panels/P-0001/place?x=46&y=6")), HasSubstr("Written off since"));
   EXPECT_EQ(cli::render_place(get("/panels/P-0001/place?x=2&y=2")), "Nothing is booked there.\n");
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0001/place?x=2").status, 400);

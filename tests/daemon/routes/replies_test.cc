@@ -74,7 +74,9 @@ class Replies : public testing::RoutedCell {
     db::ScanRecord scan;
     scan.panel = panel.id;
     scan.device = "twin:1", scan.file = file, scan.sha256 = hash, scan.dpi = 600, scan.rms = 0.012_mm;
-    scan.max = 0.04_mm, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kAt;
+    scan.max = 0.04_mm, scan.taken_at = kAt;
+    scan.lattice = R"({"panel_mm":[[1,2]],"fiducials":[{"tag":201,"place_mm":[0,0],"off_mm":0.3},)"
+                   R"({"tag":null,"place_mm":[0,0],"off_mm":0.01}]})";
     db::FiducialRecord tag;
     tag.tag_id = 201;
     const Ring<PanelFrame> square = {point<PanelFrame>(0, 0), point<PanelFrame>(8, 0), point<PanelFrame>(8, 8),

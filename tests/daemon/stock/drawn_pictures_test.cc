@@ -25,5 +25,20 @@ TEST(DrawnPictures, AreFoundByTheirVersionAndTheOldestGiveWay) {
   EXPECT_EQ(drawn.find("huge"), std::nullopt) << "it would leave no room for others";
 }
 
+// A cell at rest takes no room for what somebody looked at in the morning.
+TEST(DrawnPictures, AreGivenUpWhenNobodyHasAskedForThem) {
+  const DrawnPictures drawn;
+  drawn.keep("a", "first");
+  drawn.keep("b", "second");
+  const auto kept = std::chrono::steady_clock::now();
+  drawn.forget_unasked(kept - std::chrono::seconds(60));
+  while (std::chrono::steady_clock::now() == kept) {
+  }
+  EXPECT_EQ(drawn.find("a"), "first") << "and so it was asked for later than the other";
+  drawn.forget_unasked(kept + std::chrono::nanoseconds(1));
+  EXPECT_EQ(drawn.find("b"), std::nullopt);
+  EXPECT_EQ(drawn.find("a"), "first");
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -11,18 +11,20 @@
 
 #include "daemon/routes/cell_json.h"
 #include "daemon/stock/area_book.h"
+#include "tests/daemon/stock/judged_book.h"
 
 namespace veneer::daemon {
 namespace {
 
 using nlohmann::json;
 using testing::count_areas;
+using testing::count_points;
 using testing::disagreement;
 using ::testing::HasSubstr;
 using testing::PanelAreas;
 using S = db::AllocationState;
 
-constexpr double kMaskPixel = 25.4 / 300, kWithin = 1e-6;
+constexpr double kMaskPixel = 25.4 / 300, kWithin = 1e-6, kByPoints = 1e-3 * 30 * 20;
 
 // A panel of 30 x 20 mm with a piece in each state that counts, turned, with kerf; two lie half where no wood is.
 class AreaCheck : public ::testing::Test {
@@ -40,7 +42,10 @@ class AreaCheck : public ::testing::Test {
         one.outline.push_back(point<PanelFrame>(micrometres(x + 1.5 * std::cos(turn)),
                                                 micrometres(8 + std::fmod(x, 5) + 1.5 * std::sin(turn))));
       }
-      one.area = offset(Region<PanelFrame>(one.outline), 0.2_mm);
+      // And what the lead-in burns.
+      const auto corner = one.outline.front();
+      one.area = unite(offset(Region<PanelFrame>(one.outline), 0.2_mm),
+                       Region<PanelFrame>(square(corner.x.count() - 0.2, corner.y.count() + 0.1, 0.7)));
       one.state = state;
       x += 3.9;
     }
@@ -58,15 +63,17 @@ class AreaCheck : public ::testing::Test {
   // As GET /panels/ID tells it.
   json book() const {
     const auto panel = whole_panel(Millimetres(kWidth), Millimetres(kHeight));
-    AreaBook out = opened(panel, usable_of_panel(mask_, Millimetres(kWidth), Millimetres(kHeight)));
+    AreaBook out = opened(panel, masked_panel(mask_, Millimetres(kWidth), Millimetres(kHeight)));
     for (const auto& one : wood_) enter(out, booked_wood(one, mask_, panel), one.state);
     return to_json(out);
   }
   PanelAreas counted() const {
     json told = json::array();
     for (const auto& one : wood_) told.push_back(to_json(one, "A1"));
-    return count_areas(told, mask_.pixels, kMaskPixel, kWidth, kHeight);
+    return count_areas(testing::plain_wood(told), mask(), kWidth, kHeight);
   }
+  PanelAreas points() const { return count_points(plain_wood(wood_), mask(), kWidth, kHeight); }
+  testing::PlainMask mask() const { return {mask_.pixels, kMaskPixel}; }
 
   Raster<PanelFrame> mask_{cv::Mat(237, 355, CV_8UC1, cv::Scalar(255)), ScanResolution::from_dpi(300)};
   std::vector<db::AllocationRecord> wood_;
@@ -76,6 +83,16 @@ TEST_F(AreaCheck, AgreesWithATrueBook) {
   const json told = book();
   for (const auto& [name, area] : counted()) EXPECT_GT(area, 1) << name << ": a class that none is of shows nothing";
   EXPECT_EQ(disagreement(told, counted(), kWithin), "") << told.dump(2);
+  EXPECT_EQ(disagreement(told, points(), kByPoints), "") << told.dump(2);
+}
+
+TEST_F(AreaCheck, ARasterSeesWhatIsLargerThanItsStep) {
+  const json told = book();
+  wood_[3].state = S::kScrap;
+  EXPECT_THAT(disagreement(told, points(), kByPoints), HasSubstr("and a count"));
+  wood_[3].state = S::kSuspect;
+  wood_[2].outline = square(11, 9, 1.2);  // of the piece, so that more is its kerf
+  EXPECT_THAT(disagreement(told, points(), kByPoints), HasSubstr("of what is cut"));
 }
 
 TEST_F(AreaCheck, EachFalseFigureIsFoundThoughTheSumIsTrue) {
@@ -106,12 +123,16 @@ TEST_F(AreaCheck, WhatTheBookWouldAddUpAllTheSameIsFound) {
 
 TEST_F(AreaCheck, WoodThatIsBookedTwiceIsFoundThoughTheBookIsOfTheSameRows) {
   wood_.push_back(wood_[2]);
-  const json told = book();
-  EXPECT_NEAR(told["free"].get<double>() + told["unusable"].get<double>(),
-              counted().at("free") + counted().at("unusable"), 1e-6);
-  // A whole panel of pieces: less than nothing is free, and it all adds up.
-  for (int i = 0; i < 300; ++i) wood_.push_back(wood_[0]);
-  EXPECT_THAT(disagreement(book(), counted(), kWithin), HasSubstr("are free"));
+  EXPECT_THAT(disagreement(book(), counted(), kWithin), HasSubstr("booked twice"));
+  EXPECT_THAT(disagreement(book(), points(), kByPoints), HasSubstr("booked twice"));
+}
+
+TEST_F(AreaCheck, LessThanNothingIsNotABook) {
+  json told = book();
+  PanelAreas same = counted();
+  told["free"] = same["free"] = told["free"].get<double>() + told["cut"].get<double>() + 1;
+  told["cut"] = same["cut"] = -1;
+  EXPECT_THAT(disagreement(told, same, kWithin), HasSubstr("-1.000000 mm2 are cut"));
 }
 
 TEST_F(AreaCheck, AFigureThatIsMissingIsNamed) {

@@ -207,6 +207,18 @@ TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
   EXPECT_FALSE(library_.load_small(first, 1500));
 }
 
+// A cell at rest takes no room for what somebody looked at in the morning.
+TEST_F(SmallPictures, AreGivenUpWhenNobodyHasAskedForThem) {
+  const std::string file = store(1500, 1000, {1, 1, 1});
+  const auto began = std::chrono::steady_clock::now();
+  ASSERT_TRUE(library_.load_small(file, 1500));
+  lose(file);
+  library_.forget_unasked(began);
+  EXPECT_TRUE(library_.load_small(file, 1500));
+  library_.forget_unasked(std::chrono::steady_clock::now() + std::chrono::hours(1));
+  EXPECT_FALSE(library_.load_small(file, 1500));
+}
+
 // What a worker process has made is decoded by the daemon later on; the worker may have been taken over.
 TEST(PanelLibraryAdopts, OnlyPlainPicturesOfASizeThatCanBe) {
   const testing::TempDirectory folder;

@@ -375,8 +375,8 @@ TEST_F(ScanServiceTest, ASeriesThatIsLookedAtAgainIsWhatItWasBefore) {
   ScanRequest back;
   back.face = Face::kBack, back.panel = PanelId{"P-0001"}, back.more = true;
   ASSERT_TRUE(ask(back).ok());
-  EXPECT_EQ(service.open().value_or(ScanService::Open{}).panel, PanelId{"P-0001"});
-  EXPECT_EQ(service.open().value_or(ScanService::Open{}).face, Face::kBack);
+  EXPECT_EQ(service.open().value_or(ScanSeries::Open{}).panel, PanelId{"P-0001"});
+  EXPECT_EQ(service.open().value_or(ScanSeries::Open{}).face, Face::kBack);
   bool dies = true;
   workers_.died = [&](const std::string& kind) { return dies && kind == RegisterScans::kKind; };
   back.more = false;

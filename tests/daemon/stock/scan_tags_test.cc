@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/orders/packed_lattice.h"
 #include "tests/daemon/stock/scanned_sheet.h"
 
 namespace veneer::daemon {
@@ -42,6 +43,19 @@ TEST_F(ScannedTags, ATagThatCameLooseIsNamedAndANewOneTakesItsPlace) {
   ASSERT_TRUE(moved->left_out);
   EXPECT_LT(moved->left_out->count(), 0.05);
   EXPECT_FALSE(moved->proposal) << "the others say where the panel lies";
+  const auto scans = database_->call([](Repositories& r) { return *r.panels.scans(PanelId{"P-0001"}); });
+  ASSERT_EQ(scans.size(), 2U);
+  EXPECT_TRUE(kept_offsets(scans[0].lattice).empty()) << "a first scan has nothing to be held against";
+  const auto offsets = kept_offsets(scans[1].lattice);
+  EXPECT_GE(offsets.size(), 4U);
+  for (const auto& one : offsets) {
+    if (one.tag == loose->id) {
+      EXPECT_NEAR(one.off.count(), 0.3, 0.03);
+    } else {
+      EXPECT_LT(one.off.count(), 0.05) << name_of(one);
+    }
+  }
+  EXPECT_EQ(std::ranges::count(offsets, loose->id, &calib::FiducialOffset::tag), 1);
 
   loose->id = 400;
   lay(sheet);

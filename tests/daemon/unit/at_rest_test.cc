@@ -108,26 +108,34 @@ TEST_F(MayBeWatchedTest, WhileTheHeadRests) {
   EXPECT_EQ(refusal(), "");
 }
 
-TEST_F(MayBeWatchedTest, NotWhileTheHeadIsJogged) {
+TEST_F(MayBeWatchedTest, WhileTheHeadIsJogged) {
   laser_.can_jog = true;
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   ASSERT_TRUE(jog(20).ok());
-  EXPECT_EQ(refusal(), "the head moves: wait until it stands still");
-  laser_.end_jog();
-  settle();
   EXPECT_EQ(refusal(), "");
 }
 
-TEST_F(MayBeWatchedTest, NotWhileTheUnitLooksByItselfOrCutsButWhileItIsHeldAndAfterAnAbort) {
+TEST_F(MayBeWatchedTest, NotWhileTheUnitLooksByItselfButWhileItCutsIsHeldAndAfterAnAbort) {
   laser_.burn_at_once = false;
   load_first_panel();
   EXPECT_THAT(refusal(), HasSubstr("looks at the bed by itself"));
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
-  EXPECT_EQ(refusal(), "the cell is Execute, and the head may move: wait until it rests");
+  ASSERT_EQ(state(), CellState::kExecute);
+  EXPECT_EQ(refusal(), "");
   ASSERT_TRUE(command(CellCommand::kHold).ok());
   EXPECT_EQ(refusal(), "");
   ASSERT_TRUE(command(CellCommand::kAbort).ok());
   EXPECT_EQ(refusal(), "");
+}
+
+TEST(MayBeWatched, InEachStateButThoseInWhichTheUnitLooksAgainAndAgain) {
+  for (const CellState state :
+       {CellState::kExecute, CellState::kHolding, CellState::kHeld, CellState::kUnholding, CellState::kCompleting,
+        CellState::kComplete, CellState::kStopped, CellState::kIdle, CellState::kAborted, CellState::kResetting})
+    EXPECT_TRUE(check_may_be_watched(state).ok()) << to_string(state);
+  for (const CellState state :
+       {CellState::kStarting, CellState::kSuspending, CellState::kSuspended, CellState::kUnsuspending})
+    EXPECT_FALSE(check_may_be_watched(state).ok()) << to_string(state);
 }
 
 // ---- what each thing that goes on is in the way of ------------------------------------------------------------------
@@ -137,18 +145,18 @@ std::string words(const Status& status) { return status ? "" : status.error().me
 struct GoesOn {
   const char* what;
   void (*set)(Doings&);
-  bool ends, is_watched, looks;  // what may be done all the same
+  bool ends, looks;  // what may be done all the same
 };
 constexpr GoesOn kGoesOn[] = {
-    {"an activity", [](Doings& now) { now.activity = true; }, false, false, false},
-    {"a jog", [](Doings& now) { now.jogging = true; }, false, false, false},
-    {"a jog that is coming", [](Doings& now) { now.jog_coming = true; }, true, true, false},
-    {"something on record", [](Doings& now) { now.on_record = true; }, false, true, true},
-    {"the controller's reading", [](Doings& now) { now.reading = true; }, false, true, true},
-    {"a write that is waited for", [](Doings& now) { now.committing = true; }, false, true, true},
-    {"an end that is owed", [](Doings& now) { now.end_owed = true; }, false, true, false},
-    {"the beam", [](Doings& now) { now.beam_on = true; }, false, false, false},
-    {"a head that moves by itself", [](Doings& now) { now.stands_still = false; }, false, false, true},
+    {"an activity", [](Doings& now) { now.activity = true; }, false, false},
+    {"a jog", [](Doings& now) { now.jogging = true; }, false, false},
+    {"a jog that is coming", [](Doings& now) { now.jog_coming = true; }, true, false},
+    {"something on record", [](Doings& now) { now.on_record = true; }, false, true},
+    {"the controller's reading", [](Doings& now) { now.reading = true; }, false, true},
+    {"a write that is waited for", [](Doings& now) { now.committing = true; }, false, true},
+    {"an end that is owed", [](Doings& now) { now.end_owed = true; }, false, false},
+    {"the beam", [](Doings& now) { now.beam_on = true; }, false, false},
+    {"a head that moves by itself", [](Doings& now) { now.stands_still = false; }, false, true},
 };
 
 TEST(Doings, AloneEachIsInTheWayOfWhatItWouldSpoil) {
@@ -157,37 +165,25 @@ TEST(Doings, AloneEachIsInTheWayOfWhatItWouldSpoil) {
     rests.state = state;
     EXPECT_EQ(words(check_booked(rests)), "");
     EXPECT_EQ(words(check_at_rest(rests)), "");
-    EXPECT_EQ(words(check_may_be_watched(rests)), "");
     EXPECT_TRUE(allows_owed_look(rests));
     for (const GoesOn& one : kGoesOn) {
       Doings now = rests;
       one.set(now);
       EXPECT_EQ(check_at_rest(now).ok(), one.ends) << one.what;
-      EXPECT_EQ(check_may_be_watched(now).ok(), one.is_watched) << one.what;
       EXPECT_EQ(allows_owed_look(now), one.looks) << one.what;
       EXPECT_EQ(check_booked(now).ok(), !now.committing && !now.end_owed) << one.what;
     }
   }
 }
 
-TEST(Doings, WhereTheHeadMayMoveNobodyEndsWatchesOrLooks) {
+TEST(Doings, WhereTheHeadMayMoveNobodyEndsOrLooks) {
   for (const CellState state : {CellState::kResetting, CellState::kStarting, CellState::kExecute, CellState::kHolding,
                                 CellState::kUnholding, CellState::kUnsuspending, CellState::kStopping}) {
     Doings now;
     now.state = state;
     EXPECT_FALSE(check_at_rest(now).ok()) << to_string(state);
-    EXPECT_FALSE(check_may_be_watched(now).ok()) << to_string(state);
     EXPECT_FALSE(allows_owed_look(now)) << to_string(state);
   }
-}
-
-TEST(Doings, HeldIsWatchedWhateverRestsAndNothingElse) {
-  Doings held;
-  held.state = CellState::kHeld;
-  held.activity = true;
-  EXPECT_FALSE(check_at_rest(held).ok());
-  EXPECT_TRUE(check_may_be_watched(held).ok());
-  EXPECT_FALSE(allows_owed_look(held));
 }
 
 }  // namespace

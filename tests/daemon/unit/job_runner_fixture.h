@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/unit/job_runner.h"
@@ -100,6 +101,16 @@ class JobRunnerTest : public ::testing::Test {
       if (io_.poll() == 0 && i > 2) return;
     }
     FAIL() << "the reactor does not come to rest";
+  }
+
+  // Nothing is confirmed by name, and nobody waits for what follows.
+  void tell(
+      CellCommand command, JobRunner::Reply reply = [](const Status&) {}, const std::string& who = "test") {
+    runner_->command(command, who, std::move(reply), {});
+  }
+  // As an operator burns it who does not change his mind while the camera looks.
+  void burn_wanted(Pattern pattern, JobRunner::Reply reply, std::vector<std::string> confirmed = {}) {
+    runner_->burn_pattern(std::move(pattern), "test", std::move(reply), std::move(confirmed), Ok);
   }
 
   Status command(CellCommand command, std::vector<std::string> confirmed = {}) {

@@ -42,7 +42,7 @@ TEST_F(JobRunnerTest, WhileTheFrameIsTracedNothingElseBeginsAndStopStops) {
   load_first_panel();
   laser_.burn_at_once = false;
   std::optional<Status> traced;
-  runner_->frame(PowerFraction(0), "test", [&](Status s) { traced = std::move(s); });
+  runner_->frame(PowerFraction(0), "test", [&](Status s) { traced = std::move(s); }, {});
   settle();
   EXPECT_TRUE(runner_->view().framing);
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("tracing the frame"));
@@ -61,7 +61,7 @@ TEST_F(JobRunnerTest, WhileTheFrameIsTracedNothingElseBeginsAndStopStops) {
 TEST_F(JobRunnerTest, HoldEndsAFrameBeamFirst) {
   load_first_panel();
   laser_.burn_at_once = false;
-  runner_->frame(PowerFraction(0.02), "test", [](const Status&) {});
+  runner_->frame(PowerFraction(0.02), "test", [](const Status&) {}, {});
   settle();
   ASSERT_TRUE(runner_->view().framing);
   EXPECT_TRUE(runner_->may_move());
@@ -76,7 +76,7 @@ TEST_F(JobRunnerTest, HoldEndsAFrameBeamFirst) {
 TEST_F(JobRunnerTest, HoldWhileTheBedIsLookedAtForAFrameGivesItUp) {
   load_first_panel();
   std::optional<Status> traced;
-  runner_->frame(PowerFraction(0.02), "test", [&](Status s) { traced = std::move(s); });
+  runner_->frame(PowerFraction(0.02), "test", [&](Status s) { traced = std::move(s); }, {});
   ASSERT_TRUE(runner_->view().framing);
   EXPECT_TRUE(command(CellCommand::kHold).ok());
   settle();
@@ -90,7 +90,7 @@ TEST_F(JobRunnerTest, HoldWhileTheBedIsLookedAtForAFrameGivesItUp) {
 TEST_F(JobRunnerTest, ALidOpenedOverTheFrameEndsIt) {
   load_first_panel();
   laser_.burn_at_once = false;
-  runner_->frame(PowerFraction(0), "test", [](const Status&) {});
+  runner_->frame(PowerFraction(0), "test", [](const Status&) {}, {});
   settle();
   laser_.say(laser_event::Held{});
   settle();

@@ -27,7 +27,7 @@ class HoldTest : public JobRunnerTest {
   // The reply stays empty until it comes.
   std::shared_ptr<std::optional<Status>> ask(CellCommand command) {
     auto answer = std::make_shared<std::optional<Status>>();
-    runner_->command(command, "test", [answer](Status s) { *answer = std::move(s); });
+    runner_->command(command, "test", [answer](Status s) { *answer = std::move(s); }, {});
     return answer;
   }
   static bool granted(const std::shared_ptr<std::optional<Status>>& answer) { return *answer && (*answer)->ok(); }
@@ -240,8 +240,8 @@ TEST_F(JobRunnerTest, HoldWhileThePoseIsProvenBeginsNothing) {
   laser_.burn_at_once = false;
   load_first_panel();
   std::optional<Status> unsuspended, held;
-  runner_->command(CellCommand::kUnsuspend, "test", [&](Status s) { unsuspended = std::move(s); });
-  runner_->command(CellCommand::kHold, "test", [&](Status s) { held = std::move(s); });
+  tell(CellCommand::kUnsuspend, [&](Status s) { unsuspended = std::move(s); });
+  tell(CellCommand::kHold, [&](Status s) { held = std::move(s); });
   settle();
   ASSERT_TRUE(held && unsuspended);
   EXPECT_TRUE(held->ok());

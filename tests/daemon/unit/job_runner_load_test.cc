@@ -172,9 +172,9 @@ TEST_F(JobRunnerTest, APatternIsCheckedAndConfirmedAsWell) {
   stroke.speed = MmPerSecond(10);
   stroke.power = PowerFraction(0.2);
   std::optional<Status> out;
-  runner_->burn_pattern(LaserJob{{stroke}}, "test", [&](Status s) { out = std::move(s); });
+  burn_wanted(LaserJob{{stroke}}, [&](Status s) { out = std::move(s); });
   EXPECT_THAT(out->error().message, HasSubstr("exhaust"));
-  runner_->burn_pattern(LaserJob{{stroke}}, "test", [&](Status s) { out = std::move(s); }, {"exhaust"});
+  burn_wanted(LaserJob{{stroke}}, [&](Status s) { out = std::move(s); }, {"exhaust"});
   EXPECT_THAT(out->error().message, HasSubstr("leave the machine's travel"));
   EXPECT_EQ(state(), CellState::kIdle);
   EXPECT_THAT(laser_.calls, Not(Contains("start")));
@@ -199,7 +199,7 @@ TEST_F(JobRunnerTest, TheMachineMayMoveFromTheWordOnUntilItIsHeld) {
   EXPECT_FALSE(runner_->may_move());
   load_first_panel();
   EXPECT_FALSE(runner_->may_move());
-  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  tell(CellCommand::kUnsuspend);
   ASSERT_EQ(state(), CellState::kUnsuspending);
   EXPECT_TRUE(runner_->may_move());
   settle();

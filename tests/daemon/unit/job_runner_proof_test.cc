@@ -18,7 +18,7 @@ using ::testing::Not;
 TEST_F(ProofTest, ALidOpenedWhileTheCameraLooksMakesThePictureWorthNothing) {
   load_first_panel();
   std::optional<Status> unsuspended;
-  runner_->command(CellCommand::kUnsuspend, "test", [&](Status s) { unsuspended = std::move(s); });
+  tell(CellCommand::kUnsuspend, [&](Status s) { unsuspended = std::move(s); });
   laser_.open_and_close_lid();  // the picture is taken, and now the panel is nudged
   bed_.lay("P-0001", true, 303.4);
   settle();
@@ -33,7 +33,7 @@ TEST_F(ProofTest, APictureTakenUnderAnOpenLidProvesNothing) {
   load_first_panel();
   laser_.open_lid();
   std::optional<Status> unsuspended;
-  runner_->command(CellCommand::kUnsuspend, "test", [&](Status s) { unsuspended = std::move(s); });
+  tell(CellCommand::kUnsuspend, [&](Status s) { unsuspended = std::move(s); });
   bed_.lay("P-0001", true, 303.4);
   laser_.close_lid();  // the opening was counted before the picture, the hands were in after it
   settle();
@@ -70,7 +70,7 @@ TEST_F(ProofTest, ALidOpenedAfterThePieceWasNotedHolds) {
   bed_.on_prepare = [&] {
     if (state() == CellState::kUnsuspending) slow.emplace(*database_);
   };
-  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  tell(CellCommand::kUnsuspend);
   poll();
   ASSERT_TRUE(slow);
   slow.reset();
@@ -133,7 +133,7 @@ TEST_F(ProofTest, ALidOpenedWhileUnholdLooksHoldsOn) {
   begin();
   ASSERT_TRUE(command(CellCommand::kHold).ok());
   std::optional<Status> unheld;
-  runner_->command(CellCommand::kUnhold, "test", [&](Status s) { unheld = std::move(s); });
+  tell(CellCommand::kUnhold, [&](Status s) { unheld = std::move(s); });
   laser_.open_and_close_lid();
   settle();
   ASSERT_TRUE(unheld);

@@ -178,7 +178,7 @@ TEST_F(JobRunnerTest, AStopWhileAClearIsWritingForgetsNothing) {
     laser_.finish();
     settle();
     Status cleared = Ok();
-    runner_->command(CellCommand::kClear, "test", [&](const Status& answer) { cleared = answer; });
+    tell(CellCommand::kClear, [&](const Status& answer) { cleared = answer; });
     ASSERT_EQ(state(), CellState::kClearing);
     runner_->abort("STOP");
     settle();

@@ -183,7 +183,7 @@ TEST_F(OwedWritesTest, AJobThatWasBrokenOffBetweenTwoPanelsUnderAFullDiskIsAbort
 // STOP comes while the run's first row is on its way to the disk.
 TEST_F(OwedWritesTest, ARunThatWasBrokenOffBeforeItsFirstPieceUnderAFullDiskEnds) {
   load_first_panel();
-  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  tell(CellCommand::kUnsuspend);
   // After each turn whatever it asked of the database is done, and its answer waits for a later turn.
   while (!*database_->call([](Repositories& r) { return r.jobs.last_run(); })) turn();
   {

@@ -22,8 +22,8 @@ class PatternTest : public ProofTest {
   }
   Status burn(double power, std::vector<std::string> confirmed = {}) {
     std::optional<Status> out;
-    runner_->burn_pattern(
-        {pattern(power), name_}, "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
+    burn_wanted(
+        {pattern(power), name_}, [&](Status s) { out = std::move(s); }, std::move(confirmed));
     settle();
     if (laser_.burning()) laser_.finish(), settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
@@ -31,6 +31,22 @@ class PatternTest : public ProofTest {
 
   std::string name_ = "pattern";
 };
+
+// Whoever leaves out what is confirmed, or whether it is still wanted, does not compile: an absent word is no yes.
+template <class Unit>
+constexpr bool kBurnsUnasked = requires(Unit& unit, Pattern pattern, PatternCommands::Reply reply) {
+  unit.burn_pattern(pattern, "test", reply, {});
+};
+template <class Unit>
+constexpr bool kMovesUnconfirmed = requires(Unit& unit, CellCommands::Reply reply) {
+  unit.command(CellCommand::kUnsuspend, "test", reply);
+}
+|| requires(Unit& unit, CellCommands::Reply reply) { unit.frame(PowerFraction(0.02), "test", reply); };
+
+TEST(AWordThatIsNotSaid, IsNoYes) {
+  EXPECT_FALSE(kBurnsUnasked<JobRunner>);
+  EXPECT_FALSE(kMovesUnconfirmed<JobRunner>);
+}
 
 TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
@@ -140,6 +156,29 @@ TEST_F(PatternTest, IsReachedFromWhereHomingLeavesTheHeadUnlessTheCellIsIdle) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   laser_.position = point<MachineFrame>(30, 40);
   EXPECT_THAT(runner_->may_burn_pattern(pattern(0.2), {}).error().message, HasSubstr("clamp"));
+}
+
+// The task was cancelled while it burnt, and an operator held it then.
+TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  Status wanted = Ok();
+  runner_->burn_pattern(
+      {pattern(0.2), name_}, "test", [](const Status&) {}, {}, [&] { return wanted; });
+  settle();
+  ASSERT_TRUE(laser_.burning());
+  EXPECT_TRUE(runner_->view().alone);
+  wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  const Status unheld = command(CellCommand::kUnhold);
+  ASSERT_FALSE(unheld.ok());
+  EXPECT_EQ(unheld.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(unheld.error().message,
+            "the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it");
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(reason(), unheld.error().message);
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_NE(state(), CellState::kHeld) << "as it says";
+  EXPECT_FALSE(runner_->view().alone);
 }
 
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {

@@ -13,7 +13,8 @@ class StopAuditTest : public JobRunnerTest {
  protected:
   void press_stop(int times) {
     for (int i = 0; i < times; ++i)
-      runner_->command(CellCommand::kAbort, "anonymous", [this](const Status& taken) { answered_ += taken ? 1 : 0; });
+      tell(
+          CellCommand::kAbort, [this](const Status& taken) { answered_ += taken ? 1 : 0; }, "anonymous");
   }
   std::vector<db::AuditEntry> noted() {
     return *database_->call([](Repositories& r) { return r.audit.latest(10'000); });
@@ -64,7 +65,8 @@ TEST_F(StopAuditTest, WhatOperatorsDoIsNotedBesideAFlood) {
   {
     const SlowDatabase slow(*database_);
     press_stop(1000);
-    runner_->command(CellCommand::kClear, "uid 1000", [](const Status&) {});
+    tell(
+        CellCommand::kClear, [](const Status&) {}, "uid 1000");
     poll();
   }
   settle();

@@ -39,7 +39,7 @@ TEST_F(StopFirstTest, NoMemoryIsAskedForBeforeTheLaserIsTold) {
   laser_.on_abort = [&] { at_abort = g_asked_for - before; };
   JobRunner::Reply reply = [](const Status&) {};
   before = g_asked_for;
-  runner_->command(CellCommand::kAbort, who, std::move(reply));
+  runner_->command(CellCommand::kAbort, who, std::move(reply), {});
   EXPECT_EQ(at_abort, 0U);
   EXPECT_TRUE(runner_->view().reason.starts_with("STOP by " + who)) << runner_->view().reason;
   laser_.on_abort = nullptr;

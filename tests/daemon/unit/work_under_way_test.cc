@@ -2,6 +2,8 @@
 // begins before that is on the disk.
 #include <gmock/gmock.h>
 
+#include <type_traits>
+
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
@@ -11,6 +13,27 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+// All that an activity has to do, but for what is on record of it and what is written when it is broken off.
+class Forgetful : public Activity {
+ public:
+  bool needs_look() const override { return false; }
+  void look(Reply reply) override { reply(Ok()); }
+  std::optional<Point<MachineFrame>> next_start() const override { return std::nullopt; }
+  void go_on() override {}
+  void burnt(const std::string&) override {}
+};
+struct Recorded : Forgetful {
+  std::string recorded() const override { return "while nothing was done"; }
+};
+struct BrokenOff : Forgetful {
+  std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }
+};
+
+TEST(AnActivity, CannotForgetItsRecordNorWhatItsEndLeaves) {
+  EXPECT_TRUE(std::is_abstract_v<Recorded>);
+  EXPECT_TRUE(std::is_abstract_v<BrokenOff>);
+}
 
 class WorkUnderWay : public JobRunnerTest {
  protected:
@@ -25,7 +48,7 @@ class WorkUnderWay : public JobRunnerTest {
     stroke.speed = MmPerSecond(10);
     stroke.power = PowerFraction(power);
     const auto out = std::make_shared<Status>();
-    runner_->burn_pattern(LaserJob{{stroke}}, "test", [out](Status s) { *out = std::move(s); });
+    burn_wanted(LaserJob{{stroke}}, [out](Status s) { *out = std::move(s); });
     settle();
     return *out;
   }
@@ -68,7 +91,7 @@ class WorkUnderWay : public JobRunnerTest {
 
 TEST_F(WorkUnderWay, KilledWhileTheLaserIsHomed) {
   laser_.homes = false;
-  runner_->command(CellCommand::kReset, "test", [](const Status&) {});
+  tell(CellCommand::kReset);
   settle();
   ASSERT_EQ(laser_.calls.back(), "home");
   expect_aborted("the program ended while the laser was homed");
@@ -185,7 +208,7 @@ TEST_F(WorkUnderWay, KilledRightAfterAJobWasWrittenToBeCompleteItEndedWell) {
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   bed_.lay("P-0002");
   look();
-  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  tell(CellCommand::kUnsuspend);
   ASSERT_TRUE(job_becomes(db::JobState::kComplete));
   ASSERT_NE(state(), CellState::kComplete);
   expect_stopped();
@@ -276,11 +299,11 @@ TEST_F(WorkUnderWay, StopAndHoldComeBeforeTheRecord) {
     runner_->recut({"A1-1"}, {}, "test", [](const Status&) {});
     poll();
     bool held = false;
-    runner_->command(CellCommand::kHold, "test", [&](const Status& s) { held = s.ok(); });
+    tell(CellCommand::kHold, [&](const Status& s) { held = s.ok(); });
     EXPECT_TRUE(held);
     EXPECT_EQ(state(), CellState::kIdle);
     runner_->recut({"A1-1"}, {}, "test", [](const Status&) {});
-    runner_->command(CellCommand::kAbort, "test", [](const Status&) {});
+    tell(CellCommand::kAbort);
     EXPECT_EQ(laser_.calls.back(), "abort");
     poll();
   }
@@ -298,7 +321,7 @@ TEST_F(WorkUnderWay, AJogThatWasAskedForBeforeAStopDoesNotFollowIt) {
     const SlowDatabase slow(*database_);
     runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [](const Status&) {});
     poll();
-    runner_->command(CellCommand::kAbort, "test", [](const Status&) {});
+    tell(CellCommand::kAbort);
     poll();
   }
   settle();
@@ -335,7 +358,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
   const auto note = [&told](const Status& s) { told = s; };
   {
     const SlowDatabase slow(*database_);
-    runner_->command(CellCommand::kReset, "test", note);
+    tell(CellCommand::kReset, note);
     lid_moves();
   }
   settle();
@@ -359,7 +382,7 @@ TEST_F(WorkUnderWay, ALidThatIsOpenedMeanwhileTakesTheWordBack) {
     dark.role = StrokeRole::kPattern;
     dark.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
     dark.speed = MmPerSecond(10);
-    runner_->burn_pattern(LaserJob{{dark}}, "test", note);
+    burn_wanted(LaserJob{{dark}}, note);
     lid_moves();
   }
   settle();

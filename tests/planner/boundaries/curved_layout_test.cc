@@ -105,7 +105,7 @@ TEST(CurvedLayout, LiesWithinTheToleranceOfSmoothLines) {
       CutLines lines = straight_lines();
       const std::vector<FaceCost> costs = random_costs(seed);
       const CutOptions options{kCutReach, 8, 3, 0};
-      recut_all(lines, costs, options, 2);
+      reroute_all(lines, costs, options, 2);
       smooth_all(lines, costs, options, 3, 0.3, 2);
       const Partition layout = curved_layout(lines, kCurveGrid.height, kCurveGrid, smoothness);
       EXPECT_LE(farthest_from(lines, layout), kFitTolerance.count() + kBulge) << seed;
@@ -116,7 +116,7 @@ TEST(CurvedLayout, LiesWithinTheToleranceOfSmoothLines) {
 TEST(CurvedLayout, LiesWithinTheToleranceOfThePixelsCutItself) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     CutLines lines = straight_lines();
-    recut_all(lines, random_costs(seed), {kCutReach, 8, 3, 0}, 2);
+    reroute_all(lines, random_costs(seed), {kCutReach, 8, 3, 0}, 2);
     const Partition layout = curved_layout(lines, kCurveGrid.height, kCurveGrid, Smoothness::kG0);
     EXPECT_LE(farthest_from(lines, layout), kFitTolerance.count() + kBulge) << seed;
   }

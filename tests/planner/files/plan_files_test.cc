@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "planner/files/plan_report.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {

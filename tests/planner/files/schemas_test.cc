@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "planner/files/plan_files.h"
+#include "planner/files/plan_report.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"

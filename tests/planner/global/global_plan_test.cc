@@ -197,7 +197,8 @@ class GlobalChoice {
       const std::stop_token& stop = {}, PlanJournal* journal = nullptr) {
     PlanOptions options = options_;
     options.optimize_iterations = iterations;
-    return plan_globally(problem_, matcher_, greedy_, options, 1, progress, stop, journal);
+    return *plan_globally(problem_, matcher_, greedy_, options, 1, progress, stop, journal, nullptr,
+                          OnStop::kBestSoFar);
   }
   PatchPlacements greedy() const { return placements_of(problem_, matcher_, greedy_); }
   // Each in its turn.
@@ -240,6 +241,50 @@ void expect_same(const PatchPlacements& a, const PatchPlacements& b) {
     EXPECT_EQ(a[i]->panel_from_artwork * at, b[i]->panel_from_artwork * at);
     EXPECT_EQ(a[i]->panel_from_artwork * far, b[i]->panel_from_artwork * far);
   }
+}
+
+// Once patches choose together; by then greedy's plan is there.
+TEST(GlobalPlan, IsNoneOnceItIsStoppedUnlessTheBestSoFarIsAskedFor) {
+  std::vector<StockPanel> stock{wood_panel("P", 160, 140, 50.8, 2)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
+  const auto stopped_at = [&](std::string_view doing, const PlanOptions& options, OnStop on_stop) {
+    std::stop_source stop;
+    return make_plan(
+        artworks, stock, options,
+        [&](double, std::string_view text) {
+          if (text.starts_with(doing)) stop.request_stop();
+        },
+        stop.get_token(), nullptr, nullptr, on_stop);
+  };
+  PlanOptions options = global_options();
+  options.fine_rotation = true, options.alternatives = 2;
+  for (const std::string_view doing : {"surveying", "optimising", "turning pieces finely"}) {
+    const auto none = stopped_at(doing, options, OnStop::kCancel);
+    ASSERT_FALSE(none.ok()) << doing;
+    EXPECT_EQ(none.error().code, ErrorCode::kCancelled);
+    const auto best = stopped_at(doing, options, OnStop::kBestSoFar);
+    ASSERT_TRUE(best.ok()) << best.error().message;
+    EXPECT_EQ(best->global->stopped, doing != "turning pieces finely");
+    EXPECT_EQ(best->warnings,
+              (std::vector<std::string>{"not all pieces are turned finely, because planning was stopped",
+                                        "no alternatives of the pieces are listed, because planning was stopped"}))
+        << doing;
+  }
+  options = global_options(), options.refine = Refine::kDp;
+  EXPECT_FALSE(stopped_at("refining borders", options, OnStop::kCancel).ok());
+  const auto best = stopped_at("refining borders", options, OnStop::kBestSoFar);
+  ASSERT_TRUE(best.ok()) << best.error().message;
+  EXPECT_EQ(best->refined->cost, best->refined->cost_before) << "nothing was cut yet";
+  EXPECT_EQ(best->warnings,
+            (std::vector<std::string>{"borders are not refined to the end, because planning was stopped"}));
+  // Where wood is missing, that is told, but not what is left.
+  stock = {wood_panel("P", 110, 90, 50.8, 2)}, options = global_options();
+  const auto scarce = stopped_at("optimising", options, OnStop::kBestSoFar);
+  ASSERT_TRUE(scarce.ok()) << scarce.error().message;
+  ASSERT_TRUE(scarce->shortage.has_value());
+  EXPECT_EQ(scarce->shortage->unfilled, unfilled(*scarce));
+  EXPECT_FALSE(scarce->shortage->left.has_value());
+  EXPECT_EQ(scarce->warnings.back(), "what wood is left is not told, because planning was stopped");
 }
 
 TEST(GlobalPlan, AStopAtAnyMomentIsRepeatedByItsIterations) {

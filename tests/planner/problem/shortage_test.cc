@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "planner/files/plan_files.h"
+#include "planner/files/plan_report.h"
 #include "planner/plan.h"
 #include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"

@@ -17,18 +17,18 @@
 namespace veneer::planner {
 
 // How the windows of some patches are cut into blocks, in working pixels.
-struct SketchBlocks {
-  explicit SketchBlocks(const PatchPixels& window);
+struct RoughBlocks {
+  explicit RoughBlocks(const PatchPixels& window);
   int columns, rows;
   double width, height;  // of a block
   std::size_t count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
 };
 
 // One panel, averaged over blocks.
-class PanelSketch {
+class RoughPanel {
  public:
   // kCancelled: within a band of rows after a stop was requested.
-  static Result<PanelSketch> make(const cv::Mat& features, const SketchBlocks& blocks, const std::stop_token& stop);
+  static Result<RoughPanel> make(const cv::Mat& features, const RoughBlocks& blocks, const std::stop_token& stop);
 
   // Numbers that describe one candidate: channels * blocks means, written `stride` apart. Returns |s|^2 + r / n.
   // (column, row) is where the window's centre lies, in panel pixels; cos and sin are those of its turn.
@@ -36,15 +36,15 @@ class PanelSketch {
   float describe(double column, double row, double cos, double sin, float* to, std::size_t stride) const;
 
  private:
-  PanelSketch(int channels, const SketchBlocks& blocks);
+  RoughPanel(int channels, const RoughBlocks& blocks);
 
-  SketchBlocks blocks_;
+  RoughBlocks blocks_;
   int channels_, step_;  // panel pixels per pixel of the map
   cv::Mat map_;          // CV_32FC(channels + 1): means, and what deviates from them
 };
 
-struct PatchSketch {
-  PatchSketch(const MatchPatch& patch, const SketchBlocks& blocks);
+struct RoughPatch {
+  RoughPatch(const MatchPatch& patch, const RoughBlocks& blocks);
   std::vector<float> weights;  // -2 t
   double pixels = 0;           // n
   double fixed = 0;            // n |t|^2 + e
@@ -56,7 +56,7 @@ struct PatchSketch {
 // a multiple of kCandidatesAtOnce, at least `count`, and everything up to it readable). squares[i]: what describe()
 // returned.
 inline constexpr std::size_t kCandidatesAtOnce = 64;
-void score_candidates(const PatchSketch& patch, const float* numbers, const float* squares, std::size_t stride,
+void score_candidates(const RoughPatch& patch, const float* numbers, const float* squares, std::size_t stride,
                       std::size_t count, float* scores);
 
 }  // namespace veneer::planner

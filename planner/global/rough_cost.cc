@@ -1,4 +1,4 @@
-#include "planner/global/sketch.h"
+#include "planner/global/rough_cost.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,36 +57,35 @@ Result<cv::Mat> blurred(const cv::Mat& map, int reach, const std::stop_token& st
 
 }  // namespace
 
-SketchBlocks::SketchBlocks(const PatchPixels& window)
+RoughBlocks::RoughBlocks(const PatchPixels& window)
     : columns(blocks_along(window.width)),
       rows(blocks_along(window.height)),
       width(static_cast<double>(window.width) / columns),
       height(static_cast<double>(window.height) / rows) {}
 
-PanelSketch::PanelSketch(int channels, const SketchBlocks& blocks)
+RoughPanel::RoughPanel(int channels, const RoughBlocks& blocks)
     : blocks_(blocks),
       channels_(channels),
       step_(std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / kMapPixelsABlock)))) {}
 
-Result<PanelSketch> PanelSketch::make(const cv::Mat& features, const SketchBlocks& blocks,
-                                      const std::stop_token& stop) {
-  PanelSketch sketch(features.channels(), blocks);
+Result<RoughPanel> RoughPanel::make(const cv::Mat& features, const RoughBlocks& blocks, const std::stop_token& stop) {
+  RoughPanel out(features.channels(), blocks);
   // The map's pixels are smaller than a block and then blurred to its size, so that places between them are met too.
-  const int reach = std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / sketch.step_)));
+  const int reach = std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / out.step_)));
   const auto map_of = [&](bool squared) -> Result<cv::Mat> {
-    const Result<cv::Mat> coarse = averaged(features, sketch.step_, squared, stop);
+    const Result<cv::Mat> coarse = averaged(features, out.step_, squared, stop);
     return coarse.ok() ? blurred(*coarse, reach, stop) : coarse.error();
   };
   const Result<cv::Mat> means = map_of(false), squares = map_of(true);
   if (!means.ok()) return means.error();
   if (!squares.ok()) return squares.error();
-  const int channels = sketch.channels_;
-  sketch.map_.create(means->size(), CV_32FC(channels + 1));
-  for (int r = 0; r < sketch.map_.rows; ++r) {
+  const int channels = out.channels_;
+  out.map_.create(means->size(), CV_32FC(channels + 1));
+  for (int r = 0; r < out.map_.rows; ++r) {
     if (stop.stop_requested()) return cancelled();
     const auto *mean = means->ptr<float>(r), *square = squares->ptr<float>(r);
-    auto* to = sketch.map_.ptr<float>(r);
-    for (int c = 0; c < sketch.map_.cols; ++c) {
+    auto* to = out.map_.ptr<float>(r);
+    for (int c = 0; c < out.map_.cols; ++c) {
       float deviation = 0;
       for (int ch = 0; ch < channels; ++ch) {
         const float value = mean[c * channels + ch];
@@ -96,10 +95,10 @@ Result<PanelSketch> PanelSketch::make(const cv::Mat& features, const SketchBlock
       *to++ = std::max(deviation, 0.0F);
     }
   }
-  return sketch;
+  return out;
 }
 
-float PanelSketch::describe(double column, double row, double cos, double sin, float* to, std::size_t stride) const {
+float RoughPanel::describe(double column, double row, double cos, double sin, float* to, std::size_t stride) const {
   const int width = channels_ + 1;
   const double across = blocks_.width / step_, down = blocks_.height / step_;
   float squares = 0;
@@ -131,7 +130,7 @@ float PanelSketch::describe(double column, double row, double cos, double sin, f
   return squares;
 }
 
-PatchSketch::PatchSketch(const MatchPatch& patch, const SketchBlocks& blocks) {
+RoughPatch::RoughPatch(const MatchPatch& patch, const RoughBlocks& blocks) {
   const PatchPixels& window = patch.pixels;
   const cv::Mat& features = *patch.features;
   const auto channels = static_cast<std::size_t>(features.channels());
@@ -162,7 +161,7 @@ PatchSketch::PatchSketch(const MatchPatch& patch, const SketchBlocks& blocks) {
   }
 }
 
-VENEER_CLONES void score_candidates(const PatchSketch& patch, const float* numbers, const float* squares,
+VENEER_CLONES void score_candidates(const RoughPatch& patch, const float* numbers, const float* squares,
                                     std::size_t stride, std::size_t count, float* scores) {
   const std::size_t terms = patch.weights.size();
   const float* weights = patch.weights.data();

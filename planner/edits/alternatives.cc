@@ -1,4 +1,4 @@
-#include "planner/edits/other_places.h"
+#include "planner/edits/alternatives.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,11 +9,11 @@
 namespace veneer::planner {
 namespace {
 
-class OtherPlaces {
+class AlternativeSearch {
  public:
-  OtherPlaces(std::span<const StockPanel> stock, const Problem& problem, Matcher& matcher,
-              const PatchPlacements& placements, std::size_t taken, std::size_t count, int threads,
-              const std::stop_token& stop)
+  AlternativeSearch(std::span<const StockPanel> stock, const Problem& problem, Matcher& matcher,
+                    const PatchPlacements& placements, std::size_t taken, std::size_t count, int threads,
+                    const std::stop_token& stop)
       : stock_(stock),
         problem_(problem),
         matcher_(matcher),
@@ -114,11 +114,12 @@ class OtherPlaces {
 
 }  // namespace
 
-Result<std::vector<std::vector<Alternative>>> other_places(std::span<const StockPanel> stock, const Problem& problem,
-                                                           Matcher& matcher, const PatchPlacements& placements,
-                                                           std::size_t taken, std::size_t count, int threads,
-                                                           const std::stop_token& stop) {
-  return OtherPlaces(stock, problem, matcher, placements, taken, count, threads, stop).run();
+Result<std::vector<std::vector<Alternative>>> find_alternatives(std::span<const StockPanel> stock,
+                                                                const Problem& problem, Matcher& matcher,
+                                                                const PatchPlacements& placements, std::size_t taken,
+                                                                std::size_t count, int threads,
+                                                                const std::stop_token& stop) {
+  return AlternativeSearch(stock, problem, matcher, placements, taken, count, threads, stop).run();
 }
 
 }  // namespace veneer::planner
