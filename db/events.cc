@@ -8,10 +8,19 @@ namespace veneer::db {
 
 Result<std::vector<EventRecord>> Events::read(const EventFilter& filter, const EventPlace& after, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<EventRecord>> {
+    std::optional<JobId> job = filter.job;
+    if (filter.piece) {
+      // An index knows wood by its job: by the piece alone all of it would be looked at.
+      SQLite::Statement of(connection, "SELECT job FROM pieces WHERE id = ?");
+      of.bind(1, filter.piece->value);
+      if (!of.executeStep()) return std::vector<EventRecord>();
+      if (job && job->value != of.getColumn(0).getInt64()) return std::vector<EventRecord>();
+      job = JobId{of.getColumn(0).getInt64()};
+    }
     std::string wanted = "at >= ?1";
     if (!filter.until.empty()) wanted += " AND at < ?2";
     if (filter.panel) wanted += " AND panel = ?3";
-    if (filter.job) wanted += " AND job = ?4";
+    if (job) wanted += " AND job = ?4";
     if (!filter.kind.empty()) wanted += " AND kind = ?8";
     if (filter.piece) wanted += " AND piece = ?5";
     SQLite::Statement rows(connection, "SELECT at, step, kind, panel, job, piece, run, what, who FROM events WHERE " +
@@ -20,7 +29,7 @@ Result<std::vector<EventRecord>> Events::read(const EventFilter& filter, const E
     rows.bind(1, std::max(filter.since, after.at));
     if (!filter.until.empty()) rows.bind(2, filter.until);
     if (filter.panel) rows.bind(3, filter.panel->value);
-    if (filter.job) rows.bind(4, filter.job->value);
+    if (job) rows.bind(4, job->value);
     if (filter.piece) rows.bind(5, filter.piece->value);
     if (!filter.kind.empty()) rows.bind(8, filter.kind);
     rows.bind(6, limit);
