@@ -309,7 +309,7 @@ Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const RemnantS
   std::vector<std::string> woods, tags;
   for (const auto& [material, free] : left->remnant.woods)
     if (!material.empty()) woods.push_back(material + " " + square_cm(free.count()));
-  if (!woods.empty()) label.lines.push_back(fmt::format("{}", fmt::join(woods, ", ")));
+  if (!woods.empty()) label.lines.push_back(fmt::format("for plans: {}", fmt::join(woods, ", ")));
   label.lines.push_back(fmt::format("{:.0f} x {:.0f} mm, {} free", left->panel.width.count(),
                                     left->panel.height.count(),
                                     figures->book ? square_cm(figures->book->free.count()) : "?"));
