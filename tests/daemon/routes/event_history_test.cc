@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "tests/daemon/routes/panel_cell.h"
 
 namespace veneer::daemon {
@@ -73,6 +75,7 @@ TEST_F(EventHistory, ThatAPanelWasRetiredStandsThereWithWhoDidIt) {
 TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
   const json whole = get("/history/events?limit=1000&until=2026-05-01T08:00")["events"];
   ASSERT_GT(whole.size(), 7U);
+  EXPECT_TRUE(std::ranges::is_sorted(whole, {}, [](const json& event) { return event["at"].get<std::string>(); }));
   for (int limit = 1; limit <= 9; ++limit) {
     json all = json::array();
     std::string cursor;
@@ -87,8 +90,11 @@ TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
 }
 
 TEST_F(EventHistory, RefusesWhatIsNoFilter) {
-  for (const char* query : {"job=0", "job=x", "piece=-1", "panel=%25", "since=yesterday", "cursor=7", "limit=0",
-                            "kind=%25", "cursor=2026~x"})
+  for (const char* query :
+       {"job=0", "job=x", "piece=-1", "panel=%25", "since=yesterday", "cursor=7", "limit=0", "kind=%25", "kind=jobs",
+        "cursor=2026~x", "cursor=zzz~job~0~1~", "cursor=2026-05-01T07:30:00.000Z~1.5",
+        "cursor=2026-05-01T07:30:00.000Z~job~0~1.5~", "cursor=2026-05-01T07:30:00.000Z~jobs~0~1~",
+        "cursor=2026-05-01T07:30:00.000Z~job~0~1~x", "cursor=2026-05-01T07:30:00.000Z~job~0~1"})
     EXPECT_EQ(ask("GET", std::string("/api/v1/history/events?") + query).status, 400) << query;
 }
 
