@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "daemon/api/page.h"
+#include "daemon/devices/device_places.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/search_words.h"
@@ -184,9 +186,19 @@ std::optional<PanelId> read_panel(RequestReader& query) {
   return panel ? std::optional(PanelId{*panel}) : std::nullopt;
 }
 
+// What broke work off may be the sentence of a driver. The configuration is read on the thread that may change it.
+auto seen_by(const ApiRequest& request, const LaserConfig& laser) {
+  std::optional<LaserConfig> struck;
+  if (request.caller.role < Role::kOperator) struck = laser;
+  return [struck = std::move(struck)](Result<json> told) {
+    if (told && struck) strike_places(*told, *struck);
+    return told;
+  };
+}
+
 }  // namespace
 
-void bind_history_routes(Router& router, QueryPool& queries) {
+void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& laser) {
   router.bind("getAudit", [&queries](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -205,7 +217,7 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     reply_from_query(
         queries, request, [filter, page](Repositories& r) { return audit_json(r, filter, page); }, reply);
   });
-  router.bind("getEventHistory", [&queries](const ApiRequest& request, const Reply& reply) {
+  router.bind("getEventHistory", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const int limit = static_cast<int>(query.whole("limit", {1, 1000}).value_or(Page{}.limit));
     const db::EventPlace after = read_place(query);
@@ -218,17 +230,21 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     if (const auto piece = query.whole("piece", {1, 9e15})) filter.piece = PieceId{*piece};
     if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
     reply_from_query(
-        queries, request, [filter, after, limit](Repositories& r) { return events_json(r, filter, after, limit); },
+        queries, request,
+        [filter, after, limit, seen = seen_by(request, laser)](Repositories& r) {
+          return seen(events_json(r, filter, after, limit));
+        },
         reply);
   });
   for (const auto& [operation, read] :
        {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})
-    router.bind(operation, [&queries, answer = read](const ApiRequest& request, const Reply& reply) {
+    router.bind(operation, [&queries, &laser, answer = read](const ApiRequest& request, const Reply& reply) {
       auto query = RequestReader::query_of(request);
       const Page page = read_page(query);
       if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
       reply_from_query(
-          queries, request, [page, answer](Repositories& r) { return answer(r, page); }, reply);
+          queries, request,
+          [page, answer, seen = seen_by(request, laser)](Repositories& r) { return seen(answer(r, page)); }, reply);
     });
 }
 

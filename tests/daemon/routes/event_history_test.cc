@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 
 #include "tests/daemon/routes/panel_cell.h"
 
@@ -86,6 +87,27 @@ TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
       cursor = page["next"].is_null() ? "" : "&cursor=" + page["next"].get<std::string>();
     } while (!cursor.empty() && all.size() <= whole.size());
     EXPECT_EQ(all, whole) << limit;
+  }
+}
+
+// As the status and the alarms do not tell them either.
+TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
+  change([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(
+        JobId{1}, PanelId{"P-0002"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
+    if (!run) return run.error();
+    const std::array suspects = {PieceId{1}};
+    return r.jobs.abort_run(*run, suspects, config.laser.port + " does not answer: /dev/ttyUSB7 is gone", kThen);
+  });
+  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1"}) {
+    role = Role::kOperator;
+    EXPECT_THAT(get(target).dump(), ::testing::HasSubstr("/dev/ttyUSB7")) << target;
+    role = Role::kViewer;
+    const std::string told = get(target).dump();
+    EXPECT_THAT(told, ::testing::HasSubstr("does not answer")) << target;
+    EXPECT_THAT(told, Not(::testing::HasSubstr("/dev/ttyUSB7"))) << target;
+    EXPECT_THAT(told, Not(::testing::HasSubstr("wire.bin"))) << target;
   }
 }
 
