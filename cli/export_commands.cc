@@ -68,6 +68,7 @@ const Columns& stock_columns() {
                                    within("suspect_mm2", "area_book_mm2", "suspect"),
                                    within("scrap_mm2", "area_book_mm2", "scrap"),
                                    within("unusable_mm2", "area_book_mm2", "unusable"),
+                                   as_it_is("mask"),
                                    as_it_is("faces"),
                                    as_it_is("pieces"),
                                    as_it_is("open_differences"),

@@ -5,8 +5,10 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/ids.h"
@@ -15,10 +17,15 @@
 
 namespace veneer::db {
 
+inline constexpr std::initializer_list<std::string_view> kEventKinds = {
+    "assembly", "cell",    "difference", "edit", "job",      "lease",     "mask",    "merge", "panel",
+    "proposal", "remnant", "run",        "scan", "sighting", "treatment", "verdict", "wood"};
+
 struct EventRecord {
   std::string at;
-  std::int64_t step = 0;  // orders those of one kind within an instant
-  std::string kind;       // "wood", "job", "panel", ...
+  std::string kind;       // one of kEventKinds
+  std::int64_t step = 0;  // orders those of one kind and part within an instant
+  int part = 0;           // of what is told of its kind: a run's beginning is part 0, its end part 1
   std::optional<PanelId> panel;
   std::optional<JobId> job;
   std::optional<PieceId> piece;
@@ -31,24 +38,30 @@ struct EventRecord {
 struct EventFilter {
   std::string since = {};  // at or after this time
   std::string until = {};  // before this time
-  std::string kind = {};   // exactly
+  std::string kind = {};   // exactly; "" of whatever kind
   std::optional<PanelId> panel = {};
   std::optional<JobId> job = {};
   std::optional<PieceId> piece = {};
 };
 
-// Where a list goes on: behind the first `told` events of the instant `at`. Two events may have all but this in common.
+// Where a list goes on: behind the event that has these, which no other has together. Events that come and go before
+// and behind it, in the same instant too, shift nothing.
 struct EventPlace {
   std::string at = {};
-  std::int64_t told = 0;
+  std::string kind = {};
+  int part = 0;
+  std::int64_t step = 0;
+  std::string panel = {};  // "" of no panel
 };
+EventPlace place_of(const EventRecord& event);
 
 class Events {
  public:
   explicit Events(Database& database) : database_(&database) {}
 
-  // The oldest first, at most `limit`. Of a job, a panel or a piece an index tells; without any of them all that
-  // happened since is looked at.
+  // In the order of their places, the oldest first, at most `limit`. An index tells where a list begins, and which
+  // wood, pieces and runs are of a job, a panel or a piece. A clock that is set back puts events before places that
+  // were told.
   Result<std::vector<EventRecord>> read(const EventFilter& filter, const EventPlace& after, int limit);
 
  private:

@@ -246,7 +246,7 @@ export const words = {
   "assembly.key_laid": "gelegt", "assembly.key_cut": "zu legen", "assembly.key_open": "noch nicht geschnitten", "assembly.key_suspect": "fraglich", "assembly.key_missing": "fehlt",
   // Verlauf und Protokoll
   "history.jobs": "Aufträge", "history.job": "Auftrag {n}: {name}", "history.made": "Angelegt", "history.runs": "Läufe", "history.run": "{panel}, {at}: {result}", "history.running": "im Gange", "history.done": "fertig", "history.time": "Am Laser", "history.took": "dauerte {span}", "history.reckoned": "geschätzt {span}", "history.who": "begonnen von {who}", "history.by": "von {who}", "history.events": "Was geschah",
-  "history.was.made": "angelegt", "history.was.running": "begonnen", "history.was.stopped": "angehalten", "history.was.aborted": "abgebrochen", "history.was.complete": "fertig", "history.was.cancelled": "aufgegeben", "history.was.archived": "abgelegt", "history.was.in_sight_again": "wieder in der Liste", "history.was.pieces_made_again": "Teile neu geplant",
+  "history.was.made": "angelegt", "history.was.running": "begonnen", "history.was.stopped": "angehalten", "history.was.aborted": "abgebrochen", "history.was.complete": "nichts mehr zu schneiden", "history.was.cancelled": "aufgegeben", "history.was.archived": "abgelegt", "history.was.in_sight_again": "wieder in der Liste", "history.was.pieces_made_again": "Stücke neu geplant",
   "panel.scan": "Nochmals scannen", "panel.part_of": "Teil von",
   "merge.do": "{other} mit {panel} vereinen",
   "split.do": "{panel} wurde zersägt",

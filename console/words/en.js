@@ -238,7 +238,7 @@ export const words = {
   "assembly.key_laid": "laid", "assembly.key_cut": "to be laid", "assembly.key_open": "not cut yet", "assembly.key_suspect": "suspect", "assembly.key_missing": "missing",
   // History and log
   "history.jobs": "Jobs", "history.job": "Job {n}: {name}", "history.made": "Made", "history.runs": "Runs", "history.run": "{panel}, {at}: {result}", "history.running": "under way", "history.done": "done", "history.fit": "fit {mm} mm", "history.time": "At the laser", "history.took": "took {span}", "history.reckoned": "estimated {span}", "history.who": "begun by {who}", "history.by": "by {who}", "history.events": "What happened",
-  "history.was.made": "made", "history.was.running": "begun", "history.was.stopped": "stopped", "history.was.aborted": "broken off", "history.was.complete": "complete", "history.was.cancelled": "given up", "history.was.archived": "archived", "history.was.in_sight_again": "back in the list", "history.was.pieces_made_again": "pieces planned again",
+  "history.was.made": "made", "history.was.running": "begun", "history.was.stopped": "stopped", "history.was.aborted": "broken off", "history.was.complete": "nothing left to cut", "history.was.cancelled": "given up", "history.was.archived": "archived", "history.was.in_sight_again": "back in the list", "history.was.pieces_made_again": "pieces planned again",
   "panel.scan": "Scan it again", "panel.part_of": "Part of",
   "merge.do": "Make {other} one with {panel}",
   "split.do": "{panel} was sawn apart",

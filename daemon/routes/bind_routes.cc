@@ -62,7 +62,7 @@ void bind_routes(Router& router, Cell& cell) {
     on_reactor([&c, panels] { c.lease_clerk->changed(panels); });
   };
   bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.runner, *c.runner, *c.database,
-                           *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed});
+                           *c.queries, *c.pictures, c.panel_library, job_changed, leases_changed, c.config.laser});
   bind_plan_routes(router, {*c.plans, *c.planner_worker, c.config.planner, c.tasks, *c.database, *c.queries,
                             *c.pictures, *c.sketches, c.panel_library, leases_changed});
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
@@ -79,7 +79,7 @@ void bind_routes(Router& router, Cell& cell) {
   bind_alarm_routes(router,
                     {c.alarms, c.config, [&c] { c.news->alarms_changed(); }, [&c] { return c.news->try_notices(); }});
   bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
-  bind_history_routes(router, *c.queries);
+  bind_history_routes(router, *c.queries, c.config.laser);
   bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); });
 }
 

@@ -236,6 +236,7 @@ struct JobServices {
   const PanelLibrary& panel_library;
   std::function<void(JobId)> on_job_changed;
   LeasesChanged on_leases_changed;
+  const LaserConfig& laser;  // whose port viewers are not told
 };
 void bind_job_routes(Router& router, const JobServices& services);
 
@@ -295,7 +296,8 @@ struct StoreServices {
 void bind_store_routes(Router& router, const StoreServices& services);
 
 // What was done and by whom: the audit log, and what became of every piece.
-void bind_history_routes(Router& router, QueryPool& queries);
+// `laser` outlives the router: viewers are not told its port.
+void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& laser);
 // What people know of woods and panels.
 struct FactServices {
   DatabaseThread& database;

@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "daemon/api/page.h"
+#include "daemon/devices/device_places.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/search_words.h"
@@ -126,17 +129,42 @@ Result<json> wood_json(Repositories& r, const Page& page) {
   return out;
 }
 
-// "2026-05-01T07:30:00.000Z~3": behind the first three of that instant.
-std::string cursor_of(const db::EventPlace& place) { return fmt::format("{}~{}", place.at, place.told); }
+// "P-0001". Whatever else stands there would be read as a pattern: it would find other panels' rows, and take its time.
+bool is_panel_name(std::string_view text) {
+  return text.size() > 2 && text.size() <= 20 && text.starts_with("P-") &&
+         std::ranges::all_of(text.substr(2), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// "2026-05-01T07:30:00.000Z~wood~0~3~P-0001": behind this event.
+std::string cursor_of(const db::EventPlace& place) {
+  return fmt::format("{}~{}~{}~{}~{}", place.at, place.kind, place.part, place.step, place.panel);
+}
+
+// All of it is read, or a page of what was never meant would tell that nothing more has happened.
+std::optional<db::EventPlace> place_in(std::string_view cursor) {
+  std::vector<std::string_view> words;
+  for (std::size_t from = 0; from <= cursor.size();) {
+    const std::size_t end = std::min(cursor.find('~', from), cursor.size());
+    words.push_back(cursor.substr(from, end - from));
+    from = end + 1;
+  }
+  if (words.size() != 5 || !beginning_of_time(std::string(words[0])) || !std::ranges::count(db::kEventKinds, words[1]))
+    return std::nullopt;
+  db::EventPlace place{std::string(words[0]), std::string(words[1]), 0, 0, std::string(words[4])};
+  const auto reads = [](std::string_view word, auto& number) {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    return error == std::errc() && end == word.data() + word.size() && number >= 0;
+  };
+  if (!reads(words[2], place.part) || !reads(words[3], place.step)) return std::nullopt;
+  return place.panel.empty() || is_panel_name(place.panel) ? std::optional(place) : std::nullopt;
+}
 
 db::EventPlace read_place(RequestReader& query) {
   const auto cursor = query.text("cursor");
   if (!cursor) return {};
-  const std::size_t parting = cursor->rfind('~');
-  const auto told = parting == std::string::npos ? std::nullopt : parse_number(cursor->substr(parting + 1));
-  if (told && *told >= 0 && *told <= 9e15) return {cursor->substr(0, parting), static_cast<std::int64_t>(*told)};
-  query.refuse({ErrorCode::kInvalidArgument, "cursor is none: give `next` of the page before"});
-  return {};
+  const auto place = place_in(*cursor);
+  if (!place) query.refuse({ErrorCode::kInvalidArgument, "cursor is none: give `next` of the page before"});
+  return place.value_or(db::EventPlace{});
 }
 
 Result<json> events_json(Repositories& r, const db::EventFilter& filter, const db::EventPlace& after, int limit) {
@@ -145,18 +173,10 @@ Result<json> events_json(Repositories& r, const db::EventFilter& filter, const d
   json out = {{"events", json::array()}, {"next", nullptr}};
   if (events->size() > static_cast<std::size_t>(limit)) {
     events->pop_back();
-    const std::string& last = events->back().at;
-    const auto of_last = std::ranges::count(*events, last, &db::EventRecord::at);
-    out["next"] = cursor_of({last, of_last + (last == after.at ? after.told : 0)});
+    out["next"] = cursor_of(db::place_of(events->back()));
   }
   for (const auto& event : *events) out["events"].push_back(row_json(event));
   return out;
-}
-
-// "P-0001". Whatever else stands there would be read as a pattern: it would find other panels' rows, and take its time.
-bool is_panel_name(std::string_view text) {
-  return text.size() > 2 && text.size() <= 20 && text.starts_with("P-") &&
-         std::ranges::all_of(text.substr(2), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 std::optional<PanelId> read_panel(RequestReader& query) {
@@ -166,9 +186,19 @@ std::optional<PanelId> read_panel(RequestReader& query) {
   return panel ? std::optional(PanelId{*panel}) : std::nullopt;
 }
 
+// What broke work off may be the sentence of a driver. The configuration is read on the thread that may change it.
+auto seen_by(const ApiRequest& request, const LaserConfig& laser) {
+  std::optional<LaserConfig> struck;
+  if (request.caller.role < Role::kOperator) struck = laser;
+  return [struck = std::move(struck)](Result<json> told) {
+    if (told && struck) strike_places(*told, *struck);
+    return told;
+  };
+}
+
 }  // namespace
 
-void bind_history_routes(Router& router, QueryPool& queries) {
+void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& laser) {
   router.bind("getAudit", [&queries](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -187,7 +217,7 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     reply_from_query(
         queries, request, [filter, page](Repositories& r) { return audit_json(r, filter, page); }, reply);
   });
-  router.bind("getEventHistory", [&queries](const ApiRequest& request, const Reply& reply) {
+  router.bind("getEventHistory", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const int limit = static_cast<int>(query.whole("limit", {1, 1000}).value_or(Page{}.limit));
     const db::EventPlace after = read_place(query);
@@ -195,25 +225,26 @@ void bind_history_routes(Router& router, QueryPool& queries) {
     filter.since = read_time(query, "since");
     filter.until = read_time(query, "until");
     filter.panel = read_panel(query);
-    filter.kind = query.text("kind").value_or("");
-    if (!filter.kind.empty() && !is_kind(filter.kind))
-      query.refuse(
-          {ErrorCode::kInvalidArgument, "kind is none: give one of those that events have, as wood, job or panel"});
+    filter.kind = query.word("kind", db::kEventKinds).value_or("");
     if (const auto job = query.whole("job", {1, 9e15})) filter.job = JobId{*job};
     if (const auto piece = query.whole("piece", {1, 9e15})) filter.piece = PieceId{*piece};
     if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
     reply_from_query(
-        queries, request, [filter, after, limit](Repositories& r) { return events_json(r, filter, after, limit); },
+        queries, request,
+        [filter, after, limit, seen = seen_by(request, laser)](Repositories& r) {
+          return seen(events_json(r, filter, after, limit));
+        },
         reply);
   });
   for (const auto& [operation, read] :
        {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})
-    router.bind(operation, [&queries, answer = read](const ApiRequest& request, const Reply& reply) {
+    router.bind(operation, [&queries, &laser, answer = read](const ApiRequest& request, const Reply& reply) {
       auto query = RequestReader::query_of(request);
       const Page page = read_page(query);
       if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
       reply_from_query(
-          queries, request, [page, answer](Repositories& r) { return answer(r, page); }, reply);
+          queries, request,
+          [page, answer, seen = seen_by(request, laser)](Repositories& r) { return seen(answer(r, page)); }, reply);
     });
 }
 

@@ -7,6 +7,7 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/api/page.h"
 #include "daemon/api/route_table.h"
+#include "daemon/devices/device_places.h"
 #include "daemon/plans/plan_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
@@ -364,8 +365,13 @@ void bind_job_routes(Router& router, const JobServices& s) {
         [page, archived, view = s.unit.view()](Repositories& r) { return jobs_json(r, page, archived, view); }, reply);
   });
   router.bind("getJob", [s](const ApiRequest& request, const Reply& reply) {
-    about_job(s, request, reply,
-              [view = s.unit.view()](Repositories& r, JobId id) { return reply_of(job_json(r, id, view)); });
+    std::optional<LaserConfig> struck;  // what broke a run off may be the sentence of a driver
+    if (request.caller.role < Role::kOperator) struck = s.laser;
+    about_job(s, request, reply, [view = s.unit.view(), struck](Repositories& r, JobId id) {
+      auto told = job_json(r, id, view);
+      if (told && struck) strike_places((*told)["runs"], *struck);
+      return reply_of(told);
+    });
   });
   router.bind("getJobPieces", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

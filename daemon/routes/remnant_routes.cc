@@ -165,7 +165,7 @@ Result<Remnants::Asked> newest_alone(Repositories& r, const RemnantServices& s) 
 
 // Of so many panels what nobody counted yet is counted within a request, so that whoever has just booked wood is told
 // of it; what is due of more is counted behind all else.
-constexpr int kCountedAtOnce = 4;
+constexpr std::size_t kCountedAtOnce = 4;
 
 // Looks at the pictures of some of what the page may tell of, so that it is known when it is told. Whether it left
 // some.
@@ -187,14 +187,17 @@ bool count_panels(Repositories& r, const RemnantServices& s, const PanelsWanted&
     const auto count = s.figures.count(r, panel, asked->newest, look);
     return count ? std::optional(*count) : std::nullopt;
   };
-  int may_be_counted = kCountedAtOnce;
+  // What could not be read comes last, and may have been put back. One that is damaged takes as long as any.
+  std::vector<const db::PanelRecord*> due, unreadable;
   for (const db::PanelRecord& panel : *list) {
-    if (!names->tell(panel, words) || known(panel, Look::kNot) == MaskCount::kCounted) continue;
-    if (may_be_counted == 0) return true;
-    // One that cannot be read takes no time.
-    if (known(panel, Look::kMay) != MaskCount::kUnreadable) --may_be_counted;
+    if (!names->tell(panel, words)) continue;
+    const auto count = known(panel, Look::kNot);
+    if (count != MaskCount::kCounted) (count == MaskCount::kUnreadable ? unreadable : due).push_back(&panel);
   }
-  return false;
+  due.insert(due.end(), unreadable.begin(), unreadable.end());
+  const std::size_t at_once = std::min(due.size(), kCountedAtOnce);
+  for (std::size_t i = 0; i < at_once; ++i) static_cast<void>(known(*due[i], Look::kMay));
+  return due.size() > at_once;
 }
 
 // The moment that it is told of begins when all is counted that is counted for it.
@@ -306,7 +309,7 @@ Result<std::pair<PanelLabel, Leftover>> label_of(Repositories& r, const RemnantS
   std::vector<std::string> woods, tags;
   for (const auto& [material, free] : left->remnant.woods)
     if (!material.empty()) woods.push_back(material + " " + square_cm(free.count()));
-  if (!woods.empty()) label.lines.push_back(fmt::format("{}", fmt::join(woods, ", ")));
+  if (!woods.empty()) label.lines.push_back(fmt::format("for plans: {}", fmt::join(woods, ", ")));
   label.lines.push_back(fmt::format("{:.0f} x {:.0f} mm, {} free", left->panel.width.count(),
                                     left->panel.height.count(),
                                     figures->book ? square_cm(figures->book->free.count()) : "?"));

@@ -48,17 +48,21 @@ void RemnantClerk::book_due() {
 void RemnantClerk::count_for_lists_and_searches(Repositories& reading) {
   const auto panels = reading.panels.list();
   if (!panels) return log_->debug("nothing is counted for lists: {}", panels.error().message);
-  const auto newest = memory_.newest_step(reading);
-  if (!newest) return log_->debug("nothing is counted for lists: {}", newest.error().message);
   int counted = 0;
-  for (const db::PanelRecord& panel : *panels) {
+  for (const db::PanelRecord& listed : *panels) {
     if (stopping_) return;
-    const auto before = figures_.count(reading, panel, *newest, Look::kNot);
+    // As it is now: those before it may have taken minutes.
+    const auto panel = reading.panels.find(listed.id);
+    const auto newest = panel ? memory_.newest_step(reading) : Result<std::int64_t>(panel.error());
+    if (!newest) return log_->debug("nothing is counted for lists: {}", newest.error().message);
+    const auto before = figures_.count(reading, *panel, *newest, Look::kNot);
     const bool was_known = before && *before == MaskCount::kCounted;
-    if (!was_known) static_cast<void>(figures_.count(reading, panel, *newest, Look::kMay));
-    const auto kinds = panel.retired ? Result<int>(0) : remnants_.count_for_searches(reading, panel);
-    if (!kinds) log_->debug("panel {} is not counted for searches: {}", panel.id.value, kinds.error().message);
-    if ((was_known && (!kinds || *kinds == 0)) || ++counted % kSavedAfter != 0) continue;
+    const auto now = was_known ? before : figures_.count(reading, *panel, *newest, Look::kMay);
+    if (!now) log_->debug("panel {} is not counted for lists: {}", panel->id.value, now.error().message);
+    const auto kinds = panel->retired ? Result<int>(0) : remnants_.count_for_searches(reading, *panel);
+    if (!kinds) log_->debug("panel {} is not counted for searches: {}", panel->id.value, kinds.error().message);
+    const bool became_known = (!was_known && now && *now == MaskCount::kCounted) || (kinds && *kinds > 0);
+    if (!became_known || ++counted % kSavedAfter != 0) continue;
     memory_.save();
     log_->info("{} panels were counted for lists and searches, of {}", counted, panels->size());
   }

@@ -57,7 +57,7 @@ std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
 // or a lease that ends soon would leave a count without its wood under the name of the panel that has it.
 Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, StockMemory& memory,
                                     const db::PanelRecord& panel, PanelState& state) {
-  auto mask = library.load_mask(panel);  // first: one that is missing is asked for at every look
+  auto mask = library.load_mask(panel);  // before what is booked: one that is missing is asked for at every look
   memory.note_readable(panel.mask_file, mask.ok());
   if (!mask) return mask.error();
   const auto allocations = r.ledger.live_allocations(panel.id);
@@ -245,14 +245,17 @@ Result<std::optional<SquareMillimetres>> Remnants::fitting(Repositories& r, cons
   auto zones = r.materials.zones(panel.id);  // with their outlines
   if (!zones) return zones.error();
   state.zones = std::move(*zones);
+  // The map before the mask: one that cannot be read would have the mask decoded at every look.
+  std::optional<PanelLibrary::SmallPicture> map;
+  if (wanted.tone) {
+    auto loaded = load_for_tones(library_, memory_, panel);
+    if (!loaded) return none;
+    map = std::move(*loaded);
+  }
   const auto free = free_now(r, library_, memory_, panel, state);
   if (!free) return none;
   Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state.zones, *wanted.material) : *free;
-  if (wanted.tone) {
-    const auto map = load_for_tones(library_, memory_, panel);
-    if (!map) return none;
-    wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
-  }
+  if (map) wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
   const CoveredWood covered(wood);
   memory_.keep_text(panel.id, kind_of(wanted), counted_of(state, panel, wanted), covered.text());
   return std::optional(covered.by(wanted.patch));

@@ -178,6 +178,7 @@ TEST_F(Records, StockIsATableForASpreadsheet) {
   EXPECT_EQ(rows[1]["substrate_mm"], "");
   EXPECT_EQ(rows[1]["treatments"], "finish shellac 2026-04-30");
   EXPECT_EQ(rows[0]["shelf"], "");
+  EXPECT_EQ(rows[0]["mask"], "counted");
   const auto panel = cell.api().get("/panels/P-0001");
   ASSERT_TRUE(panel.ok());
   const json& book = (*panel)["area_book_mm2"];

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
+
 #include "tests/daemon/routes/panel_cell.h"
 
 namespace veneer::daemon {
@@ -73,6 +76,7 @@ TEST_F(EventHistory, ThatAPanelWasRetiredStandsThereWithWhoDidIt) {
 TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
   const json whole = get("/history/events?limit=1000&until=2026-05-01T08:00")["events"];
   ASSERT_GT(whole.size(), 7U);
+  EXPECT_TRUE(std::ranges::is_sorted(whole, {}, [](const json& event) { return event["at"].get<std::string>(); }));
   for (int limit = 1; limit <= 9; ++limit) {
     json all = json::array();
     std::string cursor;
@@ -86,9 +90,33 @@ TEST_F(EventHistory, PagesOfAnyLengthTogetherAreTheWholeList) {
   }
 }
 
+// As the status and the alarms do not tell them either.
+TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
+  change([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(
+        JobId{1}, PanelId{"P-0002"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
+    if (!run) return run.error();
+    const std::array suspects = {PieceId{1}};
+    return r.jobs.abort_run(*run, suspects, config.laser.port + " does not answer: /dev/ttyUSB7 is gone", kThen);
+  });
+  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1"}) {
+    role = Role::kOperator;
+    EXPECT_THAT(get(target).dump(), ::testing::HasSubstr("/dev/ttyUSB7")) << target;
+    role = Role::kViewer;
+    const std::string told = get(target).dump();
+    EXPECT_THAT(told, ::testing::HasSubstr("does not answer")) << target;
+    EXPECT_THAT(told, Not(::testing::HasSubstr("/dev/ttyUSB7"))) << target;
+    EXPECT_THAT(told, Not(::testing::HasSubstr("wire.bin"))) << target;
+  }
+}
+
 TEST_F(EventHistory, RefusesWhatIsNoFilter) {
-  for (const char* query : {"job=0", "job=x", "piece=-1", "panel=%25", "since=yesterday", "cursor=7", "limit=0",
-                            "kind=%25", "cursor=2026~x"})
+  for (const char* query :
+       {"job=0", "job=x", "piece=-1", "panel=%25", "since=yesterday", "cursor=7", "limit=0", "kind=%25", "kind=jobs",
+        "cursor=2026~x", "cursor=zzz~job~0~1~", "cursor=2026-05-01T07:30:00.000Z~1.5",
+        "cursor=2026-05-01T07:30:00.000Z~job~0~1.5~", "cursor=2026-05-01T07:30:00.000Z~jobs~0~1~",
+        "cursor=2026-05-01T07:30:00.000Z~job~0~1~x", "cursor=2026-05-01T07:30:00.000Z~job~0~1"})
     EXPECT_EQ(ask("GET", std::string("/api/v1/history/events?") + query).status, 400) << query;
 }
 

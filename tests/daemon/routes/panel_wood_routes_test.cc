@@ -345,6 +345,51 @@ TEST_F(PanelWood, ASearchForATonePassesNoPanelOverInSilenceWhoseMapIsLost) {
   EXPECT_EQ(get("/panels?patch_mm=3")["panels"].size(), 1U) << "for that the mask is enough";
 }
 
+// It decoded the mask of each such panel, at every search, to find then that it has no map.
+TEST_F(PanelWood, ASearchForATonePassesMasksByWhoseMapsAreLost) {
+  cell->remnant_clerk.reset();
+  const auto of = cell->database->call([](Repositories& r) { return r.panels.find({"P-0002"}); });
+  for (int i = 0; i < 2; ++i) get("/panels");
+  std::filesystem::remove(cell->panel_library.path_of(of->map_file));
+  std::filesystem::remove(cell->panel_library.path_of(of->mask_file));  // whoever looks at it notes that
+  std::filesystem::remove_all(cell->panel_library.small_dir());
+  EXPECT_EQ(get("/panels?tone=light&patch_mm=3")["not_searched"],
+            json::parse(R"([{"panel": "P-0002", "why": "unreadable"}])"));
+  EXPECT_TRUE(cell->stock_memory.is_readable(of->mask_file));
+}
+
+// Pictures that cannot be read are looked at as few at once as others.
+TEST_F(PanelWood, ASearchLooksAtFewPanelsItselfWhoseMapsAreLost) {
+  cell->remnant_clerk.reset();
+  std::string map_file;
+  change([&](Repositories& r) -> Status {
+    for (int number = 3; number <= 20; ++number) {
+      auto more = r.panels.find({"P-0002"});
+      if (!more) return more.error();
+      more->id = {fmt::format("P-{:04}", number)};
+      map_file = more->map_file;
+      if (Status added = r.panels.add(*more, {}, {}); !added) return added;
+    }
+    return Ok();
+  });
+  std::filesystem::remove(cell->panel_library.path_of(map_file));
+  std::filesystem::remove_all(cell->panel_library.small_dir());
+  get("/panels?tone=light&patch_mm=3");
+  const auto counted = cell->database->call([&](Repositories& r) -> Result<int> {
+    int known = 0;
+    const auto panels = r.panels.list();
+    if (!panels) return panels.error();
+    for (const auto& panel : *panels) {
+      const auto knows = cell->panel_figures.knows(r, panel);
+      if (!knows) return knows.error();
+      known += *knows ? 1 : 0;
+    }
+    return known;
+  });
+  ASSERT_TRUE(counted);
+  EXPECT_LE(*counted, 4);
+}
+
 // After an import nobody has counted anything: a search of a thousand panels took minutes, and was given up on.
 TEST_F(PanelWood, ASearchAnswersFromWhatIsCountedAndSaysWhatIsNot) {
   cell->remnant_clerk.reset();

@@ -207,7 +207,7 @@ TEST_F(StockMemoryTest, OfAPanelThatIsKnownNothingIsAskedInASearch) {
   const auto asked_for = [&](const WoodWanted& wanted) {
     double found = 0;
     const int statements = db::statements_of(
-        stay.database, [&] { found = must(stay.remnants.fitting(stay.r, panel, wanted, asked)).count(); });
+        stay.database, [&] { found = must(stay.remnants.fitting(stay.r, panel, wanted, asked, Look::kNot))->count(); });
     return std::pair(found > 0, statements);
   };
   EXPECT_EQ(asked_for({{}, Tone::kLight, Millimetres(8)}), std::pair(true, 0));
@@ -222,7 +222,7 @@ TEST_F(StockMemoryTest, ASearchCountsByTheZonesAsTheyAre) {
   const auto asked = must(stay.remnants.ask(stay.r));
   const WoodWanted maple{"maple", {}, Millimetres(8)};
   ASSERT_TRUE(stay.r.materials.set_material({"P-0001"}, 1, "walnut").ok());
-  EXPECT_EQ(must(stay.remnants.fitting(stay.r, stay.panel(), maple, asked)).count(), 0);
+  EXPECT_EQ(must(stay.remnants.fitting(stay.r, stay.panel(), maple, asked, Look::kMay))->count(), 0);
   ASSERT_TRUE(stay.r.materials.set_material({"P-0001"}, 1, "maple").ok());
   EXPECT_GT(must(stay.remnants.fitting(stay.r, stay.panel(), maple)).count(), 100) << "what was counted of walnut";
 }
