@@ -6,8 +6,8 @@ namespace veneer::soak {
 
 class WoodPlaces {
  public:
-  // For squares of 10 mm on a panel of 200 x 140 mm, as counted on one that was used up. Others have less, so a tenth is
-  // left for what is done after the last job.
+  // For squares of 10 mm on a panel of 200 x 140 mm, as counted on one that was used up. Others have less, so a tenth
+  // is left for what is done after the last job.
   static constexpr int kOfAPanel = 35;
 
   explicit WoodPlaces(int panels) : all_(kOfAPanel * panels), left_(all_) {}
