@@ -54,7 +54,8 @@ void add_bed_commands(CLI::App& app, CommandContext& context) {
       ->callback(
           [&context] { context.finish_step(context.run_task(context.client().post("/bed/look")), render_sight); });
   add_picture(*bed, context, "glance", "/bed/glance.jpg",
-              "Save the bed as it is seen now, at most some seconds old; while nothing else needs the camera");
+              "Save the bed as it is seen now, some seconds old, or some eight times as old as a slow camera takes "
+              "for one; while nothing else needs the camera");
   add_picture(*bed, context, "picture", "/bed.jpg", "Save the picture of the last look, with what was found drawn in");
 }
 

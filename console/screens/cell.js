@@ -55,10 +55,13 @@ function workGoingOn() {
   return running.length ? card(t("work"), h("ul.list", {}, ...running.map((task) => taskRow(task)))) : null;
 }
 
-// The controller's own word, with what it says more of it: `Hold:0`. One that is not known stays as it is.
+// The controller's own word. GRBL says more of it behind a colon, which is a state of its own: at `Door:0` the door is closed again,
+// at `Hold:1` the head still moves. A word that is not known stays as it is.
 function controllerSays(state) {
-  const [word, more] = state.split(":"), key = `laser.says.${word}`, known = t(key);
-  if (known === key) return h("span", {lang: "en"}, state);
+  const inWords = (one) => { const key = `laser.says.${one}`, known = t(key); return known === key ? "" : known; };
+  const [word, more] = state.split(":"), whole = inWords(state), known = inWords(word);
+  if (whole) return whole;
+  if (!known) return h("span", {lang: "en"}, state);
   return more ? `${known} (${more})` : known;
 }
 

@@ -389,7 +389,7 @@ function formCard() {
       tick("elsewhere", t("picture.elsewhere"), "picture-elsewhere"),
       h("details", {}, h("summary", {}, t("picture.weights")),
         ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`))),
-        wanted.w_grain > 0 && !isChosenTogether() && h("p.warn", {id: "grain-idle"}, `▲ ${t("w.grain.idle", {care: t("picture.care"), global: t("care.global")})}`)),
+        wanted.w_grain > 0 && !isChosenTogether() && h("p.warn", {id: "grain-idle"}, `▲ ${t("w.grain.idle", {care: t("picture.care"), global: t("care.global"), refine: t("picture.refine"), rematch: t("more.rematch")})}`)),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
         chips(woods, wanted.wood), limitControls(), number("max_panels", {id: "picture-panels"})),

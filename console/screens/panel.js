@@ -101,6 +101,7 @@ export function drawPanel(id) {
   const {panel, fault} = shown;
   const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
   if (!panel) return [back, fault ? empty(cellSays(fault)) : empty(t("map.loading"))];
+  if (panel.retired && apart.part) apart.part.putOutlineAway();  // there is no button for it
   return [
     h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
       !panel.retired && link(`#scan/${code(id)}`, t("panel.scan"), {class: "go", id: "scan-again"}), link(`#log/panel/${code(id)}`, t("log.open"), {class: "go"}), button(t("panel.label"), () => openFile(`/panels/${code(id)}/label?format=pdf`))),

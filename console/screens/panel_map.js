@@ -299,28 +299,31 @@ function brushHand(place, map, {wide, high, markCross}, drawStroke, dropStroke) 
 }
 
 // Taps set corners while an outline is drawn, and a finger that goes on moves the map as ever; a tap beside the panel is one on its edge.
-// By keyboard a crosshair does it: arrows move it, with Shift in small steps, Space sets a corner, Delete takes the last one back.
-// -> {take(how), draws()}; how: {onCorner, onBack, onCross} or null. onCorner is given a place, onCross where the crosshair stands.
+// By keyboard a crosshair does it: arrows move it, with Shift in small steps, Space sets a corner, Delete takes the last one back,
+// Escape ends it. -> {take(how), draws()}; how: {onCorner, onBack, onCross, onAway} or null. onCorner is given a place and
+// how far from the last one, in mm, it has to lie, onCross where the crosshair stands.
 function cornerHand(place, map, {wide, high, markCross}) {
-  const kStepMm = 5, kSmallStepMm = .5;
+  const kStepMm = 5, kSmallStepMm = .5, kSameTapPx = 6;
   let how = null, cross = null;
   const within = (point) => point.map((mm, i) => Math.round(100 * Math.min(i ? high : wide, Math.max(0, mm))) / 100);
+  const mmOf = (px) => map.containerPointToLatLng([px, 0]).lng - map.containerPointToLatLng([0, 0]).lng;
   const away = () => { cross = null; markCross(null); };
 
   map.on("click", ({latlng: {lat, lng}}) => {
     if (!how) return;
     away();
-    how.onCorner(within([lng, lat]));
+    how.onCorner(within([lng, lat]), mmOf(kSameTapPx));
   });
   place.addEventListener("keydown", (event) => {
     if (!how || event.target !== place) return;
+    if (event.key === "Escape") { event.preventDefault(); how.onAway(); return; }
     if (["Delete", "Backspace"].includes(event.key)) { event.preventDefault(); how.onBack(); return; }
     const key = brushKey(event);
     if (!key) return;
     const {lat, lng} = map.getCenter(), step = event.shiftKey ? kSmallStepMm : kStepMm, [x, y] = cross || [lng, lat];
     cross = within([x + key.across * step, y - key.down * step]);
     markCross(cross);
-    if (event.key === " ") how.onCorner(cross); else how.onCross(cross);
+    if (event.key === " ") how.onCorner(cross, 0); else how.onCross(cross);
   });
   place.addEventListener("blur", () => { if (how) away(); });
 

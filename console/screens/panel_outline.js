@@ -33,13 +33,14 @@ function hold() {
   if (!map) return;
   const sheet = sheetOf(of);
   map.corners(on ? sheet.corners : []);
-  map.outline(on && !busy ? {onCorner: (place) => add(sheet, place), onBack: () => back(sheet),
+  map.outline(on && !busy ? {onCorner: (place, apart) => add(sheet, place, apart), onBack: () => back(sheet), onAway: () => { putOutlineAway(); changed(); },
     onCross: ([x, y]) => { said = t("brush.at", {x: x.toFixed(1), y: y.toFixed(1)}); changed(); }} : null);
 }
 
-function add(sheet, [x, y]) {
+// Nearer to the last one than `apart` it is that one, tapped twice.
+function add(sheet, [x, y], apart) {
   const last = sheet.corners[sheet.corners.length - 1];
-  if (sheet.corners.length >= kMostCorners || (last && String(last) === String([x, y]))) return;
+  if (sheet.corners.length >= kMostCorners || (last && Math.hypot(x - last[0], y - last[1]) <= apart)) return;
   sheet.corners.push([x, y]);
   fault = "";
   kept = 0;
@@ -52,6 +53,14 @@ function back(sheet) {
   sheet.corners.pop();
   fault = "";
   said = t("outline.left", {n: sheet.corners.length});
+  hold();
+  changed();
+}
+
+function drop(sheet) {
+  if (busy) return;
+  Object.assign(sheet, {corners: [], zone: 0});
+  fault = said = "";
   hold();
   changed();
 }
@@ -86,7 +95,7 @@ export function outlineTools(opened, panel, taken) {
     hold();
   }
   const sheet = sheetOf(of), {corners} = sheet, strips = panel.zones || [];
-  if (!strips.some(({zone}) => zone === sheet.zone)) sheet.zone = 0;
+  const gone = sheet.zone > 0 && !strips.some(({zone}) => zone === sheet.zone);  // stays chosen: another one is for a person to say
   const toggle = () => {
     on = !on;
     kept = 0;
@@ -103,10 +112,13 @@ export function outlineTools(opened, panel, taken) {
       h("p.dim.keys", {id: "outline-keys"}, t("outline.keys")),
       h("div.form", {}, h("label", {}, t("outline.which"), h("select", {id: "outline-zone", value: String(sheet.zone), onchange: (event) => { sheet.zone = Number(event.target.value); changed(); }},
         h("option", {value: "0"}, t("outline.further")),
-        ...strips.map(({zone, material, area_mm2}) => h("option", {value: String(zone)}, t("outline.strip", {n: zone, wood: material || t("panel.unnamed"), area: squareCm(area_mm2)})))))),
+        ...strips.map(({zone, material, area_mm2}) => h("option", {value: String(zone)}, t("outline.strip", {n: zone, wood: material || t("panel.unnamed"), area: squareCm(area_mm2)}))),
+        gone && h("option", {value: String(sheet.zone)}, t("outline.gone", {n: sheet.zone}))))),
+      gone && h("p.warn", {id: "outline-gone", role: "status"}, `▲ ${t("outline.is_gone", {n: sheet.zone})}`),
       fault && h("p.fault", {id: "outline-fault", role: "alert"}, "▲ ", cellSays(asSentence(fault))),
       h("div.commands", {},
         button(t("outline.undo"), () => back(sheet), {id: "outline-undo", disabled: !corners.length || busy}),
-        button(sheet.zone ? t("outline.keep", {n: sheet.zone}) : t("outline.add"), keep, {id: "outline-keep", next: corners.length > 2, disabled: corners.length < 3 || !may || isStale()}))],
+        button(t("outline.drop"), () => drop(sheet), {id: "outline-drop", disabled: !corners.length || busy}),
+        button(sheet.zone ? t("outline.keep", {n: sheet.zone}) : t("outline.add"), keep, {id: "outline-keep", next: corners.length > 2 && !gone, disabled: corners.length < 3 || gone || !may || isStale()}))],
     kept > 0 && h("p", {id: "outline-kept", role: "status"}, t("outline.kept", {n: kept})));
 }

@@ -19,6 +19,8 @@ constexpr Duration kEvery = std::chrono::seconds(2);
 constexpr int kShare = 8;  // one of so many parts of the time
 constexpr std::chrono::seconds kReadingLimit{10};
 constexpr Duration kSilent = kReadingLimit + std::chrono::seconds(5);
+// After what took longer than a silent camera is waited for, so that one that is well again is asked.
+constexpr Duration kLongestRest = (kShare - 1) * kSilent;
 constexpr int kWidthPx = 960;
 
 }  // namespace
@@ -60,8 +62,8 @@ void BedGlances::seen(int number, Result<Picture> picture, Duration took) {
   if (number != number_) return;  // it was given up
   parts_.timer->cancel();
   under_way_ = silent_ = false;
-  // What an error took says nothing of how long a picture does.
-  next_ = picture ? begun_ + std::max(kEvery, kShare * took) : parts_.clock.now() + kEvery;
+  // Whatever came of it: a reading that met its deadline has had the computer, and one that a look broke off the camera.
+  next_ = std::max(begun_ + kEvery, parts_.clock.now() + std::min((kShare - 1) * took, kLongestRest));
   newest_ = std::move(picture);
   answer(newest_);
 }

@@ -117,6 +117,24 @@ bool take_number(std::string_view& text, std::int64_t& out, char behind) {
   return true;
 }
 
+// What stands behind the second ';' of a packed lattice; no letter is one. None when it cannot be read.
+std::vector<Fiducial> fiducials_of(std::string_view text) {
+  std::vector<Fiducial> out;
+  for (int parts = 0; parts < 2; ++parts) {
+    const auto end = text.find(';');
+    if (end == std::string_view::npos) return out;
+    text.remove_prefix(end + 1);
+  }
+  while (!text.empty()) {
+    Fiducial& fiducial = out.emplace_back();
+    for (std::int64_t& number : fiducial)
+      if (!take_letters(text, number) || std::abs(number) > kFarthest) return {};
+    if (fiducial[0] < -1 || fiducial[3] < 0 || std::ssize(out) > kMostFiducials) return {};
+  }
+  return out;
+}
+
+// Without the fiducials.
 std::optional<Samples> unpacked(std::string_view text) {
   Samples out;
   if (!text.starts_with('#')) return std::nullopt;
@@ -133,15 +151,7 @@ std::optional<Samples> unpacked(std::string_view text) {
     }
     out.at.push_back(place);
   }
-  if (text.empty()) return out;
-  if (text.front() != ';') return std::nullopt;
-  text.remove_prefix(1);
-  do {
-    Fiducial& fiducial = out.fiducials.emplace_back();
-    for (std::int64_t& number : fiducial)
-      if (!take_letters(text, number) || std::abs(number) > kFarthest) return std::nullopt;
-    if (fiducial[0] < -1 || fiducial[3] < 0 || std::ssize(out.fiducials) > kMostFiducials) return std::nullopt;
-  } while (!text.empty());
+  if (!text.empty() && text.front() != ';') return std::nullopt;
   return out;
 }
 
@@ -164,7 +174,8 @@ std::string packed_lattice(const std::string& lattice) {
 }
 
 std::string unpacked_lattice(const std::string& kept) {
-  const auto samples = unpacked(kept);
+  auto samples = unpacked(kept);
+  if (samples) samples->fiducials = fiducials_of(kept);
   return samples ? to_json(*samples).dump() : kept;
 }
 
@@ -188,8 +199,7 @@ std::vector<calib::FiducialOffset> offsets_of_lattice(const json& lattice) {
 std::vector<calib::FiducialOffset> kept_offsets(const std::string& kept) {
   std::vector<calib::FiducialOffset> out;
   if (!kept.starts_with('#')) return offsets_of_lattice(json::parse(kept, nullptr, false));
-  if (const auto samples = unpacked(kept))
-    for (const Fiducial& fiducial : samples->fiducials) out.push_back(to_calib(fiducial));
+  for (const Fiducial& fiducial : fiducials_of(kept)) out.push_back(to_calib(fiducial));
   return out;
 }
 

@@ -18,14 +18,19 @@ constexpr double kUmPerMm = 1000;
 
 json::other_error not_a_cut(const char* why) { return json::other_error::create(501, why, nullptr); }
 
+std::int64_t in_um(Millimetres length) { return std::llround(length.count() * kUmPerMm); }
+
 // Places as whole micrometres, which is as fine as a laser is told: of each the way from the one before it, in letters.
+// The ends of an open cut stay apart, or it would be read as a closed one.
 std::string letters_of(const Stroke& stroke) {
   std::string out;
   std::int64_t last_x = 0, last_y = 0;
   for (std::size_t i = 0; i < stroke.path.size(); ++i) {
     const bool closes = i + 1 == stroke.path.size() && stroke.closed();
     const auto& p = closes ? stroke.path.front() : stroke.path[i];
-    const std::int64_t x = std::llround(p.x.count() * kUmPerMm), y = std::llround(p.y.count() * kUmPerMm);
+    const auto& first = stroke.path.front();
+    std::int64_t x = in_um(p.x), y = in_um(p.y);
+    if (i + 1 == stroke.path.size() && !closes && x == in_um(first.x) && y == in_um(first.y)) ++x;
     append_letters(out, x - last_x);
     append_letters(out, y - last_y);
     last_x = x, last_y = y;
@@ -53,7 +58,7 @@ Stroke cut_of(const json& written, PieceId piece) {
   Stroke out;
   out.piece = piece;
   out.role = StrokeRole::kCut;
-  const bool has_names = written.is_object();  // as until schema 37
+  const bool has_names = written.is_object();  // as before cuts were kept in letters
   const auto member = [&](std::size_t index, const char* name) -> const json& {
     return has_names ? written.at(name) : written.at(index);
   };

@@ -1532,7 +1532,7 @@ class Screens(Page):
         self.assertEqual({name: told[2][2][name] for name in ("board_height_mm", "board_width_mm", "height_mm")}, {"board_height_mm": 290.5, "board_width_mm": 490, "height_mm": 2.1})
 
     def test_the_machine_is_told_in_the_pages_words(self):
-        for language, wanted in (("en", ["Hold (0)", "Speed of the cut 90 %, Power 80 %"]), ("de", ["angehalten (0)", "Tempo des Schnitts 90 %, Leistung 80 %"])):
+        for language, wanted in (("en", ["Hold", "Speed of the cut 90 %, Power 80 %"]), ("de", ["angehalten", "Tempo des Schnitts 90 %, Leistung 80 %"])):
             self.speak(language)
             self.addCleanup(self.speak, "en")
             told = self.shown("""
@@ -1544,15 +1544,43 @@ class Screens(Page):
                 return [...out, row('laser').innerText, row('laser').querySelector('[lang]').lang]""")
             self.assertEqual(told, [*wanted, "Unheard", "en"])
 
+    # What GRBL reports (its manual, "Real-time Status Reports"), and what a Lihuiyu board's driver makes of its answers.
+    SAYS = ("Idle", "Run", "Hold:0", "Hold:1", "Jog", "Alarm", "Door:0", "Door:1", "Door:2", "Door:3", "Check", "Home", "Sleep",
+            "Ready", "Busy", "Held", "Rejected", "Finished", "No power")
+
+    def test_each_word_of_a_controller_is_known(self):
+        for language in ("en", "de"):
+            self.speak(language)
+            self.addCleanup(self.speak, "en")
+            told = self.shown("""
+                const laser = {connected: true}, {t} = await load('words.js'), out = {};
+                for (const state of %s) {
+                  await show('cell', [], {laser: {...laser, state}});
+                  const row = [...main.querySelectorAll('.facts li')].find((one) => one.querySelector('.label').innerText === t('laser')).children[2];
+                  out[state] = [row.innerText, row.querySelector('[lang]') === null];
+                }
+                return out""" % json.dumps(self.SAYS))
+            for state, (words, known) in told.items():
+                self.assertTrue(known, f"{language} has no word for {state}")
+                self.assertNotRegex(words, r"\d", state)
+            # GRBL's number tells whether a lid is still open, and whether the head still moves.
+            self.assertEqual([told[state][0] for state in ("Door:0", "Door:1", "Door:2", "Door:3", "Hold:1")],
+                             ["Deckel wieder zu, wartet", "Deckel offen", "Deckel offen, hält an", "Deckel wieder zu, fährt weiter", "hält an"] if language == "de" else
+                             ["Door (closed again, waits)", "Door (open)", "Door (open, stopping)", "Door (closed again, going on)", "Hold (stopping)"])
+
     def test_grain_counts_where_pieces_choose_together(self):
         told = self.shown("""
             await show('new_picture', [], {}, (page) => page);
             const page = await load('screens/new_picture.js'), draw = () => { put(main, ...[page.draw()].flat()); };
             const idle = () => { draw(); return Boolean(main.querySelector('#grain-idle')); }, out = [idle()];
             type('#slide-w_grain', '.1'); out.push(idle());
+            const said = main.querySelector('#grain-idle').innerText;
             type('#picture-optimize', 'global'); out.push(idle());
-            return out""")
-        self.assertEqual(told, [False, True, False])
+            type('#picture-optimize', 'greedy'); out.push(idle());
+            main.querySelector('#picture-refine').click(); draw(); type('#picture-rematch', '2'); out.push(idle());
+            return {out, said}""")
+        self.assertEqual(told["out"], [False, True, False, True, False])
+        self.assertEqual(told["said"], "▲ “Care: all patches together (takes minutes)” makes the grain count, and so does “Let borders follow the picture, as curves” with “How often to choose wood again for refined borders, at most” above 0; otherwise patches choose one by one, and it does not.")
 
     def test_no_shut_button_is_the_next_step(self):
         told = self.shown("""

@@ -291,6 +291,45 @@ class Seldom(Page):
                 return [fault.innerText, fault.compareDocumentPosition(one('.map')) & Node.DOCUMENT_POSITION_PRECEDING, above.hidden, one('#outline-keep').disabled]""", refused='"the outline holds nothing of panel P-0001: draw it on the panel"', language=language)
             self.assertEqual(told, ["▲ The outline holds nothing of panel P-0001: draw it on the panel.", 2, True, False])
 
+    def test_the_outline_of_a_strip_that_is_gone_becomes_no_other_one(self):
+        told = self.outlined("""
+            await press('#outline');
+            type('#outline-zone', '2'); draw();
+            key(' '); key('ArrowRight'); key(' '); key('ArrowUp'); key(' ');
+            window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0)]};
+            model.panels = model.panels.map((known) => ({...known, free_mm2: 1}));
+            await until(() => { draw(); return one('#outline-zone').innerText.includes('gone') || one('#outline-keep').innerText.includes('further'); });
+            const gone = [one('#outline-zone').value, one('#outline-keep').innerText, one('#outline-keep').disabled, one('#outline-gone').innerText];
+            type('#outline-zone', '0'); draw();
+            return [...gone, one('#outline-keep').disabled, one('#outline-gone') === null]""")
+        self.assertEqual(told, ["2", "Make this the outline of strip 2", True, "▲ Strip 2 is gone from this panel: choose another one, or a further strip.", False, True])
+
+    def test_an_outline_is_dropped_and_put_away(self):
+        told = self.outlined("""
+            await press('#outline');
+            const box = one('.map').getBoundingClientRect();
+            tap(box.width / 2, box.height / 2); tap(box.width / 2 + 1, box.height / 2);
+            const twice = said();
+            key('ArrowRight'); key(' ');
+            const two = said();
+            await press('#outline-drop');
+            const dropped = [one('#outline-drop').disabled, one('#outline-undo').disabled];
+            key('Escape');
+            return {twice, two, dropped, away: [one('#outline').getAttribute('aria-pressed'), one('.map').classList.contains('outlining')]}""")
+        self.assertRegex(told["twice"], r"1 corner is set, three are needed\.$", "a tap that came twice is one corner")
+        self.assertRegex(told["two"], r"2 corners are set\.$")
+        self.assertEqual((told["dropped"], told["away"]), ([True, True], ["false", False]))
+
+    def test_a_panel_that_is_retired_takes_the_outline_from_the_hand(self):
+        told = self.outlined("""
+            await press('#outline');
+            const drawing = one('.map').classList.contains('outlining');
+            window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0)], retired: {reason: 'lent'}};
+            model.panels = model.panels.map((known) => ({...known, free_mm2: 1}));
+            await until(() => { draw(); return !one('#outline'); });
+            return [drawing, one('.map').classList.contains('outlining')]""")
+        self.assertEqual(told, [True, False])
+
     def test_brush_and_outline_take_turns(self):
         told = self.outlined("""
             const hands = () => ['#brush', '#outline'].map((css) => one(css).getAttribute('aria-pressed'));

@@ -311,6 +311,21 @@ class Day:
             self.press("[data-edit] button")
             self.until(f"{left} edits", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, "[data-edit]")) == left)
 
+    def draw_a_strip(self):
+        """Tapped corner by corner on the panel's map: what lies in it is a strip of its own."""
+        self.press("#outline")
+        for number, corner in enumerate(((.4, .4), (.6, .4), (.6, .6), (.5, .5)), 1):
+            self.draw_over(".map", corner)
+            self.until_says("#outline-said", "1 corner is set" if number == 1 else f"{number} corners are set")
+        self.press("#outline-undo")
+        self.until_says("#outline-said", "3 corners are set")
+        self.show("outline")
+        before = self.browser.execute_script("return document.querySelectorAll('#outline-zone option').length")
+        self.press("#outline-keep")
+        self.until_says("#outline-kept", "is now what lies in the outline")
+        self.until("a strip more", lambda: self.browser.execute_script("return document.querySelectorAll('#outline-zone option').length") == before + 1)
+        self.press("#outline")
+
     def paint_on_the_mask_by_keyboard(self):
         """Shift draws one stroke on its way; the map stays where it is."""
         self.keys(".map", Keys.ARROW_LEFT)
@@ -688,5 +703,5 @@ def play(kind, *parts):
 
 
 if __name__ == "__main__":
-    play(Day, "morning", "look_at_the_wood", "paint_on_the_mask", "scan_a_sheet", "plan_a_picture", "run_it", "begin_again", "hear_of_alarms",
+    play(Day, "morning", "look_at_the_wood", "paint_on_the_mask", "draw_a_strip", "scan_a_sheet", "plan_a_picture", "run_it", "begin_again", "hear_of_alarms",
          "look_back", "in_german", "stop", "check_console")

@@ -150,9 +150,24 @@ class Recovery(Day):
         self.tick_and_go_on()
         self.until_says("[data-card=load]", "Panel P-0001 is being cut")
         self.until("how well it was found", lambda: re.search(r"Fit\s+0\.\d{3} mm", self.text("[data-card=load]")))
+        self.watch_it_being_cut()
         self.until_says("#state-word", "Complete")
         self.until_says("#job-count", "15 of 16")
         assert self.before < 15
+
+    def watch_it_being_cut(self):
+        """Slowed down, so that it still is: the bed as it is now, with the pieces over it and those that are cut filled in."""
+        self.ctl("laser", "override", "--feed", "25", "--power", "25")
+        self.until("the bed as it is now, while it is cut", lambda: self.browser.execute_script("""
+            const seen = document.querySelector('.view[data-bed=glance] img');
+            return document.getElementById('state-word').innerText.includes('Execute') && seen && seen.naturalWidth > 0
+              && document.querySelectorAll('.view path.is-cut').length > 0 && document.querySelectorAll('.view path.line:not(.is-cut)').length > 0"""))
+        seen = self.browser.execute_script("return document.querySelector('.view[data-bed=glance] img').src")
+        self.until("the next picture", lambda: self.browser.execute_script(
+            "const next = document.querySelector('.view[data-bed=glance] img'); return next && next.naturalWidth > 0 && next.src !== arguments[0]", seen))
+        self.show("being-cut")
+        assert self.status()["state"] == "Execute", "it is cut while it is watched"
+        self.ctl("laser", "override", "--feed", "100", "--power", "100")
 
     def cut_one_again(self):
         """While the panel lies as it was cut."""

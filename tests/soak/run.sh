@@ -20,7 +20,7 @@
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
 #                transaction, 4000 single bits flipped and 1000 files and 1000 logs damaged, 100000 writes of 16 programs,
-#                60 panels used up by 2000 jobs and as many more as it takes, in the stores alone and by the whole daemon
+#                66 panels used up by 2000 jobs and as many more as it takes, in the stores alone and by the whole daemon
 #                on the twin with its memory told every 100 jobs (cell-life, also as cell-life.json), 1000 sequences of the
 #                area book, the daemon killed 1000 times in a simulated job, in 20 batches (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.

@@ -25,6 +25,8 @@ class WorkHere final : public daemon::WorkRunner {
     if (done && spoil) spoil(order.kind, *done);
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
     if (died && died(order.kind)) return Error{ErrorCode::kUnavailable, order.what + " was broken off"};
+    if (fails)
+      if (const Status failed = fails(order.kind); !failed) return failed.error();
     return done;
   }
 
@@ -33,6 +35,8 @@ class WorkHere final : public daemon::WorkRunner {
   std::function<void(const std::string& kind, nlohmann::json& answer)> spoil;
   // Does the process die that does this kind of work?
   std::function<bool(const std::string& kind)> died;
+  // Does this kind of work fail in another way?
+  std::function<Status(const std::string& kind)> fails;
   // Answers as the last time, without doing the work: files are not made.
   bool repeats = false;
 

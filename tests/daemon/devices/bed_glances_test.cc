@@ -213,14 +213,76 @@ TEST_F(BedGlancesTest, APictureThatSomebodyElseTookIsAsOldAsItIs) {
 
 TEST_F(BedGlancesTest, ADeadCameraIsNotAskedByEachWhoWatches) {
   camera_.dead = true;
-  camera_.during = [this](const std::stop_token&) { clock_.advance(std::chrono::seconds(5)); };
+  camera_.during = [this](const std::stop_token&) { clock_.advance(std::chrono::milliseconds(100)); };
   EXPECT_EQ(ask().error().message, "the camera does not answer");
-  clock_.advance(std::chrono::milliseconds(1999));
+  clock_.advance(std::chrono::milliseconds(1899));
   EXPECT_EQ(ask().error().message, "the camera does not answer");
   EXPECT_EQ(camera_.glances, 1);
   camera_.dead = false;
   clock_.advance(std::chrono::milliseconds(1));
-  EXPECT_TRUE(ask()) << "as soon as it is well again, however long the error took";
+  EXPECT_TRUE(ask()) << "as soon as it is well again";
+}
+
+TEST_F(BedGlancesTest, AnErrorThatTookLongHasNoMoreOfTheTimeThanAPicture) {
+  camera_.dead = true;
+  camera_.during = [this](const std::stop_token&) { clock_.advance(std::chrono::seconds(5)); };
+  EXPECT_FALSE(ask());
+  clock_.advance(std::chrono::milliseconds(34'999));
+  EXPECT_FALSE(ask());
+  EXPECT_EQ(camera_.glances, 1);
+  camera_.dead = false;
+  clock_.advance(std::chrono::milliseconds(1));
+  EXPECT_TRUE(ask());
+}
+
+// A computer that has much to do: the reading meets its deadline each time.
+TEST_F(BedGlancesTest, AReadingThatDoesNotEndIsNotBegunAgainAtOnce) {
+  bool late = true;
+  workers_.fails = [&](const std::string&) -> Status {
+    if (!late) return Ok();
+    clock_.advance(std::chrono::seconds(10));
+    return Error{ErrorCode::kTimeout, "watching the bed took longer than 10 s"};
+  };
+  EXPECT_EQ(ask().error().code, ErrorCode::kTimeout);
+  clock_.advance(std::chrono::milliseconds(69'999));
+  EXPECT_EQ(ask().error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(camera_.glances, 1);
+  late = false;
+  clock_.advance(std::chrono::milliseconds(1));
+  EXPECT_TRUE(ask());
+}
+
+TEST_F(BedGlancesTest, WhatALookBrokeOffHadItsTimeToo) {
+  std::promise<void> begun, exposed;
+  camera_.during = [&](const std::stop_token&) {
+    if (camera_.glances > 1) return;
+    clock_.advance(std::chrono::seconds(3));
+    begun.set_value();
+    exposed.get_future().wait();
+  };
+  camera_.heeds_stop = false;
+  const Answer watching = begin();
+  begun.get_future().wait();
+  worker_->post([] {});
+  exposed.set_value();
+  EXPECT_FALSE(end(watching));
+  clock_.advance(std::chrono::milliseconds(20'999));
+  EXPECT_THAT(ask().error().message, HasSubstr("needed for more than watching")) << "and none is begun";
+  EXPECT_EQ(camera_.glances, 1);
+}
+
+// Of a camera that was silent for long, and is well again.
+TEST_F(BedGlancesTest, TheRestAfterOneHasAnEnd) {
+  camera_.during = [this](const std::stop_token&) {
+    if (camera_.glances == 1) clock_.advance(std::chrono::hours(1));
+  };
+  EXPECT_TRUE(ask());
+  clock_.advance(std::chrono::milliseconds(104'999));
+  EXPECT_TRUE(ask());
+  EXPECT_EQ(camera_.glances, 1);
+  clock_.advance(std::chrono::milliseconds(1));
+  EXPECT_TRUE(ask());
+  EXPECT_EQ(camera_.glances, 2);
 }
 
 TEST_F(BedGlancesTest, ACameraThatIsSilentLeavesNobodyWaiting) {

@@ -219,6 +219,27 @@ TEST_F(PanelRoutes, EachTagAndHoleSaysHowFarItLies) {
   EXPECT_THAT(cli::render_registration(get("/panels/P-0003/registration")), HasSubstr("tag 7 0.300 mm (over 0.05 mm)"));
 }
 
+// As of an import, or of a fault in what wrote it.
+TEST_F(PanelRoutes, ALatticeThatCannotBeReadLeavesTheOthersReadable) {
+  db::PanelRecord panel;
+  panel.id = {"P-0003"}, panel.name = "P-0003", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
+  const auto picture =
+      cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "torn");
+  ASSERT_TRUE(picture.ok());
+  panel.map_file = panel.mask_file = picture->file, panel.map_hash = picture->sha256, panel.usable = kWhole;
+  const auto scan = [&](const char* lattice) {
+    db::ScanRecord out;
+    out.panel = panel.id, out.face = Face::kShow, out.device = "twin", out.file = "f", out.sha256 = "s", out.dpi = 300;
+    out.lattice = lattice, out.taken_at = kThen;
+    return out;
+  };
+  change([&](Repositories& r) { return r.panels.add(panel, {scan("#64,1,1;x"), scan("#64,1,1;??")}, {}); });
+  const json told = get("/panels/P-0003/registration")["scans"];
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0]["lattice"], nullptr);
+  EXPECT_EQ(told[1]["lattice"]["cols"], 1);
+}
+
 std::vector<std::string> each(const json& list, const char* member) {
   std::vector<std::string> out;
   for (const json& one : list) out.push_back(one[member]);

@@ -79,6 +79,20 @@ TEST_F(KeptCutsTest, AClosedCutStaysClosed) {
   EXPECT_TRUE(kept.find("A1")->strokes.strokes.front().closed());
 }
 
+// It is cut back and forth, and not round and round.
+TEST_F(KeptCutsTest, AnOpenCutWhoseEndsNearlyMeetStaysOpen) {
+  PieceBurn burn{{1}, "A1", {}, 0};
+  Stroke& cut = burn.strokes.strokes.emplace_back();
+  cut.path = {point<MachineFrame>(1, 1), point<MachineFrame>(5, 1), point<MachineFrame>(5, 5),
+              point<MachineFrame>(1.0003, 1)};
+  ASSERT_FALSE(cut.closed());
+  VENEER_ASSERT_OK(cell.jobs().book_and_keep(KeptCuts::to_record(burn, run, "Grbl"), kLater));
+  const auto kept = must(read());
+  const Stroke& again = kept.find("A1")->strokes.strokes.front();
+  EXPECT_FALSE(again.closed());
+  EXPECT_NEAR(distance(again.path.back(), cut.path.back()).count(), 0, 0.0010001);
+}
+
 TEST_F(KeptCutsTest, WhatAnOlderProgramWroteIsReadStill) {
   const std::string older =
       R"([{"path_mm":[[60.25,70.5],[74.25,70.5]],"speed_mm_s":12.5,"power":0.85,"passes":2,"air":true,"overscan_mm":0.0}])";
