@@ -29,9 +29,10 @@ export const mayChange = () => operates() && databaseSound() && !isStale();
 export const isStale = () => !model.cell || performance.now() - model.cellAt > kStaleMs;
 export const panelOf = (id) => model.panels.find((panel) => panel.id === id);
 export const jobOf = (id) => model.jobs.find((job) => job.id === id);
-// Those that wait to be cut first, as they stand in the queue, then all others, the newest first.
+// The one that is being cut, those that wait, as they stand in the queue, then all others, the newest first.
 const kBehind = 1e9;
-export const inCuttingOrder = (jobs) => [...jobs].sort((a, b) => (a.queue_place || kBehind) - (b.queue_place || kBehind) || b.id - a.id);
+const placeOf = (job) => (job.state === "running" ? 0 : job.queue_place || kBehind);
+export const inCuttingOrder = (jobs) => [...jobs].sort((a, b) => placeOf(a) - placeOf(b) || b.id - a.id);
 export const isOver = (job) => ["complete", "incomplete", "cancelled"].includes(job.state);
 
 // ---- who wants to know ----------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 #include "daemon/cell.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <nlohmann/json.hpp>
 
@@ -32,7 +33,7 @@ RunnerOptions runner_options(const Config& config) {
   return options;
 }
 
-constexpr std::chrono::minutes kPicturesKept(1);  // of panels, in memory, since somebody asked for them last
+constexpr std::chrono::seconds kLookAtPictures(5);
 constexpr std::chrono::minutes kLookAtStore(1);
 static_assert(DiskRoom::kBelieved > 2 * kLookAtStore);  // one look that comes late makes it forget nothing
 
@@ -240,10 +241,21 @@ void Cell::look_regularly() {
     news->look();
     lease_clerk->end_due();
     give_up_kept_scan();
-    panel_library.forget_unasked(std::chrono::steady_clock::now() - kPicturesKept);
+    if (std::chrono::steady_clock::now() - pictures_looked_at_ > kLookAtPictures) give_up_pictures();
     if (std::chrono::steady_clock::now() - store_looked_at_ > kLookAtStore) look_at_store();
     look_regularly();
   });
+}
+
+// On the keeper: whoever is asked for a picture holds locks, and what is given up is megabytes.
+void Cell::give_up_pictures() {
+  pictures_looked_at_ = std::chrono::steady_clock::now();
+  const auto work = [this, since = pictures_looked_at_ - pictures_kept] {
+    const bool had_pictures = panel_library.forget_unasked(since);
+    // glibc keeps what was freed, tens of megabytes after pictures, and gives it back to nobody by itself.
+    if (had_pictures) malloc_trim(0);
+  };
+  static_cast<void>(keeper_->try_post({1}, work));
 }
 
 void Cell::give_up_kept_scan() {

@@ -95,7 +95,8 @@ class Cell {
   CameraTrials camera_trials;
   Devices devices;
   PanelLibrary panel_library;
-  std::unique_ptr<WorkRunner> work_runner;  // where foreign data is looked at
+  std::chrono::steady_clock::duration pictures_kept = std::chrono::minutes(1);  // in memory, since somebody asked last
+  std::unique_ptr<WorkRunner> work_runner;                                      // where foreign data is looked at
   // Declared before the database, which is closed in order although these wait for the backups' disk.
   std::unique_ptr<BackupDisk> backup_disk;
   std::unique_ptr<BackupService> backups;
@@ -144,6 +145,7 @@ class Cell {
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
   void look_regularly();
   void give_up_kept_scan();
+  void give_up_pictures();
   void follow_laser();
   void follow_state();
   void look_at_store();
@@ -151,7 +153,8 @@ class Cell {
   void take_counts(CellCounts counted);
 
   std::unique_ptr<CellCounter> counter_;
-  std::chrono::steady_clock::time_point store_looked_at_;  // when the last look at the data's disk was begun
+  std::chrono::steady_clock::time_point store_looked_at_;     // when the last look at the data's disk was begun
+  std::chrono::steady_clock::time_point pictures_looked_at_;  // the same, of pictures in memory
   std::string laser_identity_;
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
   std::string given_up_;                        // since when the series was kept that is given up

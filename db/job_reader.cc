@@ -1,6 +1,10 @@
 // The reading half of JobStore.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
 #include "db/job_sql.h"
 #include "db/ledger_sql.h"
 #include "db/plan_files.h"
@@ -180,15 +184,27 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit, bool archi
   });
 }
 
+// By how people ordered them last; those that they did not speak of stand behind, by number.
+static void put_in_order(SQLite::Database& connection, std::vector<JobWork>& jobs) {
+  // Sorted here: SQLite would walk through the list anew for each job.
+  std::map<std::int64_t, std::size_t> places;
+  SQLite::Statement rows(connection,
+                         "SELECT value FROM json_each((SELECT jobs FROM queue_orders ORDER BY id DESC LIMIT 1))");
+  while (rows.executeStep()) places.emplace(rows.getColumn(0).getInt64(), places.size());
+  std::ranges::sort(jobs, {}, [&](const JobWork& job) {
+    const auto named = places.find(job.id.value);
+    return std::pair(named == places.end() ? places.size() : named->second, job.id.value);
+  });
+}
+
 std::vector<JobWork> jobs_with_work(SQLite::Database& connection) {
   // At most one allocation of a piece is neither released nor scrap, and it is the newest.
   SQLite::Statement rows(
       connection,
       "SELECT j.id, j.name, j.state, w.state, w.pieces FROM (SELECT job, state, count(*) AS pieces "
       "FROM allocations WHERE state IN ('reserved', 'cutting', 'suspect') GROUP BY job, state) AS w "
-      "JOIN jobs AS j ON j.id = w.job LEFT JOIN json_each((SELECT jobs FROM queue_orders ORDER BY id DESC LIMIT 1)) AS "
-      "q ON q.value = j.id WHERE coalesce((SELECT archived FROM archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), "
-      "0) = 0 ORDER BY q.key IS NULL, q.key, j.id");
+      "JOIN jobs AS j ON j.id = w.job WHERE coalesce((SELECT archived FROM archivings WHERE job = j.id ORDER BY id "
+      "DESC LIMIT 1), 0) = 0 ORDER BY j.id");
   std::vector<JobWork> out;
   while (rows.executeStep()) {
     const JobId job{rows.getColumn(0).getInt64()};
@@ -197,6 +213,7 @@ std::vector<JobWork> jobs_with_work(SQLite::Database& connection) {
     const bool suspect = piece_state_of(text(rows.getColumn(3))) == PieceState::kSuspect;
     (suspect ? out.back().suspect : out.back().open) += rows.getColumn(4).getInt();
   }
+  put_in_order(connection, out);
   return out;
 }
 

@@ -272,9 +272,11 @@ class JobStore {
   // that were in sight.
   Result<std::vector<JobId>> archive_done(const std::string& at, const std::string& who = {});
 
-  // The queue: jobs in sight with pieces to cut, as they stand. `job` is put right before `other`, or behind all
-  // others. One that comes later stands behind those that stood there then. Gives the queue as it is now; where nothing
-  // changes, nothing is noted. kConflict: one of the two has no piece to cut. kInvalidArgument: they are the same.
+  // The queue: jobs in sight with pieces to cut that wait, as they stand; the one that is being cut does not. `job` is
+  // put right before `other`, or behind all others. Gives the queue as it is now; where nothing changes, nothing is
+  // noted. A new job stands last. One that is being cut, or has suspect pieces alone, keeps its place; one that was
+  // over and is made again stands where the newest order names it, and behind all that it names where it does not.
+  // kConflict: one of the two does not wait. kInvalidArgument: they are the same.
   Result<std::vector<JobId>> put_before(JobId job, std::optional<JobId> other, const std::string& who,
                                         const std::string& at);
   Result<std::vector<JobId>> queue();

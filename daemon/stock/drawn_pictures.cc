@@ -26,9 +26,13 @@ void DrawnPictures::keep(const std::string& version, const std::string& file) co
   }
 }
 
-void DrawnPictures::forget_unasked(std::chrono::steady_clock::time_point since) const {
+bool DrawnPictures::forget_unasked(std::chrono::steady_clock::time_point since) const {
+  std::list<Drawn> gone;  // freed when others may ask again
   const std::lock_guard lock(mutex_);
-  std::erase_if(drawn_, [&](const Drawn& one) { return one.asked < since; });
+  // The last one asked for stands first.
+  const auto first = std::ranges::find_if(drawn_, [&](const Drawn& one) { return one.asked < since; });
+  gone.splice(gone.end(), drawn_, first, drawn_.end());
+  return !gone.empty();
 }
 
 }  // namespace veneer::daemon

@@ -20,8 +20,8 @@ class DrawnPictures {
   std::optional<std::string> find(const std::string& version) const;
   // One that would take more than half of the room is not kept.
   void keep(const std::string& version, const std::string& file) const;
-  // Gives up those that nobody has asked for since then.
-  void forget_unasked(std::chrono::steady_clock::time_point since) const;
+  // Gives up those that nobody has asked for since then, and says whether there were any.
+  bool forget_unasked(std::chrono::steady_clock::time_point since) const;
 
  private:
   struct Drawn {

@@ -322,10 +322,14 @@ Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& f
   return small;
 }
 
-void PanelLibrary::forget_unasked(std::chrono::steady_clock::time_point since) const {
-  drawn_.forget_unasked(since);
+bool PanelLibrary::forget_unasked(std::chrono::steady_clock::time_point since) const {
+  const bool drawn_gone = drawn_.forget_unasked(since);
+  std::list<KeptPicture> gone;  // freed when others may ask again
   const std::lock_guard lock(kept_mutex_);
-  std::erase_if(kept_, [&](const auto& one) { return one.asked < since; });
+  // The last one asked for stands first.
+  const auto first = std::ranges::find_if(kept_, [&](const auto& one) { return one.asked < since; });
+  gone.splice(gone.end(), kept_, first, kept_.end());
+  return drawn_gone || !gone.empty();
 }
 
 Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {

@@ -65,8 +65,9 @@ class PanelLibrary {
     double scale = 1;
   };
   Result<SmallPicture> load_small(const std::string& file, int width_px) const;
-  // Gives up what is kept in memory of them, and of what was drawn of them, that nobody has asked for since then.
-  void forget_unasked(std::chrono::steady_clock::time_point since) const;
+  // Gives up what is kept in memory of them, and of what was drawn of them, that nobody has asked for since then, and
+  // says whether there was any.
+  bool forget_unasked(std::chrono::steady_clock::time_point since) const;
   // What was drawn of these.
   const DrawnPictures& drawn() const { return drawn_; }
   // A map in tiles, whole and at every half (planner/pictures/tile_pyramid.h), for whoever looks closely: of the

@@ -1624,6 +1624,15 @@ class Screens(Page):
         self.assertEqual(told["history"], [4, 3, 2, 5])
         self.assertIn("place 1 of the queue", told["words"])
 
+    def test_the_job_that_is_being_cut_stands_first_and_has_no_place(self):
+        told = self.shown(QUEUE + """
+            order = [3, 4];
+            tell();
+            model.jobs = window.answers['/jobs'].jobs.map((one) => (one.id === 2 ? {...one, state: 'running'} : one));
+            draw();
+            return [rows(), [...main.querySelectorAll('.places button')].map(({id}) => id)]""")
+        self.assertEqual(told, [[2, 3, 4, 5], ["earlier-3", "later-3", "earlier-4", "later-4"]])
+
     def test_one_job_alone_has_no_order_and_a_viewer_gives_none(self):
         told = self.shown(QUEUE + """
             model.role = 'viewer';

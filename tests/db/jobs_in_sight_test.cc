@@ -2,6 +2,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 
 #include <tuple>
 
@@ -126,9 +127,84 @@ TEST_F(JobsInSight, PeopleChooseInWhichOrderJobsWait) {
   EXPECT_EQ(noted(), at_first);
 }
 
+// It is under the laser: none can be put before it, and it is not the next. It keeps its place until it is stopped.
+TEST_F(JobsInSight, AJobThatIsBeingCutDoesNotWait) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 70, 40, 14)}), kNow));
+  const JobId third = must(jobs.create(job_of({square_piece("B1", panel, 90, 40, 14)}), kNow));
+  EXPECT_THAT(must(jobs.put_before(third, second, "user anna", kLater)), ElementsAre(job, third, second));
+  const RunId run = start(panel);
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(third, second));
+  for (const auto& [moved, before] : {std::pair(second, std::optional(job)), std::pair(job, std::optional(second)),
+                                      std::pair(job, std::optional<JobId>())}) {
+    const auto put = jobs.put_before(moved, before, "user anna", kLater);
+    ASSERT_EQ(put.error().code, ErrorCode::kConflict);
+    EXPECT_THAT(put.error().message, HasSubstr("job 1 is being cut"));
+  }
+  EXPECT_THAT(must(jobs.put_before(second, third, "user anna", kLater)), ElementsAre(second, third));
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(job, second, third)) << "where it stood";
+}
+
+// What others do meanwhile takes its place from none that comes back.
+TEST_F(JobsInSight, AJobWithSuspectPiecesAloneKeepsItsPlace) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", other, 70, 40, 14)}), kNow));
+  const JobId third = must(jobs.create(job_of({square_piece("B1", other, 90, 40, 14)}), kNow));
+  EXPECT_THAT(must(jobs.put_before(second, job, "user anna", kLater)), ElementsAre(second, job, third));
+  pieces = must(jobs.pieces(second));
+  const RunId run = must(jobs.start_run(second, other, kPose, 0.04_mm, kLater));
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kLater));
+  VENEER_ASSERT_OK(jobs.book_piece(pieces[0].id, kLater));
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(job, third));
+  EXPECT_THAT(must(jobs.put_before(third, job, "user anna", kLater)), ElementsAre(third, job));
+  const JobId late = must(jobs.create(job_of({square_piece("B1", other, 110, 40, 14)}), kNow));
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kReleased, kLater, "user anna"));
+  must(jobs.redo(second, made_again({square_piece("B1", other, 70, 40, 14)}), kLater));
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(second, third, job, late));
+}
+
+// One that was over stands where the newest order names it; one that came later stands behind, as if it were new.
+TEST_F(JobsInSight, AJobThatWasOverComesBackToThePlaceThatTheNewestOrderGivesIt) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", other, 70, 40, 14)}), kNow));
+  const JobId third = must(jobs.create(job_of({square_piece("B1", other, 90, 40, 14)}), kNow));
+  EXPECT_THAT(must(jobs.put_before(third, job, "user anna", kLater)), ElementsAre(third, job, second));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  const auto again = [this] { must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater)); };
+  again();
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(third, job, second));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  EXPECT_THAT(must(jobs.put_before(second, third, "user anna", kLater)), ElementsAre(second, third)) << "without it";
+  again();
+  EXPECT_THAT(must(jobs.queue()), ElementsAre(second, third, job));
+}
+
+// It is read for each page of jobs, and at each change of the cell's state.
+TEST_F(JobsInSight, TheOrderIsReadInStepsThatGrowAsTheQueueDoes) {
+  std::vector<JobId> all{job};
+  const auto steps_for = [&](int count) {
+    while (static_cast<int>(all.size()) < count) {
+      const int column = static_cast<int>(all.size()) % 20, row = static_cast<int>(all.size()) / 20;
+      all.push_back(must(jobs.create(job_of({square_piece("B1", other, 10 + 4 * column, 40 + 4 * row, 2)}), kNow)));
+    }
+    must(jobs.put_before(all.back(), job, "user anna", kLater));
+    must(jobs.put_before(all.back(), std::nullopt, "user anna", kLater));
+    int steps = 0;
+    const auto count_one = [](void* told) { return ++*static_cast<int*>(told), 0; };
+    sqlite3_progress_handler(cell.database().connection().getHandle(), 1, count_one, &steps);
+    EXPECT_EQ(must(jobs.queue()).size(), all.size());
+    sqlite3_progress_handler(cell.database().connection().getHandle(), 0, nullptr, nullptr);
+    return steps;
+  };
+  const int few = steps_for(30), many = steps_for(120);
+  EXPECT_GT(few, 30);
+  EXPECT_LT(many, 6 * few) << "of four times as many jobs";
+}
+
 // Whoever writes to the file by hand.
 TEST_F(JobsInSight, AnOrderNamesJobsThatThereAreAndEachOnce) {
-  for (const char* jobs_said : {"[1,1]", "[1,9]", "[]", "none"})
+  for (const char* jobs_said : {"[1,1]", "[1,9]", "[]", "none", R"(["1",1])", R"(["1"])", "[1.0]", R"({"a":1})", "1"})
     EXPECT_FALSE(execute(cell.database(), fmt::format("INSERT INTO queue_orders (job, jobs, who, at) VALUES (1, '{}', "
                                                       "'x', 't')",
                                                       jobs_said))

@@ -233,15 +233,24 @@ class ModelledWork : public ModelledPlans {
     RC_ASSERT(cell_.jobs().archive(job.id, away, kLater, "local:1000").ok() == allowed);
     if (allowed) job.archived = away;
   }
-  // Jobs of which wood is reserved or being cut: as people said last, then those they did not speak of.
-  std::vector<JobId> queue() const {
-    std::vector<JobId> waiting, out;
+  // Jobs of which wood is reserved, being cut or suspect: as people said last, then those they did not speak of.
+  std::vector<JobId> order() const {
+    std::vector<JobId> open, out;
     for (const ModelJob& job : jobs_)
-      if (job.any(AllocationState::kReserved) || job.any(AllocationState::kCutting)) waiting.push_back(job.id);
-    for (const auto& of : {queue_said_, waiting})
+      if (!job.archived && job.any_open()) open.push_back(job.id);
+    for (const auto& of : {queue_said_, open})
       for (const JobId job : of)
-        if (std::ranges::find(waiting, job) != waiting.end() && std::ranges::find(out, job) == out.end())
-          out.push_back(job);
+        if (std::ranges::find(open, job) != open.end() && std::ranges::find(out, job) == out.end()) out.push_back(job);
+    return out;
+  }
+  // Those of them that wait.
+  std::vector<JobId> queue() const {
+    std::vector<JobId> out = order();
+    std::erase_if(out, [&](JobId id) {
+      const ModelJob& job = *std::ranges::find(jobs_, id, &ModelJob::id);
+      return job.state == JobState::kRunning ||
+             !(job.any(AllocationState::kReserved) || job.any(AllocationState::kCutting));
+    });
     return out;
   }
   void put_before() {
@@ -249,16 +258,18 @@ class ModelledWork : public ModelledPlans {
     const JobId moved = (**rc::gen::elementOf(pointers(jobs_))).id;
     const JobId other = (**rc::gen::elementOf(pointers(jobs_))).id;
     const bool last = *in_range(0, 4) == 0;
-    std::vector<JobId> wanted = queue();
-    const auto stands = [&](JobId job) { return std::ranges::find(wanted, job) != wanted.end(); };
+    const std::vector<JobId> before = queue();
+    const auto stands = [&](JobId job) { return std::ranges::find(before, job) != before.end(); };
     const bool allowed = stands(moved) && (last || (stands(other) && other != moved));
     const auto put = cell_.jobs().put_before(moved, last ? std::nullopt : std::optional(other), "user anna", kLater);
     RC_ASSERT(put.ok() == allowed);
     if (!allowed) return;
-    std::erase(wanted, moved);
-    wanted.insert(last ? wanted.end() : std::ranges::find(wanted, other), moved);
-    if (wanted == queue()) return;
-    queue_said_ = wanted;
+    const auto put_in = [&](std::vector<JobId> order) {
+      std::erase(order, moved);
+      order.insert(last ? order.end() : std::ranges::find(order, other), moved);
+      return order;
+    };
+    if (put_in(before) != before) queue_said_ = put_in(order());
   }
   void archive_what_is_done() {
     std::vector<JobId> done;

@@ -3,7 +3,6 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include <cstdlib>
 
 #include "db/migrations.h"
 #include "db/sql.h"
@@ -217,9 +216,8 @@ inline void grow(SQLite::Database& old, int version) {
   for (int step = 1; step <= version; ++step) {
     VENEER_ASSERT_OK(migrate(old, migrations().first(static_cast<std::size_t>(step))));
     if (step == 1) old.exec(kOldRows);
-    const int number = std::atoi(migrations()[static_cast<std::size_t>(step - 1)].name);
     for (const auto& [of, rows] : kLaterRows)
-      if (of == number) old.exec(rows);
+      if (of == step) old.exec(rows);
   }
 }
 

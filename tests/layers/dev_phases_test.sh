@@ -28,13 +28,21 @@ echo "axe: \${AXE_CORE-unset}"
 [ "\$BUILD" != endless ] || kill -TERM \$PPID
 exit 8
 TEXT
-# No registry, or one that has another file under that name.
+# No registry, one that breaks off, one that has another file under that name, and one that has what is pinned.
+mkdir "$place/package"
+echo axe >"$place/package/axe.min.js"
+tar -czf "$place/axe.tgz" -C "$place" package
 cat >"$place/bin/npm" <<TEXT
 #!/bin/sh
-echo "npm \$*" >>"$place/calls"
-[ "\${NPM-none}" = other ] || exit 1
-echo other >axe-core-4.14.1.tgz
+echo "npm \$*" >>"$place/npm_calls"
+case "\${NPM-none}" in
+none) exit 1 ;;
+short) head -c 40 "$place/axe.tgz" >axe-core-4.14.1.tgz; exit 1 ;;
+other) echo other >axe-core-4.14.1.tgz ;;
+good) cp "$place/axe.tgz" axe-core-4.14.1.tgz ;;
+esac
 TEXT
+sed -i "s/^axe_sha256=.*/axe_sha256=$(sha256sum <"$place/axe.tgz" | cut -d ' ' -f 1)/" "$place/dev"
 chmod +x "$place/bin/cmake" "$place/bin/ctest" "$place/bin/npm"
 
 # run BUILD STATUS
@@ -61,15 +69,28 @@ expect_mounts() {
   [[ $told == "$1" ]] || { echo "tests were told '$told' of mounts instead of '$1'" >&2; exit 1; }
 }
 # Accessibility that is not checked is told once, and checked by no file but the one that is pinned.
-run good 1
-expect '^Accessibility is not checked: axe-core is not here'
-[[ $(grep -c 'Accessibility is not checked' <<<"$told") == 1 ]] || { echo "told more than once: $told" >&2; exit 1; }
-expect '^axe: unset'
+skips_axe() {
+  run good 1
+  expect '^Accessibility is not checked, and its tests are told as skipped: '
+  [[ $(grep -c 'Accessibility is not checked' <<<"$told") == 1 ]] || { echo "told more than once: $told" >&2; exit 1; }
+  expect '^axe: unset'
+}
+skips_axe
+grep -q -- '--fetch-retries=0' "$place/npm_calls" || { echo "npm tries again and again where no registry answers" >&2; exit 1; }
+NPM=short skips_axe
+skips_axe
 told=$(BUILD=good TRIAL=1 AXE_CORE=/there/axe.min.js PATH="$place/bin:$PATH" "$place/dev" test 2>&1 || true)
 expect '^axe: /there/axe.min.js'
 told=$(BUILD=good TRIAL=1 NPM=other PATH="$place/bin:$PATH" "$place/dev" test 2>&1 || true)
-expect 'axe-core-4.14.1.tgz is not the axe-core@4.14.1 that ./dev pins'
+expect 'axe-core-4.14.1.tgz, which is not the axe-core@4.14.1 that ./dev pins'
 [[ ! $told =~ axe: ]] || { echo "tests ran beside another axe-core" >&2; exit 1; }
+NPM=good run good 1
+expect "^axe: .*/package/axe.min.js"
+[[ ! $told =~ Accessibility ]] || { echo "it is there, and told as missing: $told" >&2; exit 1; }
+: >"$place/npm_calls"
+run good 1
+expect "^axe: .*/package/axe.min.js"
+[[ ! -s $place/npm_calls ]] || { echo "what is there is fetched again" >&2; exit 1; }
 rm -r "$place/build/axe"
 
 trial=0

@@ -31,11 +31,11 @@ TEST(DrawnPictures, AreGivenUpWhenNobodyHasAskedForThem) {
   drawn.keep("a", "first");
   drawn.keep("b", "second");
   const auto kept = std::chrono::steady_clock::now();
-  drawn.forget_unasked(kept - std::chrono::seconds(60));
+  EXPECT_FALSE(drawn.forget_unasked(kept - std::chrono::seconds(60)));
   while (std::chrono::steady_clock::now() == kept) {
   }
   EXPECT_EQ(drawn.find("a"), "first") << "and so it was asked for later than the other";
-  drawn.forget_unasked(kept + std::chrono::nanoseconds(1));
+  EXPECT_TRUE(drawn.forget_unasked(kept + std::chrono::nanoseconds(1)));
   EXPECT_EQ(drawn.find("b"), std::nullopt);
   EXPECT_EQ(drawn.find("a"), "first");
 }

@@ -209,14 +209,20 @@ TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
 
 // A cell at rest takes no room for what somebody looked at in the morning.
 TEST_F(SmallPictures, AreGivenUpWhenNobodyHasAskedForThem) {
-  const std::string file = store(1500, 1000, {1, 1, 1});
-  const auto began = std::chrono::steady_clock::now();
-  ASSERT_TRUE(library_.load_small(file, 1500));
-  lose(file);
-  library_.forget_unasked(began);
-  EXPECT_TRUE(library_.load_small(file, 1500));
-  library_.forget_unasked(std::chrono::steady_clock::now() + std::chrono::hours(1));
-  EXPECT_FALSE(library_.load_small(file, 1500));
+  const std::string asked = store(1500, 1000, {1, 1, 1}), left = store(1500, 1000, {2, 2, 2});
+  ASSERT_TRUE(library_.load_small(asked, 1500));
+  ASSERT_TRUE(library_.load_small(left, 1500));
+  lose(asked);
+  lose(left);
+  const auto between = std::chrono::steady_clock::now();
+  EXPECT_FALSE(library_.forget_unasked(between - std::chrono::hours(1))) << "both are in use";
+  while (std::chrono::steady_clock::now() == between) {
+  }
+  EXPECT_TRUE(library_.load_small(asked, 1500)) << "and so it was asked for later than the other";
+  EXPECT_TRUE(library_.forget_unasked(between + std::chrono::nanoseconds(1)));
+  EXPECT_TRUE(library_.load_small(asked, 1500)) << "people look at it";
+  EXPECT_FALSE(library_.load_small(left, 1500));
+  EXPECT_FALSE(library_.forget_unasked(between)) << "there is nothing more to give up";
 }
 
 // What a worker process has made is decoded by the daemon later on; the worker may have been taken over.
