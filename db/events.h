@@ -4,8 +4,8 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,9 +17,9 @@
 
 namespace veneer::db {
 
-inline constexpr std::initializer_list<std::string_view> kEventKinds = {
-    "assembly", "cell",    "difference", "edit", "job",      "lease",     "mask",    "merge", "panel",
-    "proposal", "remnant", "run",        "scan", "sighting", "treatment", "verdict", "wood"};
+inline constexpr auto kEventKinds =
+    std::to_array<std::string_view>({"assembly", "cell", "difference", "edit", "job", "lease", "mask", "merge", "panel",
+                                     "proposal", "remnant", "run", "scan", "sighting", "treatment", "verdict", "wood"});
 
 struct EventRecord {
   std::string at;

@@ -183,7 +183,7 @@ std::optional<std::string> RequestReader::text(std::string_view name) {
   return std::nullopt;
 }
 
-std::optional<std::string> RequestReader::word(std::string_view name, std::initializer_list<std::string_view> choices) {
+std::optional<std::string> RequestReader::word(std::string_view name, std::span<const std::string_view> choices) {
   const json* value = find(name);
   if (value == nullptr) return std::nullopt;
   if (value->is_string() && std::ranges::count(choices, value->get_ref<const std::string&>()) > 0)

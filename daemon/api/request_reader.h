@@ -41,7 +41,10 @@ class RequestReader {
   std::optional<double> number(std::string_view name, NumberRange range = {});
   std::optional<std::int64_t> whole(std::string_view name, NumberRange range);
   std::optional<std::string> text(std::string_view name);
-  std::optional<std::string> word(std::string_view name, std::initializer_list<std::string_view> choices);
+  std::optional<std::string> word(std::string_view name, std::span<const std::string_view> choices);
+  std::optional<std::string> word(std::string_view name, std::initializer_list<std::string_view> choices) {
+    return word(name, std::span(choices.begin(), choices.size()));
+  }
   std::optional<std::vector<std::string>> texts(std::string_view name);
   std::optional<std::vector<double>> numbers(std::string_view name, NumberRange range = {});
 

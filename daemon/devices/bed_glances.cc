@@ -62,7 +62,8 @@ void BedGlances::seen(int number, Result<Picture> picture, Duration took) {
   if (number != number_) return;  // it was given up
   parts_.timer->cancel();
   under_way_ = silent_ = false;
-  // Whatever came of it: a reading that met its deadline has had the computer, and one that a look broke off the camera.
+  // Whatever came of it: a reading that met its deadline has had the computer, and one that a look broke off the
+  // camera.
   next_ = std::max(begun_ + kEvery, parts_.clock.now() + std::min((kShare - 1) * took, kLongestRest));
   newest_ = std::move(picture);
   answer(newest_);

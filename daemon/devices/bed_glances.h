@@ -5,9 +5,9 @@
 // included, and the camera has nothing else to do; and not more often than each 2 s, however many ask: the newest one
 // is for all of them. All other work of the camera breaks a glance off. What may not be is the exposure, which a look
 // might have to wait for. So that a slow camera, and a computer that has much to do, are asked less often, glances have
-// at most an eighth of the time, exposure and reading together, whether a picture comes of it, an error, or it is broken
-// off; a picture may so be shown until it is some eight times as old as what it took. A camera that gives nothing at all is not waited for
-// beyond 15 s; once it answers, it has rest for 105 s at most.
+// at most an eighth of the time, exposure and reading together, whether a picture comes of it, an error, or it is
+// broken off; a picture may so be shown until it is some eight times as old as what it took. A camera that gives
+// nothing at all is not waited for beyond 15 s; once it answers, it has rest for 105 s at most.
 //
 // Bound to the reactor; pictures are taken on the camera's worker and read by worker processes.
 #pragma once

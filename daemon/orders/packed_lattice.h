@@ -17,8 +17,8 @@ namespace veneer::daemon {
 // lies from where the others put it, in the same way and units. What is no such lattice stays as it is.
 std::string packed_lattice(const std::string& lattice);
 
-// The lattice as JSON again, as it was; of a text that is not packed, or whose samples cannot be read, itself. Fiducials
-// that cannot be read are left out.
+// The lattice as JSON again, as it was; of a text that is not packed, or whose samples cannot be read, itself.
+// Fiducials that cannot be read are left out.
 std::string unpacked_lattice(const std::string& kept);
 
 // "fiducials" of a lattice: [{"tag" (null: a hole), "place_mm", "off_mm"}]. What is told is rounded to 10 nm; what is
@@ -26,7 +26,8 @@ std::string unpacked_lattice(const std::string& kept);
 inline constexpr const char* kLatticeFiducials = "fiducials";
 nlohmann::json lattice_fiducials(const std::vector<calib::FiducialOffset>& offsets);
 std::vector<calib::FiducialOffset> offsets_of_lattice(const nlohmann::json& lattice);
-// The same of a lattice as it is kept, without a look at its samples. Empty of a scan of which nobody knows: a panel's first one, and older scans.
+// The same of a lattice as it is kept, without a look at its samples. Empty of a scan of which nobody knows: a panel's
+// first one, and older scans.
 std::vector<calib::FiducialOffset> kept_offsets(const std::string& kept);
 
 }  // namespace veneer::daemon

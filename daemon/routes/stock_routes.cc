@@ -185,7 +185,7 @@ Result<json> registration_json(Repositories& r, const PanelId& id, const Page& p
   out["next"] = cut_to_page(*scans, page, [](const db::ScanRecord& scan) { return scan.id.value; });
   for (const auto& scan : *scans) {
     json lattice = json::parse(unpacked_lattice(scan.lattice), nullptr, false);
-    if (lattice.is_discarded()) lattice = nullptr;  // what cannot be read must not spoil what can
+    if (lattice.is_discarded()) lattice = nullptr;              // what cannot be read must not spoil what can
     if (lattice.is_object()) lattice.erase(kLatticeFiducials);  // told beside it
     out["scans"].push_back({{"id", scan.id.value},
                             {"face", to_string(scan.face)},

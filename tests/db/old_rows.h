@@ -3,7 +3,6 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-
 #include "db/migrations.h"
 #include "db/sql.h"
 #include "tests/db/cell_database.h"

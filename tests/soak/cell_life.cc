@@ -387,10 +387,10 @@ class CellLife {
   double free_ = 0, free_at_first_ = 0;             // mm2 of all panels, as last counted
   std::map<std::string, double> free_of_;           // of each
   WoodPlaces places_{0};
-  int planned_ = 0;                                 // pieces of the newest job
-  bool used_up_ = false;                            // no place is left for one piece
-  int across_at_last_ = 3;                          // of jobs after the last, in pieces
-  json with_places_ = json::array();                // panels that have one for all that, as a search says
+  int planned_ = 0;                   // pieces of the newest job
+  bool used_up_ = false;              // no place is left for one piece
+  int across_at_last_ = 3;            // of jobs after the last, in pieces
+  json with_places_ = json::array();  // panels that have one for all that, as a search says
   json proof_ = json::object();
   int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0, books_ = 0;
 };
