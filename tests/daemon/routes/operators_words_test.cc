@@ -81,7 +81,7 @@ class OperatorsWords : public testing::RoutedCell {
                        [this](std::function<void()> act) { boost::asio::post(reactor, std::move(act)); }});
     bind_job_routes(router, {*cell->plans, *cell->planner_worker, config.planner, cell->tasks, *cell->runner, jobs,
                              *cell->database, *cell->queries, *cell->pictures, cell->panel_library, [](JobId) {},
-                             [](const std::vector<PanelId>&) {}});
+                             [](const std::vector<PanelId>&) {}, config.laser});
   }
 
   PlayedJobs jobs;

@@ -44,7 +44,7 @@ TEST_F(CalibrationTest, RemembersWhereThePatternWasBurnt) {
   area.add(point<MachineFrame>(12.5, 20));
   area.add(point<MachineFrame>(480, 260));
   issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
-  issue(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, {area}));
+  issue(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, {area}, {}));
   ASSERT_TRUE(load().bed);
   ASSERT_TRUE(load().pattern);
   EXPECT_EQ(load().pattern->area.min, area.min);
@@ -61,7 +61,7 @@ TEST_F(CalibrationTest, ReadsABoardThatWasBurntBeforeAsItWasBurnt) {
   Box<MachineFrame> area;
   area.add(point<MachineFrame>(12.5, 20));
   area.add(point<MachineFrame>(480, 260));
-  auto old = to_payload(calib::MachineAxes{}, CertificateId{1}, {area});
+  auto old = to_payload(calib::MachineAxes{}, CertificateId{1}, {area}, {});
   old.erase("pattern_spacing");
   issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
   issue(db::CertificateKind::kAxes, old);
@@ -89,7 +89,7 @@ TEST_F(CalibrationTest, CertificatesOfAnotherDeviceAreVoid) {
   Box<MachineFrame> area;
   area.add(point<MachineFrame>(0, 0));
   area.add(point<MachineFrame>(500, 300));
-  issue_on_twin(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{2}, {area}));
+  issue_on_twin(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{2}, {area}, {}));
   issue_on_twin(db::CertificateKind::kKerf, to_payload(calib::KerfMeasurement{}));
 
   EXPECT_EQ(have(twin), (std::array{true, true, true, true}));
@@ -121,7 +121,7 @@ TEST_F(CalibrationTest, SaysOfEachKindWhyNoCertificateIsInForce) {
   area.add(point<MachineFrame>(0, 0));
   area.add(point<MachineFrame>(500, 300));
   issue_on_twin(Kind::kCamera, to_payload(calib::CameraFit{}));
-  issue_on_twin(Kind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, {area}));
+  issue_on_twin(Kind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, {area}, {}));
   issue_on_twin(Kind::kKerf, to_payload(calib::KerfMeasurement{}));
   EXPECT_EQ(standing(Kind::kCamera), State::kValid);
   EXPECT_EQ(standing(Kind::kAxes), State::kValid);
