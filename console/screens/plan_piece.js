@@ -94,9 +94,9 @@ function elsewhere(plan, pieces, piece, told, hand, begun) {
     h("ul", {}, ...told.alternatives.map((place) => {
       const no = cannotTake(plan, pieces, piece.mark, place), fits = beside(place.cost_per_pixel, told.place.cost_per_pixel);
       return h("li", {"data-key": place.number}, h("button.place", {type: "button", "data-place": place.number, "aria-pressed": String(taken === place.number), disabled: !mayChange() || Boolean(no),
-        "aria-label": [t("places.one", {n: place.number, panel: place.panel, fits}), no].filter(Boolean).join(". "), onclick: () => choose(place)},
+        onclick: () => choose(place)},
         picture(woodPath(plan.id, piece.mark, `&alternative=${place.number}`), "", {whenSeen: true}),
-        h("b", {}, fits), h("small", {}, no || place.panel)));
+        h("span.unseen", {}, t("places.one", {n: place.number, panel: place.panel}), ": "), h("b", {}, fits), " ", h("small", {}, no || place.panel)));
     })),
     told.next !== null && h("p.dim", {}, t("places.first", {n: told.alternatives.length})));
 }
