@@ -521,5 +521,5 @@ function takeAdvice(one) {
 function tasksCard() {
   const mine = begun.map((id) => model.tasks.get(id)).filter((task) => task && (task.state === "running" || task.state === "failed")).slice(0, 4);
   if (!mine.length) return null;
-  return card(t("picture.wait"), h("ul.list", {role: "status"}, ...mine.map((task) => taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))));
+  return card(t("picture.wait"), h("div", {role: "status"}, h("ul.list", {}, ...mine.map((task) => taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"}))))));
 }

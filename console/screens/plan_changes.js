@@ -187,7 +187,7 @@ export function wishesCard(plan, pieces, begun) {
     marks.length > 0 && h("ul.list", {}, ...marks.map((mark) => h("li", {"data-key": mark}, h("span.grow", {}, said(mark, wishes.get(mark))),
       button(t("wishes.back"), () => takeBack(mark), {"aria-label": t("wishes.back_of", {what: said(mark, wishes.get(mark))})})))),
     marks.length > 0 && h("p", {id: "wishes-rest", class: keepsOnly() ? "note" : "dim"}, keepsOnly() ? t("wishes.rest_anew", {n}) : t("wishes.rest_stays")),
-    (task || failed) && h("ul.list", {id: "wishes-task", role: "status"}, taskRow(task || failed, task && stop)),
+    (task || failed) && h("div", {id: "wishes-task", role: "status"}, h("ul.list", {}, taskRow(task || failed, task && stop))),
     h("div.commands", {}, button(t("wishes.make", {n: marks.length}), () => make(plan, pieces, begun), {wide: true, "data-command": "make-changed", next: marks.length > 0, disabled: !marks.length || !mayChange() || Boolean(task)}),
       button(t("other.off"), () => { leave(); focusSoon(`section[data-key="${plan.id}"] [data-command=other]`); }, {"data-command": "leave-pieces", wide: true})));
 }
