@@ -134,9 +134,10 @@ TEST_P(OldProofs, AreReadFromTheAuditLog) {
         old.execAndGet("SELECT sql FROM sqlite_master WHERE name = 'allocation_moves_are_kept'").getString();
     old.exec(
         "DROP VIEW artworks; DROP VIEW registrations; DROP VIEW events; DROP TRIGGER a_job_that_moves_is_noted; DROP "
-        "TABLE "
-        "done_by; DROP TABLE job_history; DROP TABLE zone_confidences; DROP TABLE "
-        "zone_versions; DROP TABLE asked_strips; DROP TABLE queue_orders; DROP TABLE verdicts; DROP TABLE proofs; DROP "
+        "TABLE done_by; DROP TABLE job_history; DROP INDEX allocation_history_by_time; DROP INDEX sightings_by_time; "
+        "DROP INDEX assemblies_by_time; DROP INDEX runs_by_start; DROP INDEX runs_by_end; DROP INDEX runs_of_panel; "
+        "DROP TABLE zone_confidences; DROP TABLE zone_versions; DROP TABLE asked_strips; DROP TABLE queue_orders; DROP "
+        "TABLE verdicts; DROP TABLE proofs; DROP "
         "TABLE aborts; DROP TABLE activities; DROP INDEX allocations_lost; DROP INDEX scans_by_content; DROP TRIGGER "
         "only_a_piece_is_found_again; "
         "DROP TRIGGER allocation_moves_are_kept; PRAGMA user_version = 29; "
