@@ -50,4 +50,12 @@ class PlannedJob : public ::testing::Test {
   JobState state() { return must(jobs.find(job)).state; }
 };
 
+// A plan that makes these again.
+inline NewPlan made_again(const std::vector<PlannedPatch>& pieces) {
+  NewPlan out = job_of(pieces);
+  out.plan_json = "{\"redone\":true}";
+  out.preview_file = "previews/redone.png";
+  return out;
+}
+
 }  // namespace veneer::db
