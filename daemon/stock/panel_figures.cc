@@ -36,8 +36,8 @@ const char* to_string(MaskCount count) {
 // A panel's mask, read once for all that is counted of it, and only if something is.
 class PanelFigures::Mask {
  public:
-  Mask(const PanelFigures& figures, const db::PanelRecord& panel, Look look)
-      : library_(figures.library_), memory_(figures.memory_), panel_(panel), look_(look) {}
+  Mask(const PanelLibrary& library, StockMemory& memory, const db::PanelRecord& panel, Look look)
+      : library_(library), memory_(memory), panel_(panel), look_(look) {}
 
   // Null when it cannot be read, or is not to be looked at.
   const Raster<PanelFrame>* read() {
@@ -120,7 +120,7 @@ Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::Pane
                                                  Look look) {
   const auto state = memory_.state_of(r, panel, newest);
   if (!state) return state.error();
-  Mask mask(*this, panel, look);
+  Mask mask(library_, memory_, panel, look);
   if (const auto known = memory_.find(panel.id, "wood", state->booked);
       known && known->size() == 4 + kBookFields.size())
     return kept_wood(*known);
@@ -220,7 +220,7 @@ Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelR
   figures.open_differences = summary->second.open_differences;
   figures.back_known = summary->second.back_known;
   figures.rms = summary->second.rms;
-  Mask mask(*this, panel, look);
+  Mask mask(library_, memory_, panel, look);
   const auto usable = usable_of(panel, mask);
   if (!usable) return usable.error();
   figures.usable = *usable;
@@ -247,7 +247,7 @@ void PanelFigures::keep_booked(const PanelId& panel, const Booked& booked) {
 Result<std::optional<AreaBook>> PanelFigures::book(Repositories& r, const db::PanelRecord& panel) {
   const auto live = r.ledger.live_states(panel.id);
   if (!live) return live.error();
-  Mask mask(*this, panel, Look::kMay);
+  Mask mask(library_, memory_, panel, Look::kMay);
   return book_of(r, panel, *live, mask);
 }
 
