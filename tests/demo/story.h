@@ -37,6 +37,12 @@ class Narrator {
   virtual void done(const std::string& stage, const std::string& text, double seconds) = 0;
 };
 
+class QuietNarrator final : public Narrator {
+ public:
+  void progress(const std::string&, double, const std::string&) override {}
+  void done(const std::string&, const std::string&, double) override {}
+};
+
 class Story {
  public:
   Story(SimulatedCell& cell, std::filesystem::path out, Narrator& narrator);

@@ -17,12 +17,6 @@
 
 namespace veneer::tests {
 
-class QuietNarrator final : public Narrator {
- public:
-  void progress(const std::string&, double, const std::string&) override {}
-  void done(const std::string&, const std::string&, double) override {}
-};
-
 class PreparedCell : public ::testing::Test {
  protected:
   static void SetUpTestSuite();

@@ -32,12 +32,6 @@ using namespace tests;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-class Quiet final : public Narrator {
- public:
-  void progress(const std::string&, double, const std::string&) override {}
-  void done(const std::string&, const std::string&, double) override {}
-};
-
 struct Memory {
   double all_mb = 0, own_mb = 0;  // what is there, and what of it is no file's
 };
@@ -380,7 +374,7 @@ class CellLife {
   SimulatedCell& cell_;
   const Plan& plan_;
   std::mt19937 random_;
-  Quiet quiet_;
+  QuietNarrator quiet_;
   Story jobs_;
   std::vector<std::string> panels_;
   std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB

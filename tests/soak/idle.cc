@@ -33,12 +33,6 @@ using namespace tests;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-class Silent final : public Narrator {
- public:
-  void progress(const std::string&, double, const std::string&) override {}
-  void done(const std::string&, const std::string&, double) override {}
-};
-
 struct IdlePlan {
   double rest_s = 90, watch_s = 120, most_percent = 1, most_mb = 60, time_scale = 40;
   int panels = 2;
@@ -197,7 +191,7 @@ class Idle {
   }
 
   Status live_a_day() {
-    Silent silent;
+    QuietNarrator silent;
     Story story(cell_, plan_.dir, silent);
     if (Status calibrated = story.calibrate(); !calibrated) return calibrated;
     for (int i = 0; i < plan_.panels; ++i)

@@ -71,6 +71,17 @@ class BedGlancesTest : public ::testing::Test {
   }
   Result<BedGlances::Picture> ask() { return end(begin()); }
 
+  // A glance that takes a second: the next one begins 7 s after its end.
+  void expect_an_eighth_of_eight_seconds() {
+    ASSERT_TRUE(ask());
+    clock_.advance(std::chrono::milliseconds(6999));
+    ASSERT_TRUE(ask());
+    EXPECT_EQ(camera_.glances, 1);
+    clock_.advance(std::chrono::milliseconds(1));
+    ASSERT_TRUE(ask());
+    EXPECT_EQ(camera_.glances, 2);
+  }
+
   const testing::TempDirectory folder_;
   boost::asio::io_context io_;
   // The reactor waits for what the worker will post.
@@ -113,24 +124,12 @@ TEST_F(BedGlancesTest, TheNextOneIsTakenTwoSecondsLater) {
 // What the camera needs is what a look may have to wait for; what the reading needs is the computer's, which cuts.
 TEST_F(BedGlancesTest, ASlowComputerIsAskedLessOften) {
   workers_.spoil = [this](const std::string&, const nlohmann::json&) { clock_.advance(std::chrono::seconds(1)); };
-  ASSERT_TRUE(ask());
-  clock_.advance(std::chrono::milliseconds(6999));
-  ASSERT_TRUE(ask());
-  EXPECT_EQ(camera_.glances, 1);
-  clock_.advance(std::chrono::milliseconds(1));
-  ASSERT_TRUE(ask());
-  EXPECT_EQ(camera_.glances, 2);
+  expect_an_eighth_of_eight_seconds();
 }
 
 TEST_F(BedGlancesTest, ASlowCameraIsAskedLessOften) {
   camera_.during = [this](const std::stop_token&) { clock_.advance(std::chrono::seconds(1)); };
-  ASSERT_TRUE(ask());
-  clock_.advance(std::chrono::milliseconds(6999));
-  ASSERT_TRUE(ask());
-  EXPECT_EQ(camera_.glances, 1);
-  clock_.advance(std::chrono::milliseconds(1));
-  ASSERT_TRUE(ask());
-  EXPECT_EQ(camera_.glances, 2);
+  expect_an_eighth_of_eight_seconds();
 }
 
 TEST_F(BedGlancesTest, ThereIsNoneWhileTheUnitLooksByItself) {

@@ -20,19 +20,7 @@ using testing::panel_square;
 class EventHistory : public PanelCell {
  protected:
   EventHistory() {
-    db::NewPlan plan;
-    plan.name = "portrait", plan.who = "uid 1000", plan.plan_json = "{}", plan.options_json = "{}";
-    for (const double x : {5.0, 15.0}) {
-      db::PlannedPatch& patch = plan.pieces.emplace_back();
-      patch.mark = x < 10 ? "A1" : "A2";
-      for (const auto& p : panel_square(0, 0, 6))
-        patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
-      patch.panel = PanelId{"P-0002"};
-      patch.panel_outline = panel_square(x, 5, 6);
-      patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
-      patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 5));
-    }
-    plan.planned_on = {{PanelId{"P-0002"}, 1}};
+    const db::NewPlan plan = squares(6, {5, 15}, 5);
     change([&](Repositories& r) -> Status {
       const auto job = r.jobs.create(plan, kThen);
       return job ? Ok() : Status(job.error());

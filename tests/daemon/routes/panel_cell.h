@@ -1,8 +1,11 @@
 // A cell with two panels of 30 x 20 mm in stock, all of them wood; a second scan of the first one saw 100 mm2 of it.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <opencv2/core/mat.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/support/panel_shapes.h"
 #include "tests/support/routed_cell.h"
@@ -39,6 +42,24 @@ class PanelCell : public testing::RoutedCell {
           r.panels.add_mask({"P-0001"}, {0, map->file, less->file, map->sha256, kThen, SquareMillimetres(100)}, 1);
       return version ? Ok() : Status(version.error());
     });
+  }
+
+  // A plan of squares A1, A2, ... of panel P-0002, with their left sides there, all as high.
+  static db::NewPlan squares(double side_mm, const std::vector<double>& left_mm, double top_mm) {
+    db::NewPlan plan;
+    plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+    for (const double x : left_mm) {
+      db::PlannedPatch& patch = plan.pieces.emplace_back();
+      patch.mark = fmt::format("A{}", plan.pieces.size());
+      for (const auto& p : testing::panel_square(0, 0, side_mm))
+        patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
+      patch.panel = PanelId{"P-0002"};
+      patch.panel_outline = testing::panel_square(x, top_mm, side_mm);
+      patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+      patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, top_mm));
+    }
+    plan.planned_on = {{PanelId{"P-0002"}, 1}};
+    return plan;
   }
 
   // A zone of a panel 20 mm high.

@@ -39,19 +39,7 @@ void expect_book(SquareMillimetres whole, const json& panel, double reserved, do
 // It rose while pieces were cut, and counted what was cut until the next scan.
 TEST_F(PanelWood, FreeWoodIsWhatNothingIsBookedOn) {
   EXPECT_EQ(get("/panels/P-0002")["free_mm2"], get("/panels/P-0002")["usable_mm2"]);
-  db::NewPlan plan;
-  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
-  for (const double x : {5.0, 15.0}) {
-    db::PlannedPatch& patch = plan.pieces.emplace_back();
-    patch.mark = x < 10 ? "A1" : "A2";
-    for (const auto& p : panel_square(0, 0, 6))
-      patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
-    patch.panel = PanelId{"P-0002"};
-    patch.panel_outline = panel_square(x, 5, 6);
-    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
-    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 5));
-  }
-  plan.planned_on = {{PanelId{"P-0002"}, 1}};
+  const db::NewPlan plan = squares(6, {5, 15}, 5);
   std::vector<db::PieceRecord> pieces;
   change([&](Repositories& r) -> Status {
     const auto job = r.jobs.create(plan, kThen);
@@ -84,20 +72,7 @@ TEST_F(PanelWood, FreeWoodIsWhatNothingIsBookedOn) {
 
 // FREE of the list was what a plan may use, in whole pixels, and its CUT held kerf and scrap too.
 TEST_F(PanelWood, FreeReservedAndCutAreTheSameWhereverTheyStand) {
-  db::NewPlan plan;
-  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
-  for (const int column : {0, 1, 2, 3}) {
-    const double x = 2.03 + 6.5 * column;
-    db::PlannedPatch& patch = plan.pieces.emplace_back();
-    patch.mark = fmt::format("A{}", column + 1);
-    for (const auto& p : panel_square(0, 0, 5))
-      patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
-    patch.panel = PanelId{"P-0002"};
-    patch.panel_outline = panel_square(x, 2.03, 5);
-    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
-    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 2.03));
-  }
-  plan.planned_on = {{PanelId{"P-0002"}, 1}};
+  const db::NewPlan plan = squares(5, {2.03, 8.53, 15.03, 21.53}, 2.03);
   change([&](Repositories& r) -> Status {
     const auto job = r.jobs.create(plan, kThen);
     if (!job) return job.error();
