@@ -182,6 +182,7 @@ function jobCard() {
 }
 
 let moved = null;  // the job that was given another place, by which button, and where it stood
+let said = "";     // of the newest move, to those who hear the page
 
 // A row that is put elsewhere loses the focus, and so does a button that is shut by being pressed: the job keeps it.
 function focusMoved(place) {
@@ -195,7 +196,9 @@ function focusMoved(place) {
 async function move(job, way, before) {
   const asked = moved = {id: job.id, way, from: job.queue_place};
   const done = await command(`/jobs/${job.id}/move`, {body: before ? {before: before.id} : {}});
-  if (!done && moved === asked) moved = null;
+  const place = done ? done.jobs.indexOf(job.id) + 1 : 0;
+  if (done) said = t("jobs.moved", {n: job.id, place, all: done.jobs.length});
+  if ((!done || place === asked.from) && moved === asked) moved = null;
   loadJobs();
 }
 
@@ -204,7 +207,7 @@ function places(job) {
   const queue = inCuttingOrder(model.jobs).filter((one) => one.queue_place), at = queue.indexOf(job);
   if (at < 0 || queue.length < 2) return null;
   const one = (way, shut, before) => button(t(`jobs.${way}`), () => move(job, way, before), {id: `${way}-${job.id}`, "aria-label": t(`jobs.${way}_job`, {n: job.id, name: job.name}), disabled: shut || !mayChange()});
-  return h("div.places", {}, one("earlier", at === 0, queue[at - 1]), one("later", at + 1 === queue.length, queue[at + 2]));
+  return h("div.job-places", {}, one("earlier", at === 0, queue[at - 1]), one("later", at + 1 === queue.length, queue[at + 2]));
 }
 
 function jobsCard() {
@@ -219,5 +222,6 @@ function jobsCard() {
         picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, whenSeen: true}),
         h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))),
       places(job)))),
+    h("p.unseen", {role: "status", id: "queue-said"}, said),
     done > 0 && h("div.commands", {}, button(t("jobs.archive", {n: done}), async () => { await command("/jobs/archive-done"); loadJobs(); }, {wide: true, disabled: !mayChange()})));
 }

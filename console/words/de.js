@@ -226,7 +226,7 @@ export const words = {
   "bed": "Kamera über dem Bett", "bed.none": "Noch kein Bild vom Bett.", "bed.alt": "Das Bett von oben", "bed.now": "Gesehen: {age}", "bed.old": "Nicht live: so sah es {age} aus.", "bed.before": "Nicht live: so sah es aus, bevor diese Seite geöffnet wurde.",
   "key.cut_line": "zu schneiden", "key.engrave": "graviert", "key.frame": "Rahmen, oder wo die Platte hingehört", "key.done": "geschnitten", "key.now": "jetzt", "key.open": "zu tun", "key.suspect": "fraglich", "key.missing": "fehlt",
   "job": "Auftrag", "jobs": "Aufträge", "jobs.none": "Noch kein Auftrag: Planen Sie ein Bild und machen Sie einen daraus.",
-  "jobs.earlier": "Früher", "jobs.later": "Später", "jobs.earlier_job": "Früher: Auftrag {n}, {name}", "jobs.later_job": "Später: Auftrag {n}, {name}",
+  "jobs.earlier": "Früher", "jobs.later": "Später", "jobs.earlier_job": "Früher: Auftrag {n}, {name}", "jobs.later_job": "Später: Auftrag {n}, {name}", "jobs.moved": "Auftrag {n}: Platz {place} von {all}.",
   "jobs.archive": {one: "Den fertigen ablegen", other: "Die {n} fertigen ablegen"},
   "job.none": "Kein Auftrag im Gange", "job.map": "Das Bild: was geschnitten ist und was zu tun ist", "job.progress": "{cut} von {n} Stücken geschnitten",
   "commands": "Befehle", "do.start": "Start", "do.start_job": "Auftrag {n} „{name}“ starten (Start)", "do.frame": "Rahmen abfahren, dunkel", "do.frame_power": "Rahmen abfahren mit {percent} % Leistung", "do.frame_first": "Rahmen abfahren mit {percent} % Leistung: erst abhaken, was geprüft ist", "frame.power": "Leistung, %",

@@ -218,7 +218,7 @@ export const words = {
   "bed": "Bed camera", "bed.none": "No picture of the bed yet.", "bed.alt": "The bed from above", "bed.now": "Seen {age}", "bed.old": "Not live: this was seen {age}.", "bed.before": "Not live: this was seen before the page was opened.",
   "key.cut_line": "to cut", "key.engrave": "engraved", "key.frame": "frame, or where to lay the panel", "key.done": "cut", "key.now": "now", "key.open": "to do", "key.suspect": "suspect", "key.missing": "missing",
   "job": "Job", "jobs": "Jobs", "jobs.none": "No job yet: plan a picture and make a job of it.",
-  "jobs.earlier": "Earlier", "jobs.later": "Later", "jobs.earlier_job": "Earlier: job {n}, {name}", "jobs.later_job": "Later: job {n}, {name}",
+  "jobs.earlier": "Earlier", "jobs.later": "Later", "jobs.earlier_job": "Earlier: job {n}, {name}", "jobs.later_job": "Later: job {n}, {name}", "jobs.moved": "Job {n}: place {place} of {all}.",
   "jobs.archive": {one: "Archive the one that is done", other: "Archive the {n} that are done"},
   "job.none": "No job under way", "job.map": "The picture: what is cut, and what is to do", "job.progress": "{cut} of {n} pieces cut",
   "commands": "Commands", "do.start": "Start", "do.start_job": "Start job {n} “{name}”", "do.frame": "Trace the frame, dark", "do.frame_power": "Trace the frame at {percent} % power", "do.frame_first": "Trace the frame at {percent} % power: first tick what is seen to", "frame.power": "Power, %",

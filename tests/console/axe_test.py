@@ -71,7 +71,7 @@ class Axe(Page):
     def test_nothing_serious_where_jobs_wait(self):
         for size in SIZES:
             self.open("en", size)
-            told = self.does(CELL + EVERYTHING + READ + QUEUE + "main.className = 'screen-run'; return [main.querySelectorAll('.places button').length, await read(), faults];")
+            told = self.does(CELL + EVERYTHING + READ + QUEUE + "main.className = 'screen-run'; return [main.querySelectorAll('.job-places button').length, await read(), faults];")
             self.assertEqual(told, [6, [], []])
 
 

@@ -378,7 +378,7 @@ class Said(Page):
                          "über dem Holz liegt, was wie ein Haar auf dem Glas aussieht, bei 40 mm von links und 7 mm von unten (3 mm lang): Was es verdeckt, bleibt weg; wischen Sie das Glas ab und scannen Sie noch einmal")
         overdue = "as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it: see that the head is free, check cable and supply, end other heavy programs, then Clear and Reset"
         self.assertEqual(self.told("the laser did not finish homing in time, " + overdue),
-                         "der Laser kam nicht rechtzeitig auf Referenz, als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören: Sehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann Clear und Reset")
+                         "der Laser kam nicht rechtzeitig auf Referenz, als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren gegangen oder dieser Rechner zu beschäftigt, um sie zu hören: Sehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann Clear und Reset")
         self.assertEqual(self.told("no homing switches; it counts from the corner it was given; the lid is closed again; its controller says Door:0"),
                          "keine Referenzschalter; er zählt von der Ecke, die ihm gegeben wurde; der Deckel ist wieder geschlossen; seine Steuerung meldet Door:0")
         self.assertEqual(self.told("lay panel P-0001 on the bed, turned half round, 20 mm of it sticking out at the front: the camera finds it there"),
@@ -388,7 +388,7 @@ class Said(Page):
         """Sentence and remedy stand apart there, and end otherwise in each state."""
         overdue = ", as if its controller hung or was busy with something else, the cable had lost a byte or this computer was too loaded to hear it"
         seen_to = "see that the head is free, check cable and supply, end other heavy programs, then "
-        late = ", als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren oder dieser Rechner zu beschäftigt, um sie zu hören"
+        late = ", als hinge seine Steuerung oder wäre mit anderem beschäftigt, als wäre im Kabel ein Byte verloren gegangen oder dieser Rechner zu beschäftigt, um sie zu hören"
         care = "ehen Sie nach, dass der Kopf frei ist, prüfen Sie Kabel und Strom, beenden Sie andere schwere Programme, dann "
         whats = {
             "the laser did not finish homing in time": "der Laser kam nicht rechtzeitig auf Referenz",
@@ -427,7 +427,7 @@ class Said(Page):
              "Prüfen Sie das Kabel, dann Clear und Reset, oder berichtigen Sie den Anschluss in der Konfiguration und starten Sie dann veneerd neu."),
             ("the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it",
              "was gebrannt wird (pattern), wurde mittendrin abgebrochen, und ein Teil davon kann gebrannt sein: mit Stop endet es"),
-            ("The laser is held, and nobody wants the rest of it any more: Stop ends it.", "Der Laser ist angehalten, und niemand will den Rest noch: mit Stop endet es."),
+            ("The laser is held, and nobody wants the rest of it any more: Stop ends it.", "Der Laser ist angehalten, und den Rest will niemand mehr: mit Stop endet es."),
             ("The lid is closed again, and the controller is still coming out of its wait: wait a few seconds.",
              "Der Deckel ist wieder geschlossen, und die Steuerung ist noch dabei, aus dem Warten zu kommen: warten Sie einige Sekunden."),
         ):
@@ -1409,6 +1409,7 @@ QUEUE = """
         const begin = () => main.querySelector('#do-start').innerText;
         let order = [2, 3, 4];
         const tell = () => { window.answers['/jobs'].jobs = [5, 4, 3, 2].map((id) => ({...job, id, state: id === 5 ? 'complete' : 'planned', name: `job ${id}`, queue_place: order.indexOf(id) + 1 || null})); };
+        window.answers = {'/move': {jobs: order}, ...window.answers};
         tell();
         model.jobs = window.answers['/jobs'].jobs;
         await show('run', [], {next_step: null}, (page) => { window.page = page; });
@@ -1417,6 +1418,7 @@ QUEUE = """
         const press = async (id, then) => {
           const field = main.querySelector(id);
           field.focus();
+          window.answers['/move'].jobs = then;
           field.click();
           order = then;
           tell();
@@ -1606,7 +1608,7 @@ class Screens(Page):
 
     def test_the_queue_is_in_the_order_that_people_choose(self):
         told = self.shown(QUEUE + """
-            const before = [rows(), begin(), [...main.querySelectorAll('.places button')].map(({id, disabled}) => [id, disabled])];
+            const before = [rows(), begin(), [...main.querySelectorAll('.job-places button')].map(({id, disabled}) => [id, disabled])];
             const focus = [await press('#later-2', [3, 2, 4])];
             const after = [rows(), begin()];
             focus.push(await press('#later-2', [3, 4, 2]), await press('#earlier-4', [4, 3, 2]));
@@ -1630,18 +1632,39 @@ class Screens(Page):
             tell();
             model.jobs = window.answers['/jobs'].jobs.map((one) => (one.id === 2 ? {...one, state: 'running'} : one));
             draw();
-            return [rows(), [...main.querySelectorAll('.places button')].map(({id}) => id)]""")
+            return [rows(), [...main.querySelectorAll('.job-places button')].map(({id}) => id)]""")
         self.assertEqual(told, [[2, 3, 4, 5], ["earlier-3", "later-3", "earlier-4", "later-4"]])
+
+    def test_a_move_is_said_and_its_buttons_stand_side_by_side(self):
+        told = self.shown(QUEUE + """
+            main.className = 'screen-run';
+            const tops = ['#earlier-3', '#later-3'].map((id) => main.querySelector(id).getBoundingClientRect().top), said = () => main.querySelector('#queue-said').textContent;
+            const out = [tops[0] === tops[1], said()];
+            await press('#later-2', [3, 2, 4]);
+            return [...out, said()]""")
+        self.assertEqual(told, [True, "", "Job 2: place 2 of 3."])
+
+    # Somebody else was first: the job stands where it stood, and what happens to it later is none of this page's doing.
+    def test_a_move_that_changes_nothing_takes_no_focus_later(self):
+        told = self.shown(QUEUE + """
+            await press('#later-2', [2, 3, 4]);
+            document.activeElement.blur();
+            order = [3, 2, 4];
+            tell();
+            model.jobs = window.answers['/jobs'].jobs;
+            draw();
+            return [rows(), document.activeElement === document.body]""")
+        self.assertEqual(told, [[3, 2, 4, 5], True])
 
     def test_one_job_alone_has_no_order_and_a_viewer_gives_none(self):
         told = self.shown(QUEUE + """
             model.role = 'viewer';
             draw();
-            const shut = [...main.querySelectorAll('.places button')].every(({disabled}) => disabled);
+            const shut = [...main.querySelectorAll('.job-places button')].every(({disabled}) => disabled);
             model.role = 'admin';
             model.jobs = model.jobs.filter(({id}) => id === 2 || id === 5);
             draw();
-            return [shut, main.querySelectorAll('.places button').length, main.querySelector('.jobs').innerText.includes('queue')]""")
+            return [shut, main.querySelectorAll('.job-places button').length, main.querySelector('.jobs').innerText.includes('queue')]""")
         self.assertEqual(told, [True, 0, False])
 
 
