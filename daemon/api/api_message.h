@@ -65,6 +65,7 @@ struct ApiRequest {
   SharedText body;                                 // read it with a RequestReader, unless it is a picture
   std::string content_type;
   std::string if_none_match;    // ETags of what the client has already
+  std::string accept_encoding;  // how the reply may be packed: see gzip.h
   std::string idempotency_key;  // empty: none
   std::string body_sha256;      // of a large body that came with a key, hashed as it came in; else empty
   Caller caller;

@@ -372,6 +372,7 @@ void HttpConnection::handle() {
   request.body = std::move(message.body());
   request.idempotency_key = std::string(message["Idempotency-Key"]);
   request.if_none_match = std::string(message[http::field::if_none_match]);
+  request.accept_encoding = std::string(message[http::field::accept_encoding]);
   request.caller = caller_;
   request.address = visitor_.address;
   if (auto refusal = shared_->shares.begin_request(identity_, request_share_)) {

@@ -172,11 +172,12 @@ class Day:
         self.show("cell")
 
     def weigh(self, language):
-        taken = self.browser.execute_script(
-            "return performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
-            ".reduce((all, entry) => all + entry.transferSize, 0)")
+        taken, unpacked = self.browser.execute_script(
+            "const all = performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'));"
+            "return ['transferSize', 'decodedBodySize'].map((size) => all.reduce((sum, entry) => sum + entry[size], 0))")
         assert 0 < taken <= FIRST_VIEW_BYTES, f"the first view in {language} took {taken} bytes"
-        print(f"first view in {language}: {taken} bytes")
+        assert taken < unpacked, f"the first view in {language} comes unpacked: {unpacked} bytes"
+        print(f"first view in {language}: {taken} bytes over the wire, {unpacked} unpacked")
 
     def look_at_the_wood(self):
         self.go("panels")

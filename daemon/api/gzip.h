@@ -1,0 +1,18 @@
+// Replies that travel smaller: the console's texts take a quarter of the wire (RFC 9110, section 12.5.3; RFC 1952).
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace veneer::daemon {
+
+// May a reply to a request with this Accept-Encoding header be gzip? By the coding's own weight, else by that of "*".
+// No header says no; of one that is broken counts
+// what stands before the fault.
+bool accepts_gzip(std::string_view accept_encoding);
+
+// `content` as a gzip file of one member, without a name or a time: the same content gives the same bytes.
+// Throws std::bad_alloc.
+std::string gzipped(std::string_view content);
+
+}  // namespace veneer::daemon
