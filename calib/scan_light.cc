@@ -159,13 +159,34 @@ double LineSpread::sum_below(double x, double roughness) const {
   return (1 - wide_part) * gaussian(sigma) + wide_part * gaussian(kWider * sigma);
 }
 
+namespace {
+
+// Where the sheet lies, by its blue. Beside it the lid lies in the sheet's own shadow, dimmed by an eighth and more: a
+// level near the lid's would follow that shadow's edge, so it is one nearer to the wood's.
+cv::Mat wood_of(const cv::Mat& blue, double lid) {
+  constexpr double kSurelyDarker = 0.88, kTowardsLid = 0.4;
+  std::vector<unsigned char> darker;
+  for (int r = 0; r < blue.rows; r += 4) {
+    const auto* row = blue.ptr<unsigned char>(r);
+    for (int c = 0; c < blue.cols; c += 4)
+      if (row[c] < kSurelyDarker * lid) darker.push_back(row[c]);
+  }
+  if (darker.empty()) return cv::Mat::zeros(blue.size(), CV_8U);
+  const auto middle = darker.begin() + static_cast<std::ptrdiff_t>(darker.size() / 2);
+  std::nth_element(darker.begin(), middle, darker.end());
+  cv::Mat wood;
+  cv::medianBlur(blue < *middle + kTowardsLid * (lid - *middle), wood, 5);
+  return wood;
+}
+
+}  // namespace
+
 ScanBlur scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::array<double, 3>& lid) {
   const double usual = std::hypot(kUsualBlurPx / resolution.px_per_mm, kUsualBlurMm);
-  cv::Mat blue, wood;
+  cv::Mat blue;
   cv::extractChannel(scan, blue, 0);
-  cv::medianBlur(blue < 0.88 * lid[0], wood, 5);
   std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(wood, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::findContours(wood_of(blue, lid[0]), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
   std::vector<SeenEdge> edges;
   for (const auto& contour : contours) {
     if (cv::contourArea(contour) < 400 * resolution.px_per_mm * resolution.px_per_mm) continue;
