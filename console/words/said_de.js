@@ -172,6 +172,7 @@ export const said = {
   "the laser controller stopped answering in its check mode": "die Steuerung des Lasers antwortet in ihrem Prüfmodus nicht mehr",
   "the laser still says \"{=1}\", though its lid is closed": "der Laser meldet noch „{1}“, obwohl sein Deckel geschlossen ist",
   "the {=1} was cancelled after it was begun, and part of it may be burnt": "was gebrannt wird ({1}), wurde mittendrin abgebrochen, und ein Teil davon kann gebrannt sein",
+  "the {=1} was cancelled after it was begun": "der Lauf ohne Strahl ({1}) wurde mittendrin abgebrochen",
   "Stop ends it": "mit Stop endet es",
   "the laser's link does not answer": "der Laser antwortet nicht",
   "the laser neither moves nor answers lines": "der Laser bewegt sich nicht und beantwortet keine Zeile",

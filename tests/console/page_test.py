@@ -427,6 +427,7 @@ class Said(Page):
              "Prüfen Sie das Kabel, dann Clear und Reset, oder berichtigen Sie den Anschluss in der Konfiguration und starten Sie dann veneerd neu."),
             ("the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it",
              "was gebrannt wird (pattern), wurde mittendrin abgebrochen, und ein Teil davon kann gebrannt sein: mit Stop endet es"),
+            ("the pattern was cancelled after it was begun: Stop ends it", "der Lauf ohne Strahl (pattern) wurde mittendrin abgebrochen: mit Stop endet es"),
             ("The laser is held, and nobody wants the rest of it any more: Stop ends it.", "Der Laser ist angehalten, und den Rest will niemand mehr: mit Stop endet es."),
             ("The lid is closed again, and the controller is still coming out of its wait: wait a few seconds.",
              "Der Deckel ist wieder geschlossen, und die Steuerung ist noch dabei, aus dem Warten zu kommen: warten Sie einige Sekunden."),
