@@ -423,6 +423,8 @@ class Said(Page):
             ("Check the cable and the device's power. Then Clear and Reset.", "Prüfen Sie das Kabel und den Strom des Geräts. Dann Clear und Reset."),
             ("Give the daemon's user the group of the device, usually dialout, then restart veneerd.",
              "Nehmen Sie den Benutzer des Dienstes in die Gruppe des Geräts auf, meist dialout, und starten Sie dann veneerd neu."),
+            ("the laser has no homing switches, and its controller has forgotten where its head stands: bring the head to the lower left corner of the bed, say veneerctl laser here, then Clear and Reset",
+             "der Laser hat keine Referenzschalter, und seine Steuerung hat vergessen, wo der Kopf steht: bringen Sie den Kopf in die linke untere Ecke des Bettes, sagen Sie veneerctl laser here, dann Clear und Reset"),
             ("Check the cable, then Clear and Reset, or correct the port in the configuration, then restart veneerd.",
              "Prüfen Sie das Kabel, dann Clear und Reset, oder berichtigen Sie den Anschluss in der Konfiguration und starten Sie dann veneerd neu."),
             ("the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it",
