@@ -247,15 +247,17 @@ void Cell::look_regularly() {
   });
 }
 
-// On the keeper: whoever is asked for a picture holds locks, and what is given up is megabytes.
-void Cell::give_up_pictures() {
+// On the keeper: whoever is asked for a picture holds locks, and what is given up is megabytes. The lock of the C
+// library's memory is held meanwhile by a thread of low priority, and the loop that reads STOP would wait for it: so
+// only while nothing moves, and at once or not at all.
+bool Cell::give_up_pictures() {
   pictures_looked_at_ = std::chrono::steady_clock::now();
-  const auto work = [this, since = pictures_looked_at_ - pictures_kept] {
+  if (!runner->nothing_moves()) return false;
+  return keeper_->try_post_giving_way([this, since = pictures_looked_at_ - pictures_kept](const std::stop_token&) {
     const bool had_pictures = panel_library.forget_unasked(since);
     // glibc keeps what was freed, tens of megabytes after pictures, and gives it back to nobody by itself.
     if (had_pictures) malloc_trim(0);
-  };
-  static_cast<void>(keeper_->try_post({1}, work));
+  });
 }
 
 void Cell::give_up_kept_scan() {

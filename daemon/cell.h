@@ -96,7 +96,10 @@ class Cell {
   Devices devices;
   PanelLibrary panel_library;
   std::chrono::steady_clock::duration pictures_kept = std::chrono::minutes(1);  // in memory, since somebody asked last
-  std::unique_ptr<WorkRunner> work_runner;                                      // where foreign data is looked at
+  // Gives up what was kept longer, now; the cell's timer does so as well. False: it has to wait, since something moves
+  // or the keeper has other things to do.
+  bool give_up_pictures();
+  std::unique_ptr<WorkRunner> work_runner;  // where foreign data is looked at
   // Declared before the database, which is closed in order although these wait for the backups' disk.
   std::unique_ptr<BackupDisk> backup_disk;
   std::unique_ptr<BackupService> backups;
@@ -145,7 +148,6 @@ class Cell {
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
   void look_regularly();
   void give_up_kept_scan();
-  void give_up_pictures();
   void follow_laser();
   void follow_state();
   void look_at_store();

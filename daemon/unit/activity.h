@@ -183,8 +183,9 @@ class Activity {
   virtual std::optional<BrokenRun> broken_off(std::string& remark) = 0;
   // The end of all of it, for whoever waits for that. Said once.
   virtual void over(const Status& status) { static_cast<void>(status); }
-  // Does nobody want the rest of it any more? While it is Held, only Stop ends it then.
-  virtual bool is_given_up() const { return false; }
+  // kCancelled, with a sentence, when nobody wants the rest of it any more. The host asks after each proof, with a look
+  // or without, and before anything else at Unhold: nothing of it begins then, and while it is Held only Stop ends it.
+  virtual Status still_wanted() const { return Ok(); }
 };
 
 }  // namespace veneer::daemon

@@ -80,7 +80,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   ++states_entered_;
   view_.state = state;
   view_.reason = std::move(reason);
-  view_.only_stop = state == CellState::kHeld && activity_ && activity_->is_given_up();
+  view_.only_stop = state == CellState::kHeld && activity_ && !activity_->still_wanted();
   overrides_.state_entered();
   if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.
@@ -278,6 +278,11 @@ Error JobRunner::busy_aside() const {
 }
 
 void JobRunner::unhold(Reply reply) {
+  if (const Status wanted = activity_->still_wanted(); !wanted) {
+    enter(CellState::kUnholding);
+    enter(CellState::kHeld, wanted.error().message);
+    return reply(wanted);
+  }
   if (const Status ready = check_machine(parts().laser.status()); !ready)
     return reply(Error{ready.error().code, ready.error().message + "; then Unhold"});
   enter(CellState::kUnholding, activity_->needs_look() ? "looking whether all lies as it did" : "");

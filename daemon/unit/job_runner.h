@@ -117,6 +117,8 @@ class JobRunner : public UnitState,
   bool may_move() const {
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
+  // Neither moves anything nor burns, and none of it is about to: a STOP could wait.
+  bool nothing_moves() const { return allows_owed_look(doings()); }
   // May people who only watch have pictures of the bed (at_rest.h)?
   Status may_be_watched() const { return check_may_be_watched(view_.state); }
   const RunnerOptions& options() const { return options_; }

@@ -84,7 +84,13 @@ void JobRunner::rest(const std::string& reason) {
   enter(CellState::kHeld, reason);
 }
 
-void JobRunner::prove(Reply then) { proof_.begin(*activity_, !at_laser_, std::move(then)); }
+// It may be given up while the camera looks, and where none looks before it is on record.
+void JobRunner::prove(Reply then) {
+  proof_.begin(*activity_, !at_laser_, [this, then = std::move(then)](const Status& proven) {
+    const Status wanted = activity_->still_wanted();
+    then(wanted ? proven : wanted);
+  });
+}
 
 // Every now and then while a run goes on, and before its end: a panel creeps, is bumped into, or is lifted.
 void JobRunner::prove_again() {

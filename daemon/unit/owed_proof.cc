@@ -46,17 +46,20 @@ bool OwedProof::any() const {
 void OwedProof::look() {
   if (!any() || looking_) return;
   looking_ = true;
-  const bool was_open = !check_lid(parts_.laser.status());
-  look_for_cut(parts_.bed, [this, was_open, before = disturbed_,
+  const bool hands_were_in = !check_lid(parts_.laser.status());
+  look_for_cut(parts_.bed, [this, hands_were_in, before = disturbed_,
                             alive = std::weak_ptr<int>(alive_)](const Result<ProvenPose>& look) {
     if (alive.expired()) return;
     looking_ = false;
     if (disturbed_ != before) return void(left_ = 1);  // it is taken again once all is at rest
     // Through an open lid a panel that lies as it did is seen to; one that is not seen may be behind a hand.
-    const bool may_miss_it = was_open || !check_lid(parts_.laser.status());
+    const LaserStatus laser = parts_.laser.status();
+    const bool may_miss_it = hands_were_in || !check_lid(laser);
     if (look.ok() || (!may_miss_it && tells_where(look))) return judge(look);
     if (!any()) return;
-    why_not_ = may_miss_it && tells_where(look) ? "the lid is open, and it may be behind a hand" : look.error().message;
+    why_not_ = !may_miss_it || !tells_where(look) ? look.error().message
+               : lid_is_open(laser)               ? "the lid is open, and it may be behind a hand"
+                                                  : "the lid was open just now, and it may have been behind a hand";
     on_change_();
   });
 }

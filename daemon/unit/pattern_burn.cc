@@ -44,25 +44,15 @@ std::string PatternBurn::recorded() const {
 }
 
 void PatternBurn::look(Reply reply) {
-  host_.parts().bed.stock_in_sight(
-      host_.while_current([this, reply = std::move(reply)](const Result<StockSight>& seen) {
-        const Status wanted = still_wanted();
-        reply(wanted ? judge_stock(seen, confirmed_) : wanted);
-      }));
+  host_.parts().bed.stock_in_sight(host_.while_current(
+      [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge_stock(seen, confirmed_)); }));
 }
 
-// Asked before the first stroke, and at each Unhold.
 Status PatternBurn::still_wanted() const {
   Status wanted = wanted_();
   if (wanted || !begun_ || wanted.error().code != ErrorCode::kCancelled) return wanted;
-  return Error{
-      ErrorCode::kCancelled,
-      fmt::format("the {} was cancelled after it was begun, and part of it may be burnt: Stop ends it", pattern_.name)};
-}
-
-bool PatternBurn::is_given_up() const {
-  const Status wanted = still_wanted();
-  return begun_ && !wanted && wanted.error().code == ErrorCode::kCancelled;
+  return Error{ErrorCode::kCancelled, fmt::format("the {} was cancelled after it was begun{}: Stop ends it",
+                                                  pattern_.name, burns_ ? ", and part of it may be burnt" : "")};
 }
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {

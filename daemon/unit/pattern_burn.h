@@ -17,7 +17,8 @@ inline constexpr const char* kScrapOnTheBed = "scrap on the bed";
 
 class PatternBurn final : public Activity {
  public:
-  // `confirmed` is what the operator confirmed by name; `wanted` is asked when the camera has looked.
+  // `confirmed` is what the operator confirmed by name; `wanted` is asked before the first stroke, when
+  // the camera has looked where it looks, and at each Unhold.
   PatternBurn(ActivityHost& host, Pattern pattern, Reply reply, const std::vector<std::string>& confirmed,
               std::function<Status()> wanted);
 
@@ -29,13 +30,11 @@ class PatternBurn final : public Activity {
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;
-  bool is_given_up() const override;
+  Status still_wanted() const override;
   std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }  // scrap is nobody's
   void over(const Status& status) override { reply_(status); }
 
  private:
-  Status still_wanted() const;
-
   ActivityHost& host_;
   Pattern pattern_;
   Reply reply_;

@@ -43,8 +43,8 @@ class PatternCommands {
   virtual void home(const std::string& who, Reply reply) = 0;
   // Burns them; only when Idle, and not with a panel of the stock in the camera's sight. The reply comes when they are
   // burnt. Strokes that are all dark need no confirmation and no look.
-  // `wanted` is asked once more when the camera has looked, which takes up to a minute: nothing is burnt unless it says
-  // Ok.
+  // `wanted` is asked before the first stroke, when the camera has looked (which takes up to a minute) and it is on
+  // record, and at each Unhold: nothing begins or goes on, with the beam off neither, unless it says Ok.
   virtual void burn_pattern(Pattern pattern, const std::string& who, Reply reply, std::vector<std::string> confirmed,
                             std::function<Status()> wanted) = 0;
   // Lets the controller read them without moving; only when Idle. The reply comes when it has read them.

@@ -188,7 +188,7 @@ class Waking final : public Ready {
   Waking(Machine& machine, PhaseHost& host, LaserJob job) : Ready(machine, host), job_(std::move(job)) {}
 
   void entered() override { wake(); }
-  void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then Reset"}); }
+  void home() override { fail(busy_for_homing()); }
   void start(LaserJob&&) override { fail(busy()); }
   Status check(const LaserJob&) override { return busy(); }
   Status jog(Millimetres, Millimetres, MmPerSecond) override { return busy_for_jogs(); }

@@ -93,6 +93,10 @@ class Phase {
 
  protected:
   static Error busy() { return {ErrorCode::kConflict, "the laser is busy"}; }
+  // Whoever asked for homing is Aborted by its failure.
+  static Error busy_for_homing() {
+    return {ErrorCode::kConflict, "the laser is busy: wait until it stands still, then Clear and Reset"};
+  }
   static Error busy_for_jogs() {
     return {ErrorCode::kConflict, "the laser is busy, and is jogged between jobs only: wait until it stands still"};
   }

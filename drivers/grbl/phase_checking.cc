@@ -24,7 +24,7 @@ class Checking final : public Phase {
     wait_on();
     m_.send_text("$C\n");
   }
-  void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then Reset"}); }
+  void home() override { fail(busy_for_homing()); }
   void abort() override { break_off(stopped_by_command(), false); }
   void answered(const Outstanding& line, std::optional<int> error) override;
   void alarm(int number) override { break_off({ErrorCode::kDeviceFault, alarm_words(number)}, true); }

@@ -122,7 +122,7 @@ void Homing::finish_without_switches() {
   if (m_.corner.forgotten())
     return end(Error{ErrorCode::kRefused,
                      "the laser has no homing switches, and its controller has forgotten where its head stands: bring "
-                     "the head to the lower left corner of the bed, say veneerctl laser here, then Reset"});
+                     "the head to the lower left corner of the bed, say veneerctl laser here, then Clear and Reset"});
   // By the controller's own count, which a stop in motion shifts by a few steps at most.
   const double tolerance = 0.5 / std::min(x.steps_per_mm, y.steps_per_mm) + 0.001;
   if (std::max(std::abs(at_x - x.origin_mm), std::abs(at_y - y.origin_mm)) <= tolerance) return end(std::nullopt);

@@ -25,7 +25,7 @@ class Jogging final : public Phase {
     wait_on();
     pump();
   }
-  void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then Reset"}); }
+  void home() override { fail(busy_for_homing()); }
   void stop_jog() override {
     cancelled_ = true;
     m_.realtime(kJogCancel);

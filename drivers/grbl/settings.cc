@@ -124,13 +124,13 @@ Result<MachineSettings> SettingsReader::finish() const {
     return Error{
         ErrorCode::kDeviceFault,
         fmt::format("the laser controller ({}) told its setting ${} differently when it was asked twice: check "
-                    "the cable, then Reset",
+                    "the cable, then Clear and Reset",
                     s.firmware, *number)};
   for (const int needed :
        std::initializer_list<int>{kHomingEnable, kMaxPower, kLaserMode, kTravel, kTravel + 1, kMaxRate, kMaxRate + 1,
                                   kAcceleration, kAcceleration + 1, kStepsPerMm, kStepsPerMm + 1})
     if (!values_.contains(needed))
-      return refuse(fmt::format("it did not tell its setting ${}: check the cable, then Reset", needed));
+      return refuse(fmt::format("it did not tell its setting ${}: check the cable, then Clear and Reset", needed));
   if (value(kLaserMode, 0) != 1) return refuse("laser mode is off: set $32=1 so that the beam goes out at rest");
   if (value(kReportInches, 0) != 0) return refuse("it reports in inches: set $13=0");
   s.receive_bytes = options_.receive_bytes.value_or(128);

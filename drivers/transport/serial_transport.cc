@@ -35,7 +35,8 @@ std::optional<speed_t> speed_of(unsigned baud) {
 std::string system_text(int number) { return std::generic_category().message(number); }
 
 Error cannot_open(const std::string& path, int number) {
-  std::string remedy = "check the cable, then Reset, or correct the port in the configuration, then restart veneerd";
+  std::string remedy =
+      "check the cable, then Clear and Reset, or correct the port in the configuration, then restart veneerd";
   if (number == EACCES)
     remedy = "give the daemon's user the group of the device, usually dialout, then restart veneerd";
   if (number == EBUSY) remedy = "end the other program that holds it";

@@ -116,6 +116,30 @@ TEST_F(GrblCoreTest, AJogThatStallsNamesEachToo) {
   EXPECT_THAT(ended->error->message, names_each_cause());
 }
 
+// Whoever asks for homing is Aborted by its failure, where Clear comes first.
+TEST_F(GrblCoreTest, WhileItIsBusyHomingIsRefusedWithAllThatComesBeforeReset) {
+  const auto refusal = [&](const char* doing) {
+    events.clear();
+    core.home(now);
+    const auto failed = event<laser_event::Failed>();
+    EXPECT_TRUE(failed) << doing;
+    return failed ? failed->error.message : std::string();
+  };
+  constexpr const char* kBusy = "the laser is busy: wait until it stands still, then Clear and Reset";
+  connect_and_home();
+  ASSERT_TRUE(core.jog(Millimetres(-10), Millimetres(0), MmPerSecond(50), now));
+  EXPECT_EQ(refusal("a jog"), kBusy);
+  make_core({});
+  connect_and_home();
+  ASSERT_TRUE(core.check(line_job(), now));
+  EXPECT_EQ(refusal("a check"), kBusy);
+  make_core({});
+  connect_and_home();
+  wait_in("<Door:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 1s);
+  core.start(line_job(), now);
+  EXPECT_EQ(refusal("a start behind the lid"), kBusy);
+}
+
 TEST_F(GrblCoreTest, AHoldThatIsNotReachedNamesEachToo) {
   connect_and_home();
   begin_line();

@@ -400,7 +400,8 @@ TEST_F(NoSwitches, AControllerThatForgotIsAskedAboutAndTheOperatorsWordCounts) {
   cell.bench.controller.set_consent(false);
   home();
   ASSERT_TRUE(cell.has<laser_event::Failed>());
-  EXPECT_THAT(cell.first<laser_event::Failed>()->error.message, HasSubstr("veneerctl laser here"));
+  EXPECT_THAT(cell.first<laser_event::Failed>()->error.message,
+              HasSubstr("say veneerctl laser here, then Clear and Reset"));
   EXPECT_EQ(cell.bench.controller.beam_log().moved_without_consent_mm, 0);
   ASSERT_TRUE(cell.core.corner_is_here(cell.now()));
   home();

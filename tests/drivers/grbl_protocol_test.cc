@@ -21,6 +21,7 @@
 namespace veneer::grbl {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
@@ -226,6 +227,9 @@ void tell_likely(SettingsReader& reader, int but = 0) {
     if (number != but) reader.setting({number, value});
 }
 
+// A Reset that fails ends in Aborted, where Clear comes first.
+constexpr const char* kFromAborted = ": check the cable, then Clear and Reset";
+
 TEST(Settings, AreBelievedWhenTheyWereToldTwiceAlike) {
   SettingsReader reader;
   tell_likely(reader);
@@ -237,7 +241,17 @@ TEST(Settings, AreBelievedWhenTheyWereToldTwiceAlike) {
   const auto settings = reader.finish();
   ASSERT_FALSE(settings.ok());
   EXPECT_EQ(settings.error().code, ErrorCode::kDeviceFault);
-  EXPECT_THAT(settings.error().message, HasSubstr("$30 differently"));
+  EXPECT_THAT(settings.error().message, AllOf(HasSubstr("$30 differently"), EndsWith(kFromAborted)));
+}
+
+TEST(Settings, ThatAreNotToldAreAskedForAgain) {
+  SettingsReader reader;
+  tell_likely(reader, 30);
+  reader.read_again();
+  tell_likely(reader, 30);
+  const auto settings = reader.finish();
+  ASSERT_FALSE(settings.ok());
+  EXPECT_THAT(settings.error().message, AllOf(HasSubstr("did not tell its setting $30"), EndsWith(kFromAborted)));
 }
 
 // Without $23 the corner would be taken to lie elsewhere, without $13 inches for millimetres.

@@ -21,6 +21,7 @@
 namespace veneer {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // The machine's end of a pseudo-terminal.
@@ -201,7 +202,9 @@ TEST_F(TransportTest, NamesAPortThatIsNotThere) {
   const auto missing = open(*make("serial:/dev/veneer-no-such-port"));
   ASSERT_FALSE(missing.ok());
   EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(missing.error().message, HasSubstr("/dev/veneer-no-such-port"));
+  EXPECT_THAT(missing.error().message,
+              AllOf(HasSubstr("/dev/veneer-no-such-port"), HasSubstr(": check the cable, then Clear and Reset, or")))
+      << "a Reset that fails ends in Aborted";
   EXPECT_FALSE(open(*make("serial:/dev/null")).ok()) << "a device, but no terminal";
 }
 

@@ -68,7 +68,7 @@ class SimLaser final : public LaserDriver {
   LaserStatus status() const override {
     LaserStatus status;
     status.connected = status.homed = connected_;
-    status.state = lid_open ? "Door:1" : lid_was_open ? "Door:0" : "Idle";
+    status.state = lid_open ? "Door:1" : leaves_door ? "Door:3" : lid_was_open ? "Door:0" : "Idle";
     status.position = position;
     status.beam_on = burning_ || beam_stays_on;
     status.firmware = "SimLaser";
@@ -143,6 +143,7 @@ class SimLaser final : public LaserDriver {
   std::string remark;                   // behind Done
   bool lid_open = false;
   bool lid_was_open = false;  // and is closed again, and nothing was begun since
+  bool leaves_door = false;   // it is closed, and the controller still on its way out of the wait for that
   int lid_openings = 0;
   // What hold() is answered with; nothing by a driver whose strokes have ended in this very turn.
   enum class OnHold { kHeld, kNothing, kNotBegun } on_hold = OnHold::kHeld;

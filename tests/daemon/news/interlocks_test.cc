@@ -204,7 +204,7 @@ TEST(Interlocks, ALaserThatIsNotConnectedHasTheRemedyOfItsOwnReason) {
             "the laser controller stopped answering | Check its cable, then Clear and Reset.");
   EXPECT_EQ(told(kSilent, CellState::kStopped),
             "the laser controller stopped answering | Check its cable, then Reset.");
-  constexpr const char* kUntold = "it did not tell its setting $22: check the cable, then Reset";
+  constexpr const char* kUntold = "it did not tell its setting $22: check the cable, then Clear and Reset";
   EXPECT_EQ(told(kUntold, CellState::kStopped), "it did not tell its setting $22 | Check the cable, then Reset.");
   EXPECT_EQ(told(kUntold, CellState::kAborted),
             "it did not tell its setting $22 | Check the cable, then Clear and Reset.");

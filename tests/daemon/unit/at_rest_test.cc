@@ -92,6 +92,50 @@ TEST_F(AtRestTest, NotWhileTheDatabaseTakesItsTimeWithTheEnd) {
   EXPECT_THAT(refusal(), HasSubstr("Aborted"));
 }
 
+// ---- what would make a STOP wait ------------------------------------------------------------------------------------
+
+TEST_F(AtRestTest, NothingMovesWhileTheCellWaitsOrIsAborted) {
+  EXPECT_TRUE(runner_->nothing_moves());
+  load_first_panel();
+  ASSERT_EQ(state(), CellState::kSuspended);
+  EXPECT_TRUE(runner_->nothing_moves());
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_TRUE(runner_->nothing_moves());
+  laser_.beam_stays_on = true;
+  EXPECT_FALSE(runner_->nothing_moves());
+}
+
+TEST_F(AtRestTest, SomethingMovesWhileItIsHomedOrJogged) {
+  laser_.homes = false;
+  tell(CellCommand::kReset);
+  EXPECT_FALSE(runner_->nothing_moves()) << "it is being written that it begins";
+  settle();
+  EXPECT_FALSE(runner_->nothing_moves());
+  laser_.say(laser_event::Homed{});
+  settle();
+  EXPECT_TRUE(runner_->nothing_moves());
+  laser_.can_jog = true;
+  {
+    const SlowDatabase slow(*database_);
+    runner_->jogging().jog(Millimetres(20), Millimetres(0), MmPerSecond(50), "test", [](const Status&) {});
+    EXPECT_FALSE(runner_->nothing_moves()) << "it is being written that it begins";
+  }
+  settle();
+  EXPECT_FALSE(runner_->nothing_moves());
+  laser_.end_jog();
+  settle();
+  EXPECT_TRUE(runner_->nothing_moves());
+}
+
+TEST_F(AtRestTest, SomethingMovesWhileItIsCutOrHeld) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_FALSE(runner_->nothing_moves());
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_FALSE(runner_->nothing_moves()) << "Unhold goes on";
+}
+
 // ---- watching the bed -----------------------------------------------------------------------------------------------
 
 class MayBeWatchedTest : public JobRunnerTest {

@@ -154,7 +154,20 @@ TEST_F(OwedProofTest, ThroughAnOpenLidTheStatusAsksForItToBeClosed) {
   bed_.seen = kNothingThere;
   ASSERT_TRUE(command(CellCommand::kAbort).ok());
   ASSERT_TRUE(runner_->view().owed_look);
-  EXPECT_THAT(runner_->view().owed_look->sentence, HasSubstr("the lid is open"));
+  EXPECT_THAT(runner_->view().owed_look->sentence, HasSubstr("(the lid is open, and it may be behind a hand)"));
+}
+
+// grblHAL's way out of its door: nobody has to close anything any more.
+TEST_F(OwedProofTest, WhileTheControllerComesOutOfItsDoorTheLidIsNotSaidToBeOpen) {
+  cut_one();
+  laser_.leaves_door = true;
+  bed_.seen = kNothingThere;
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  ASSERT_TRUE(runner_->view().owed_look);
+  EXPECT_THAT(runner_->view().owed_look->sentence,
+              AllOf(HasSubstr("(the lid was open just now, and it may have been behind a hand)"),
+                    Not(HasSubstr("the lid is open"))));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved)) << "it may be behind a hand";
 }
 
 TEST_F(OwedProofTest, WhatTheCameraCannotTellAPersonWritesOff) {

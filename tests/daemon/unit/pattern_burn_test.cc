@@ -174,12 +174,27 @@ TEST_F(PatternTest, IsReachedFromWhereHomingLeavesTheHeadUnlessTheCellIsIdle) {
   EXPECT_THAT(runner_->may_burn_pattern(pattern(0.2), {}).error().message, HasSubstr("clamp"));
 }
 
+// With the beam on, and with it off: no look at the bed stands before that.
+class CancelledPatternTest : public PatternTest, public ::testing::WithParamInterface<double> {
+ protected:
+  void begin() {
+    runner_->burn_pattern(
+        {pattern(GetParam()), name_}, "test", [this](Status s) { over_ = std::move(s); }, {},
+        [this] { return wanted_; });
+  }
+  void cancel() { wanted_ = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"}; }
+
+  std::optional<Status> over_;
+
+ private:
+  Status wanted_ = Ok();
+};
+INSTANTIATE_TEST_SUITE_P(Power, CancelledPatternTest, ::testing::Values(0.2, 0.0));
+
 // The task was cancelled while it burnt, and an operator held it then.
-TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
+TEST_P(CancelledPatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  Status wanted = Ok();
-  runner_->burn_pattern(
-      {pattern(0.2), name_}, "test", [](const Status&) {}, {}, [&] { return wanted; });
+  begin();
   settle();
   ASSERT_TRUE(laser_.burning());
   EXPECT_TRUE(runner_->view().alone);
@@ -187,14 +202,15 @@ TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
   EXPECT_FALSE(runner_->view().only_stop) << "it is still wanted";
   ASSERT_TRUE(command(CellCommand::kUnhold).ok());
   ASSERT_TRUE(laser_.burning());
-  wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+  cancel();
   ASSERT_TRUE(command(CellCommand::kHold).ok());
   EXPECT_TRUE(runner_->view().only_stop) << "before anybody has tried";
   const Status unheld = command(CellCommand::kUnhold);
   ASSERT_FALSE(unheld.ok());
   EXPECT_EQ(unheld.error().code, ErrorCode::kCancelled);
   EXPECT_EQ(unheld.error().message,
-            "the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it");
+            GetParam() > 0 ? "the pattern was cancelled after it was begun, and part of it may be burnt: Stop ends it"
+                           : "the pattern was cancelled after it was begun: Stop ends it");
   EXPECT_EQ(state(), CellState::kHeld);
   EXPECT_EQ(reason(), unheld.error().message);
   EXPECT_TRUE(runner_->view().only_stop);
@@ -205,18 +221,43 @@ TEST_F(PatternTest, OneThatWasCancelledInItsMidstIsNotSaidToBeUnburnt) {
 }
 
 // The task may be cancelled while it is held already: then Unhold finds out.
-TEST_F(PatternTest, OneThatWasCancelledWhileItWasHeldCanOnlyBeStopped) {
+TEST_P(CancelledPatternTest, OneThatWasCancelledWhileItWasHeldCanOnlyBeStopped) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  Status wanted = Ok();
-  runner_->burn_pattern(
-      {pattern(0.2), name_}, "test", [](const Status&) {}, {}, [&] { return wanted; });
+  begin();
   settle();
   ASSERT_TRUE(laser_.burning());
   ASSERT_TRUE(command(CellCommand::kHold).ok());
-  wanted = Error{ErrorCode::kCancelled, "it was cancelled before anything was burnt"};
+  cancel();
   ASSERT_FALSE(command(CellCommand::kUnhold).ok());
   EXPECT_EQ(state(), CellState::kHeld);
   EXPECT_TRUE(runner_->view().only_stop);
+}
+
+// Close the lid, and then hear that it is of no use?
+TEST_P(CancelledPatternTest, ThatItWasCancelledIsToldBeforeWhatElseStandsInTheWay) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  begin();
+  settle();
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  cancel();
+  laser_.open_lid();
+  EXPECT_THAT(command(CellCommand::kUnhold).error().message, HasSubstr("Stop ends it"));
+}
+
+TEST_P(CancelledPatternTest, OneThatWasCancelledBeforeItWasOnRecordDoesNotBegin) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  {
+    const SlowDatabase slow(*database_);
+    begin();
+    poll();
+    cancel();
+  }
+  settle();
+  EXPECT_EQ(starts(), 0);
+  EXPECT_EQ(state(), CellState::kIdle);
+  ASSERT_TRUE(over_ && !over_->ok());
+  EXPECT_EQ(over_->error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(over_->error().message, "it was cancelled before anything was burnt");
 }
 
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
