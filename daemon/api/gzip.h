@@ -1,4 +1,4 @@
-// Replies that travel smaller: the console's texts take a quarter of the wire (RFC 9110, section 12.5.3; RFC 1952).
+// Replies that travel smaller: the console's texts take a third of the wire (RFC 9110, section 12.5.3; RFC 1952).
 #pragma once
 
 #include <string>
