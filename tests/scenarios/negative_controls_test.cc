@@ -129,7 +129,7 @@ TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
   tamper({"patches_are_never_edited"}, swap);
   ASSERT_TRUE(story_->reconcile(kJob).ok());
   ASSERT_TRUE(story_->prove(bin_dir()).ok());
-  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/wrong_pieces = 2")));
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/wrong_beyond_chance = 2")));
 }
 
 TEST_F(NegativeControls, ADeletedRowOfTheLedgerNoLongerMatchesTheBurn) {

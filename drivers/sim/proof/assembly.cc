@@ -276,7 +276,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     if (look.under_dust) ++proof.pieces_under_dust;
   }
   std::vector<int> looks_like(laid.size(), -1);
-  std::vector<char> greyly_elsewhere(laid.size(), 0);  // threads write side by side
+  std::vector<char> greyly_elsewhere(laid.size(), 0), beyond_chance(laid.size(), 0);  // threads write side by side
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas);
     const BlockMeans seen = blocks_seen_of(laid[i], job.pieces[laid[i].as], dust, canvas);
@@ -287,6 +287,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
       const auto rivals = mine.rivals(places[k], place, seen);
       if (!rivals) continue;
       if (rivals->other.correlation > rivals->own.correlation) greyly_elsewhere[i] = 1;
+      if (rivals->other_is_nearer_than_by_chance()) beyond_chance[i] = 1;
       if (!rivals->other_is_nearer() || (looks_like[i] >= 0 && rivals->other.in_colour <= best.in_colour)) continue;
       best = rivals->other;
       looks_like[i] = static_cast<int>(k);
@@ -301,8 +302,10 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
   for (std::size_t i = 0; i < laid.size(); ++i) {
     if (looks_like[i] < 0 || laid[i].mirrored) continue;
     ++proof.wrong_pieces;
+    if (beyond_chance[i] != 0) ++proof.wrong_beyond_chance;
     proof.notes.push_back("piece " + job.pieces[laid[i].as].mark + " looks like " +
-                          job.pieces[static_cast<std::size_t>(looks_like[i])].mark);
+                          job.pieces[static_cast<std::size_t>(looks_like[i])].mark +
+                          (beyond_chance[i] != 0 ? "" : ", but may do so by chance"));
   }
 }
 

@@ -7,7 +7,9 @@
 //
 // wrong     the piece's 2 mm block means correlate better, in grey and in colour (all three channels together), with
 //           the preview of another patch than with its own. Pixels of a preview that show dust on the scanner's glass,
-//           as the twin recorded it, show no wood and are not counted, nor is what lies there of the piece.
+//           as the twin recorded it, show no wood and are not counted, nor is what lies there of the piece. Beyond
+//           chance: so much better that the few blocks of a small piece do not do it by themselves
+//           (Rivals::other_is_nearer_than_by_chance).
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored: in grey, both the correlation is
 //           higher, by a clear margin (0.3) over its own, and the difference lower (BlockMeans::rather).
@@ -46,6 +48,7 @@ struct JobProof {
   std::size_t pieces = 0, cut = 0, suspect = 0;
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
+  std::size_t wrong_beyond_chance = 0;   // of wrong_pieces; the others may be right
   std::size_t wrong_by_correlation = 0;  // in grey: of pieces of a few blocks, and so also of many that are right
   std::size_t holed_pieces = 0;          // cut where the panel has a hole, by more than the 0.05 mm that edges err
   std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans

@@ -167,8 +167,17 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans
       grey.add(a.grey, b.grey);
       for (std::size_t k = 0; k < 3; ++k) colour.add(a.colour[k], b.colour[k]);
     }
-  if (grey.n < 4) return {0, 0, std::numeric_limits<double>::infinity(), 0};
-  return {colour.correlation(), grey.correlation(), grey.difference(), grey.lightness()};
+  if (grey.n < 4) return {0, 0, std::numeric_limits<double>::infinity(), 0, 0};
+  return {colour.correlation(), grey.correlation(), grey.difference(), grey.lightness(), static_cast<int>(grey.n)};
+}
+
+bool BlockMeans::Rivals::other_is_nearer_than_by_chance() const {
+  constexpr double kNearlyOne = 1 - 1e-9;
+  const auto z = [&](const Agreement& agreement) {
+    return std::atanh(std::clamp(agreement.correlation, -kNearlyOne, kNearlyOne));
+  };
+  const int blocks = std::min(own.blocks, other.blocks);
+  return other_is_nearer() && z(other) - z(own) > std::sqrt(2.0 / std::max(1, blocks - 3));
 }
 
 std::optional<BlockMeans::Rivals> BlockMeans::rivals(const BlockMeans& other, const BlockMeans& own,

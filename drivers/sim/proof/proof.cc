@@ -244,6 +244,7 @@ json to_json(const Proof& proof) {
                            {"edge_rms_mm", length(edge, &Residual::rms)},
                            {"edge_max_mm", length(edge, &Residual::max)},
                            {"wrong_pieces", job.picture_ssim ? json(job.wrong_pieces) : json()},
+                           {"wrong_beyond_chance", job.picture_ssim ? json(job.wrong_beyond_chance) : json()},
                            {"wrong_by_correlation", job.picture_ssim ? json(job.wrong_by_correlation) : json()},
                            {"pieces_under_dust", job.picture_ssim ? json(job.pieces_under_dust) : json()},
                            {"holed_pieces", job.holed_pieces},
