@@ -186,12 +186,14 @@ std::optional<PanelId> read_panel(RequestReader& query) {
   return panel ? std::optional(PanelId{*panel}) : std::nullopt;
 }
 
-// What broke work off may be the sentence of a driver. The configuration is read on the thread that may change it.
+// What broke work off may be the sentence of a driver: for a viewer that column of each row is struck, and no other,
+// for those hold what people typed. The configuration is read on the thread that may change it.
 auto seen_by(const ApiRequest& request, const LaserConfig& laser) {
   std::optional<LaserConfig> struck;
   if (request.caller.role < Role::kOperator) struck = laser;
-  return [struck = std::move(struck)](Result<json> told) {
-    if (told && struck) strike_places(*told, *struck);
+  return [struck = std::move(struck)](Result<json> told, const char* rows, const char* column) {
+    if (told && struck)
+      for (json& row : (*told)[rows]) strike_places(row[column], *struck);
     return told;
   };
 }
@@ -232,20 +234,28 @@ void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& 
     reply_from_query(
         queries, request,
         [filter, after, limit, seen = seen_by(request, laser)](Repositories& r) {
-          return seen(events_json(r, filter, after, limit));
+          return seen(events_json(r, filter, after, limit), "events", "what");
         },
         reply);
   });
-  for (const auto& [operation, read] :
-       {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})
-    router.bind(operation, [&queries, &laser, answer = read](const ApiRequest& request, const Reply& reply) {
-      auto query = RequestReader::query_of(request);
-      const Page page = read_page(query);
-      if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
-      reply_from_query(
-          queries, request,
-          [page, answer, seen = seen_by(request, laser)](Repositories& r) { return seen(answer(r, page)); }, reply);
-    });
+  router.bind("getHistory", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+    reply_from_query(
+        queries, request,
+        [page, seen = seen_by(request, laser)](Repositories& r) {
+          return seen(history_json(r, page), "pieces", "run_result");
+        },
+        reply);
+  });
+  router.bind("getWoodHistory", [&queries](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+    reply_from_query(
+        queries, request, [page](Repositories& r) { return wood_json(r, page); }, reply);
+  });
 }
 
 }  // namespace veneer::daemon

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "tests/daemon/routes/panel_cell.h"
 
@@ -96,6 +97,22 @@ TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
     EXPECT_THAT(told, ::testing::HasSubstr("does not answer")) << target;
     EXPECT_THAT(told, Not(::testing::HasSubstr("/dev/ttyUSB7"))) << target;
     EXPECT_THAT(told, Not(::testing::HasSubstr("wire.bin"))) << target;
+  }
+}
+
+TEST_F(EventHistory, WhatPeopleTypedReadsTheSameForAll) {
+  change([&](Repositories& r) -> Status {
+    db::NewPlan plan = squares(6, {25}, 5);
+    plan.name = "a /b";
+    if (const auto job = r.jobs.create(plan, kThen); !job) return job.error();
+    return r.ledger.write_off(PanelId{"P-0001"}, Region<PanelFrame>(panel_square(5, 5, 5)), "as in /notes", kThen);
+  });
+  for (const auto& [target, typed] : {std::pair("/history", "a /b"), std::pair("/history/wood", "as in /notes")}) {
+    role = Role::kViewer;
+    const json seen = get(target);
+    EXPECT_THAT(seen.dump(), ::testing::HasSubstr(typed));
+    role = Role::kOperator;
+    EXPECT_EQ(seen, get(target));
   }
 }
 
