@@ -87,9 +87,14 @@ TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
         Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
     if (!run) return run.error();
     const std::array suspects = {PieceId{1}};
-    return r.jobs.abort_run(*run, suspects, config.laser.port + " does not answer: /dev/ttyUSB7 is gone", kThen);
+    const std::string why = config.laser.port + " does not answer: /dev/ttyUSB7 is gone";
+    const std::string asked =
+        R"(POST /api/v1/laser/connect?port=/dev/ttyUSB7 {"port":"/dev/ttyUSB7"}, which does not answer)";
+    if (Status noted = r.audit.append({0, kThen, "uid 1000", "api.connectLaser", asked}); !noted) return noted;
+    if (Status noted = r.audit.append({0, kThen, "veneerd", "run.end", why}); !noted) return noted;
+    return r.jobs.abort_run(*run, suspects, why, kThen);
   });
-  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1"}) {
+  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1", "/audit?kind=run", "/audit?kind=api"}) {
     role = Role::kOperator;
     EXPECT_THAT(get(target).dump(), ::testing::HasSubstr("/dev/ttyUSB7")) << target;
     role = Role::kViewer;
@@ -98,6 +103,7 @@ TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
     EXPECT_THAT(told, Not(::testing::HasSubstr("/dev/ttyUSB7"))) << target;
     EXPECT_THAT(told, Not(::testing::HasSubstr("wire.bin"))) << target;
   }
+  EXPECT_THAT(get("/audit?kind=api").dump(), ::testing::HasSubstr("POST /api/v1/laser/connect?port=(an operator"));
 }
 
 TEST_F(EventHistory, WhatPeopleTypedReadsTheSameForAll) {
