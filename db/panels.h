@@ -96,8 +96,10 @@ struct ScanRecord {
   std::string file;
   std::string sha256;
   double dpi = 0;
-  std::optional<Millimetres> rms, max;  // registration residuals; null for the only tile of a first scan
-  std::string lattice;                  // the scan -> panel map, as calib writes it
+  // Registration residuals of all tiles of a scanning together, the same with each of them: what tells them from those
+  // of another one. Null for the only tile of a first scan.
+  std::optional<Millimetres> rms, max;
+  std::string lattice;  // the scan -> panel map, as calib writes it
   std::string taken_at;
 };
 

@@ -186,12 +186,29 @@ std::optional<PanelId> read_panel(RequestReader& query) {
   return panel ? std::optional(PanelId{*panel}) : std::nullopt;
 }
 
-// What broke work off may be the sentence of a driver. The configuration is read on the thread that may change it.
+// "POST /api/v1/laser/connect {...}": what was asked for, which is no file of this machine, ends here; 0 where a text
+// does not begin so.
+std::size_t end_of_request(std::string_view text) {
+  const std::size_t method = text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
+  if (method == 0 || method == std::string_view::npos || !text.substr(method).starts_with(" /api/")) return 0;
+  return std::min(text.find_first_of(" ?", method + 1), text.size());
+}
+
+// What broke work off may be the sentence of a driver: for a viewer that column of each row is struck, and no other,
+// for those hold what people typed. The configuration is read on the thread that may change it.
 auto seen_by(const ApiRequest& request, const LaserConfig& laser) {
   std::optional<LaserConfig> struck;
   if (request.caller.role < Role::kOperator) struck = laser;
-  return [struck = std::move(struck)](Result<json> told) {
-    if (told && struck) strike_places(*told, *struck);
+  return [struck = std::move(struck)](Result<json> told, const char* rows, const char* column) {
+    if (!told || !struck) return told;
+    for (json& row : (*told)[rows]) {
+      if (!row[column].is_string()) continue;
+      const std::string text = row[column];
+      const std::size_t end = end_of_request(text);
+      json rest = text.substr(end);
+      strike_places(rest, *struck);
+      row[column] = text.substr(0, end) + rest.get<std::string>();
+    }
     return told;
   };
 }
@@ -199,7 +216,7 @@ auto seen_by(const ApiRequest& request, const LaserConfig& laser) {
 }  // namespace
 
 void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& laser) {
-  router.bind("getAudit", [&queries](const ApiRequest& request, const Reply& reply) {
+  router.bind("getAudit", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
     db::AuditFilter filter;
@@ -215,7 +232,11 @@ void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& 
     if (page.after != 0) filter.before = page.after;
     if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
     reply_from_query(
-        queries, request, [filter, page](Repositories& r) { return audit_json(r, filter, page); }, reply);
+        queries, request,
+        [filter, page, seen = seen_by(request, laser)](Repositories& r) {
+          return seen(audit_json(r, filter, page), "entries", "detail");
+        },
+        reply);
   });
   router.bind("getEventHistory", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
@@ -232,20 +253,28 @@ void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& 
     reply_from_query(
         queries, request,
         [filter, after, limit, seen = seen_by(request, laser)](Repositories& r) {
-          return seen(events_json(r, filter, after, limit));
+          return seen(events_json(r, filter, after, limit), "events", "what");
         },
         reply);
   });
-  for (const auto& [operation, read] :
-       {std::pair("getHistory", &history_json), std::pair("getWoodHistory", &wood_json)})
-    router.bind(operation, [&queries, &laser, answer = read](const ApiRequest& request, const Reply& reply) {
-      auto query = RequestReader::query_of(request);
-      const Page page = read_page(query);
-      if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
-      reply_from_query(
-          queries, request,
-          [page, answer, seen = seen_by(request, laser)](Repositories& r) { return seen(answer(r, page)); }, reply);
-    });
+  router.bind("getHistory", [&queries, &laser](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+    reply_from_query(
+        queries, request,
+        [page, seen = seen_by(request, laser)](Repositories& r) {
+          return seen(history_json(r, page), "pieces", "run_result");
+        },
+        reply);
+  });
+  router.bind("getWoodHistory", [&queries](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
+    reply_from_query(
+        queries, request, [page](Repositories& r) { return wood_json(r, page); }, reply);
+  });
 }
 
 }  // namespace veneer::daemon

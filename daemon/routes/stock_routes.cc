@@ -28,14 +28,35 @@ using nlohmann::json;
 struct KnownOffset {
   ScanId scan;
   Millimetres off{0};
+  bool now = false;  // that scan is of the newest scanning of its face that knows how any lies
 };
 
 bool is_over_limit(Millimetres off) { return off > calib::RegistrationOptions{}.max_offset; }
 
-// Of each fiducial, in the same order; the scans from the oldest on. A hole is known by its place.
+// Tiles of one scanning have its figures in common, and those of two have not (db::ScanRecord).
+bool are_of_one_scanning(const db::ScanRecord& a, const db::ScanRecord& b) {
+  return a.face == b.face && a.rms && a.max && a.rms == b.rms && a.max == b.max;
+}
+
+// The first tile of the newest scanning of this face that knows how any fiducial lies; 0 where none does. One that
+// knows of none, as where nothing was proven and somebody accepted it, says nothing of what an older one saw.
+ScanId newest_scanning(const std::vector<db::ScanRecord>& scans, Face face) {
+  const db::ScanRecord* first = nullptr;
+  for (auto scan = scans.rbegin(); scan != scans.rend(); ++scan) {
+    if (scan->face != face) continue;
+    if (first == nullptr && kept_offsets(scan->lattice).empty()) continue;
+    if (first != nullptr && !are_of_one_scanning(*scan, *first)) break;
+    first = &*scan;
+  }
+  return first == nullptr ? ScanId{} : first->id;
+}
+
+// Of each fiducial, in the same order; the scans from the oldest on. A hole is known by its place. One that came loose
+// and was taken off is in no scan from then on: how far it lay stays told, but not as what is so now.
 std::vector<std::optional<KnownOffset>> known_offsets(const std::vector<db::FiducialRecord>& fiducials,
                                                       const std::vector<db::ScanRecord>& scans) {
   constexpr Millimetres kSameHole{0.1};  // as it was frozen, but for rounding
+  const ScanId show = newest_scanning(scans, Face::kShow), back = newest_scanning(scans, Face::kBack);
   std::vector<std::optional<KnownOffset>> out(fiducials.size());
   std::size_t unknown = fiducials.size();
   for (auto scan = scans.rbegin(); scan != scans.rend() && unknown > 0; ++scan)
@@ -48,7 +69,7 @@ std::vector<std::optional<KnownOffset>> known_offsets(const std::vector<db::Fidu
                 : seen.tag < 0 && !known.corners.empty() && distance(known.corners.front(), seen.place) < kSameHole;
         if (!is_it || (out[i] && out[i]->scan != scan->id)) continue;
         if (!out[i]) --unknown;
-        out[i] = {scan->id, seen.off};
+        out[i] = {scan->id, seen.off, scan->id >= (scan->face == Face::kShow ? show : back)};
       }
   return out;
 }
@@ -114,7 +135,7 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
                                 {"corners_mm", points_json(f.corners)},
                                 {"off_mm", offsets[i] ? json(offsets[i]->off.count()) : json()},
                                 {"off_scan", offsets[i] ? json(offsets[i]->scan.value) : json()},
-                                {"over_limit", offsets[i] && is_over_limit(offsets[i]->off)}});
+                                {"over_limit", offsets[i] && offsets[i]->now && is_over_limit(offsets[i]->off)}});
   }
   return out;
 }

@@ -189,7 +189,7 @@ class Seldom(Page):
     MARKS = """
             const tag = (tag_id, x, off_mm, off_scan) => ({kind: 'tag', face: 'show', tag_id, centre_mm: [x, 5], corners_mm: [[x, 4], [x + 2, 4], [x + 2, 6], [x, 6]], off_mm, off_scan, over_limit: off_mm > .05});
             const hole = {kind: 'hole', face: 'show', tag_id: null, centre_mm: [80, 80], corners_mm: [[80, 80]], off_mm: .0214, off_scan: 4, over_limit: false};
-            window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3004, 4), tag(8, 30, .012, 4), {...tag(9, 50, null, null), face: 'back', over_limit: false}, hole]};
+            window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3004, 4), tag(8, 30, .012, 4), {...tag(9, 50, null, null), face: 'back', over_limit: false}, hole, {...tag(6, 70, .2, 2), over_limit: false}]};
             answer({'/panels/P-0001/registration': {panel: 'P-0001', rms_mm: .0123, max_mm: .05, scans: [], next: null}});"""
 
     def test_each_tag_and_hole_says_how_far_it_lies(self):
@@ -197,7 +197,7 @@ class Seldom(Page):
             await enter('panels', 'P-0001');
             const each = await until(() => { draw(); const all = [...main.querySelectorAll('ul.marks')]; return all.length === 2 && all; });
             return each.map((one) => [one.dataset.marks, [...one.children].map(({innerText}) => innerText)])""")
-        self.assertEqual(told, [["show", ["Tag 7: ▲ 0.300 mm", "Hole: 0.021 mm", "Tag 8: 0.012 mm"]], ["back", ["Tag 9: how far off is not known"]]])
+        self.assertEqual(told, [["show", ["Tag 7: ▲ 0.300 mm", "Tag 6: 0.200 mm", "Hole: 0.021 mm", "Tag 8: 0.012 mm"]], ["back", ["Tag 9: how far off is not known"]]])
 
     def test_on_the_map_one_that_lies_too_far_off_is_labelled(self):
         for language, off, unknown in (("en", "▲ Tag 7, show face: 0.300 mm from where the others put it (scan 4)", "Tag 9, back: how far off is not known"),

@@ -6,7 +6,7 @@
 // libraries that other programs use as well. PSS counts such a page in equal parts at each of them, private those that
 // no other has, own those that are no file's.
 #include <fmt/format.h>
-#include <unistd.h>
+#include <sys/types.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -24,6 +24,7 @@
 
 #include "tests/demo/story.h"
 #include "tests/soak/campaigns.h"
+#include "tests/soak/processor_time.h"
 #include "tests/support/event_listener.h"
 
 namespace veneer::soak {
@@ -60,27 +61,6 @@ Footprint footprint_of(pid_t pid) {
   return out;
 }
 
-// Seconds of processors that each of the process's threads has had, by its name and number.
-std::map<std::string, double> processor_times(pid_t pid) {
-  std::map<std::string, double> out;
-  std::error_code none;
-  for (const auto& task : fs::directory_iterator(fmt::format("/proc/{}/task", pid), none)) {
-    std::ifstream file(task.path() / "stat");
-    std::string line;
-    std::getline(file, line);
-    const auto open = line.find('('), close = line.rfind(')');
-    if (open == std::string::npos || close == std::string::npos) continue;
-    std::istringstream rest(line.substr(close + 2));
-    std::string skipped;
-    for (int field = 3; field < 14; ++field) rest >> skipped;
-    double user = 0, system = 0;
-    rest >> user >> system;
-    out[line.substr(open + 1, close - open - 1) + " " + task.path().filename().string()] =
-        (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-  }
-  return out;
-}
-
 // A console's ear: it reads all that it is told, and asks for nothing.
 class ListeningConsole {
  public:
@@ -100,16 +80,20 @@ class ListeningConsole {
   ListeningConsole(int port, const std::string& session)
       : listener_(port, session), reader_([this] {
           while (!listener_.next().is_null()) ++heard_;
+          has_ended_ = true;
         }) {}
   ~ListeningConsole() {
     listener_.end();
     reader_.join();
   }
   int heard() const { return heard_; }
+  // False: the daemon has ended the stream, or what came over it was no event.
+  bool stands() const { return !has_ended_; }
 
  private:
   testing::EventListener listener_;
   std::atomic<int> heard_ = 0;
+  std::atomic<bool> has_ended_ = false;
   std::thread reader_;
 };
 
@@ -126,6 +110,7 @@ class Idle {
   }
   json figures() const { return {{"schema_version", 1}, {"rest_s", plan_.rest_s}, {"rows", rows_}}; }
   Status judged() const {
+    if (rows_.empty()) return Error{ErrorCode::kInternal, "nothing was looked at"};
     std::string missed;
     for (const json& row : rows_) {
       const double percent = row["processor_percent"], resident = row["resident_mb"];
@@ -148,20 +133,23 @@ class Idle {
     const pid_t pid = cell_.daemon_pid();
     const int heard = console != nullptr ? console->heard() : 0;
     const auto began = std::chrono::steady_clock::now();
-    const auto before = processor_times(pid);
+    const auto before = processor_seconds(pid);
+    const auto threads_before = thread_times(pid);
     rest(plan_.watch_s);
-    const auto after = processor_times(pid);
+    const auto after = processor_seconds(pid);
+    const auto threads_after = thread_times(pid);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     const Footprint memory = footprint_of(pid);
-    if (after.empty() || memory.resident_mb <= 0)
+    if (!before || !after || memory.resident_mb <= 0)
       return Error{ErrorCode::kUnavailable, fmt::format("process {} cannot be looked at", pid)};
-    double used = 0;
+    if (console != nullptr && !console->stands())
+      return Error{ErrorCode::kUnavailable, when + ": the console's stream of events has ended"};
+    const double used = *after - *before;
     std::vector<std::pair<double, std::string>> threads;
-    for (const auto& [thread, time] : after) {
-      const auto known = before.find(thread);
-      const double here = time - (known == before.end() ? 0 : known->second);
-      used += here;
-      if (here > 0) threads.emplace_back(100 * here / seconds, thread.substr(0, thread.rfind(' ')));
+    for (const auto& [number, time] : threads_after) {
+      const auto known = threads_before.find(number);
+      const double here = time.seconds - (known == threads_before.end() ? 0 : known->second.seconds);
+      if (here > 0) threads.emplace_back(100 * here / seconds, time.name);
     }
     std::ranges::sort(threads, std::greater());
     if (threads.size() > 4) threads.resize(4);
@@ -175,10 +163,11 @@ class Idle {
                      {"pss_mb", memory.pss_mb},
                      {"private_mb", memory.private_mb},
                      {"own_mb", memory.own_mb},
-                     {"threads", after.size()},
+                     {"threads", threads_after.size()},
                      {"events_heard", console != nullptr ? console->heard() - heard : 0}});
     fmt::print("{:<50} {:6.2f} % {:6.1f} MB resident, {:5.1f} PSS, {:5.1f} private, {:5.1f} own, {} threads;", when,
-               100 * used / seconds, memory.resident_mb, memory.pss_mb, memory.private_mb, memory.own_mb, after.size());
+               100 * used / seconds, memory.resident_mb, memory.pss_mb, memory.private_mb, memory.own_mb,
+               threads_after.size());
     for (const auto& [percent, thread] : threads) fmt::print(" {} {:.2f} %", thread, percent);
     fmt::print("\n");
     std::fflush(stdout);

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
+#include <random>
 #include <utility>
 
 namespace veneer::testing {
@@ -154,6 +156,68 @@ class Slabs {
   std::vector<std::size_t> inside_;
 };
 
+// By points.
+
+struct Cells {
+  Cells(double width_mm, double height_mm) {
+    constexpr double kLargest = 0.05, kFewest = 1e6;
+    const double step = std::min(kLargest, std::sqrt(width_mm * height_mm / kFewest));
+    columns = static_cast<int>(std::ceil(width_mm / step)), rows = static_cast<int>(std::ceil(height_mm / step));
+    width = width_mm / columns, height = height_mm / rows;
+  }
+  double area() const { return width * height; }
+  // How many a straight line may cross at most.
+  double crossed_by(const cv::Point2d& line) const {
+    return std::ceil(std::abs(line.x) / width) + std::ceil(std::abs(line.y) / height) + 1;
+  }
+
+  int columns, rows;
+  double width, height;
+};
+
+// Of its area and outline.
+cv::Rect2d box_of(const PlainWood& wood) {
+  double left = HUGE_VAL, right = -HUGE_VAL, low = HUGE_VAL, high = -HUGE_VAL;
+  const auto add = [&](const PlainRing& ring) {
+    for (const cv::Point2d& p : ring) {
+      left = std::min(left, p.x), right = std::max(right, p.x);
+      low = std::min(low, p.y), high = std::max(high, p.y);
+    }
+  };
+  for (const PlainRing& ring : wood.area) add(ring);
+  add(wood.outline);
+  return left > right ? cv::Rect2d() : cv::Rect2d(left, low, right - left, high - low);
+}
+
+bool is_usable(const PlainMask& mask, const cv::Point2d& place) {
+  const int column = static_cast<int>(place.x / mask.pixel_mm);
+  const int row = mask.pixels.rows - 1 - static_cast<int>(place.y / mask.pixel_mm);
+  return row >= 0 && column < mask.pixels.cols && mask.pixels.at<unsigned char>(row, column) != 0;
+}
+
+// Each class to what is `within` its name.
+std::string disagreement(const json& book, const PanelAreas& counted, const PanelAreas& within) {
+  const double panel = counted.at("panel");
+  double told = 0, found = 0;
+  for (const auto& [name, area] : counted)
+    if (name != "panel") found += area;
+  if (!(std::abs(found - panel) <= within.at("panel")))
+    return fmt::format("what was counted is {:.7f} mm2 of a panel of {:.7f}: wood is booked twice", found, panel);
+  for (const auto& [name, area] : counted) {
+    const double within_mm2 = within.at(name);
+    if (!book.is_object() || !book.contains(name) || !book[name].is_number())
+      return fmt::format("the area book does not tell what is {}", name);
+    const double says = book[name];
+    if (!(std::abs(says - area) <= within_mm2))
+      return fmt::format("of what is {} the area book says {:.6f} mm2, and a count {:.6f}", name, says, area);
+    if (!(says >= -within_mm2)) return fmt::format("the area book says that {:.6f} mm2 are {}", says, name);
+    if (name != "panel") told += says;
+  }
+  if (!(std::abs(told - panel) <= 1e-6))
+    return fmt::format("the area book's classes are {:.7f} mm2 of a panel of {:.7f}", told, panel);
+  return "";
+}
+
 }  // namespace
 
 std::vector<PlainWood> plain_wood(const json& allocations) {
@@ -197,101 +261,124 @@ PanelAreas count_areas(const std::vector<PlainWood>& wood, const PlainMask& mask
   return out;
 }
 
-PanelAreas count_points(const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm, double height_mm,
-                        double step_mm) {
-  enum Mark : unsigned char { kNone, kReserved, kCut, kKerf, kSuspect, kScrap, kMarks };
-  constexpr const char* kNames[kMarks] = {"", "reserved", "cut", "kerf", "suspect", "scrap"};
+PanelAreas count_points(const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm, double height_mm) {
+  enum Mark : unsigned char { kNone, kReserved, kCut, kKerf, kSuspect, kScrap, kFree, kUnusable, kMarks };
+  constexpr const char* kNames[kMarks] = {"", "reserved", "cut", "kerf", "suspect", "scrap", "free", "unusable"};
   const auto mark_of = [](const std::string& state) {
     return state == "cut" ? kKerf : state == "suspect" ? kSuspect : state == "scrap" ? kScrap : kReserved;
   };
-  const int columns = static_cast<int>(std::lround(width_mm / step_mm));
-  const int rows = static_cast<int>(std::lround(height_mm / step_mm));
+  const Cells cells(width_mm, height_mm);
+  const auto columns = static_cast<std::size_t>(cells.columns);
   PanelAreas out = nothing_of(width_mm * height_mm);
-  std::vector<Mark> points(static_cast<std::size_t>(columns));
-  std::vector<double> borders;
-  // Calls `see` with each point of this height that lies within the rings.
-  const auto within = [&](const PlainRing* rings, std::size_t count, double y, const auto& see) {
-    borders.clear();
+  std::vector<Mark> marks(columns);
+  std::vector<cv::Point2d> points(columns);
+  std::vector<bool> inside(columns);
+  // Calls `see` with the mark of each point of the row that lies within the rings.
+  const auto within = [&](const PlainRing* rings, std::size_t count, const cv::Rect2d& box, int row, const auto& see) {
+    const auto first_at = [&](double x) {
+      return static_cast<std::size_t>(std::clamp(std::floor(x / cells.width), 0.0, static_cast<double>(columns)));
+    };
+    const std::size_t from = first_at(box.x), to = std::min(first_at(box.x + box.width) + 1, columns);
+    std::fill(inside.begin() + static_cast<std::ptrdiff_t>(from), inside.begin() + static_cast<std::ptrdiff_t>(to),
+              false);
     for (const PlainRing* ring = rings; ring != rings + count; ++ring)
       for (std::size_t i = 0; i < ring->size(); ++i) {
         const cv::Point2d &a = (*ring)[i], &b = (*ring)[i + 1 == ring->size() ? 0 : i + 1];
-        if ((a.y <= y) != (b.y <= y)) borders.push_back(a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+        if (a.y == b.y) continue;  // nothing lies beside it
+        if (std::max(a.y, b.y) <= row * cells.height || std::min(a.y, b.y) >= (row + 1) * cells.height) continue;
+        const double slope = (b.x - a.x) / (b.y - a.y);
+        for (std::size_t at = std::max(from, first_at(std::min(a.x, b.x))); at < to; ++at)
+          if (const cv::Point2d& p = points[at]; (a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) * slope < p.x)
+            inside[at] = !inside[at];
       }
-    std::ranges::sort(borders);
-    const auto first_behind = [&](double x) {
-      return std::clamp(static_cast<int>(std::ceil(x / step_mm - 0.5)), 0, columns);
-    };
-    for (std::size_t i = 0; i + 1 < borders.size(); i += 2)
-      for (int at = first_behind(borders[i]); at < first_behind(borders[i + 1]); ++at)
-        see(points[static_cast<std::size_t>(at)]);
+    for (std::size_t at = from; at < to; ++at)
+      if (inside[at]) see(marks[at]);
   };
-  std::vector<std::pair<double, double>> heights;  // of each row of the ledger
-  for (const PlainWood& one : wood) {
-    auto& [low, high] = heights.emplace_back(height_mm, 0);
-    for (const PlainRing& ring : one.area)
-      for (const cv::Point2d& p : ring) low = std::min(low, p.y), high = std::max(high, p.y);
-  }
-  std::map<std::string, long> counted;
-  for (int row = 0; row < rows; ++row) {
-    const double y = (row + 0.5) * step_mm;
-    std::ranges::fill(points, kNone);
+  std::vector<cv::Rect2d> boxes;  // of each row of the ledger
+  for (const PlainWood& one : wood) boxes.push_back(box_of(one));
+  std::mt19937 dice(1);
+  const auto anywhere = [&] { return dice() * 0x1p-32; };
+  long counted[kMarks] = {};
+  for (int row = 0; row < cells.rows; ++row) {
+    for (std::size_t at = 0; at < columns; ++at) {
+      points[at].x = (static_cast<double>(at) + anywhere()) * cells.width;
+      points[at].y = (row + anywhere()) * cells.height;
+    }
+    std::ranges::fill(marks, kNone);
     for (std::size_t i = 0; i < wood.size(); ++i) {
       const PlainWood& one = wood[i];
-      if (one.state == "released" || y < heights[i].first || y > heights[i].second) continue;
+      if (one.state == "released" || (row + 1) * cells.height < boxes[i].y ||
+          row * cells.height > boxes[i].y + boxes[i].height)
+        continue;
       const Mark mark = mark_of(one.state);
-      within(one.area.data(), one.area.size(), y, [&](Mark& point) {
-        if (point != kNone) ++counted[kNames[point]];  // another row holds it, too
+      within(one.area.data(), one.area.size(), boxes[i], row, [&](Mark& point) {
+        if (point != kNone) ++counted[point];  // another row holds it, too
         point = mark;
       });
       if (mark == kKerf)
-        within(&one.outline, 1, y, [&](Mark& point) {
+        within(&one.outline, 1, boxes[i], row, [&](Mark& point) {
           if (point == kKerf) point = kCut;
         });
     }
-    const int mask_row = mask.pixels.rows - 1 - static_cast<int>(std::floor(y / mask.pixel_mm));
-    const auto* const usable = mask_row < 0 ? nullptr : mask.pixels.ptr<unsigned char>(mask_row);
-    long marks[kMarks] = {}, free = 0;
-    for (int at = 0; at < columns; ++at) {
-      const Mark mark = points[static_cast<std::size_t>(at)];
-      ++marks[mark];
-      if (mark != kNone || usable == nullptr) continue;
-      const int column = static_cast<int>((at + 0.5) * step_mm / mask.pixel_mm);
-      if (column < mask.pixels.cols && usable[column] != 0) ++free;
-    }
-    counted["free"] += free, counted["unusable"] += marks[kNone] - free;
-    for (int mark = kNone + 1; mark < kMarks; ++mark) counted[kNames[mark]] += marks[mark];
+    for (std::size_t at = 0; at < columns; ++at)
+      ++counted[marks[at] != kNone ? marks[at] : is_usable(mask, points[at]) ? kFree : kUnusable];
   }
-  for (const auto& [name, count] : counted) out[name] = static_cast<double>(count) * step_mm * step_mm;
+  for (int mark = kNone + 1; mark < kMarks; ++mark)
+    out[kNames[mark]] = static_cast<double>(counted[mark]) * cells.area();
   return out;
 }
 
-std::string disagreement(const json& book, const PanelAreas& counted, double within_mm2) {
-  const double panel = counted.at("panel");
-  double told = 0, found = 0;
-  for (const auto& [name, area] : counted)
-    if (name != "panel") found += area;
-  if (!(std::abs(found - panel) <= within_mm2))
-    return fmt::format("what was counted is {:.7f} mm2 of a panel of {:.7f}: wood is booked twice", found, panel);
-  for (const auto& [name, area] : counted) {
-    if (!book.is_object() || !book.contains(name) || !book[name].is_number())
-      return fmt::format("the area book does not tell what is {}", name);
-    const double says = book[name];
-    if (!(std::abs(says - area) <= within_mm2))
-      return fmt::format("of what is {} the area book says {:.6f} mm2, and a count {:.6f}", name, says, area);
-    if (!(says >= -within_mm2)) return fmt::format("the area book says that {:.6f} mm2 are {}", says, name);
-    if (name != "panel") told += says;
+PanelAreas doubt_of_points(const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm,
+                           double height_mm) {
+  const Cells cells(width_mm, height_mm);
+  PanelAreas crossed = nothing_of(0);
+  const auto border_of = [&](const PlainRing& ring) {
+    double out = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) out += cells.crossed_by(ring[(i + 1) % ring.size()] - ring[i]);
+    return out;
+  };
+  for (const PlainWood& one : wood) {
+    if (one.state == "released") continue;
+    double around = 0;
+    for (const PlainRing& ring : one.area) around += border_of(ring);
+    for (const char* name : {"free", "unusable", "panel"}) crossed[name] += around;
+    if (one.state != "cut") {
+      crossed[class_of(one.state, false)] += around;
+      continue;
+    }
+    const double both = around + border_of(one.outline);
+    crossed["cut"] += both, crossed["kerf"] += both;
   }
-  if (!(std::abs(told - panel) <= 1e-6))
-    return fmt::format("the area book's classes are {:.7f} mm2 of a panel of {:.7f}", told, panel);
-  return "";
+  // The sides between pixels that differ; what is outside is not usable.
+  cv::Mat usable;
+  cv::copyMakeBorder(mask.pixels != 0, usable, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
+  const cv::Mat beside = usable.colRange(1, usable.cols) != usable.colRange(0, usable.cols - 1);
+  const cv::Mat above = usable.rowRange(1, usable.rows) != usable.rowRange(0, usable.rows - 1);
+  const double sides = cv::countNonZero(beside) * cells.crossed_by({0, mask.pixel_mm}) +
+                       cv::countNonZero(above) * cells.crossed_by({mask.pixel_mm, 0});
+  crossed["free"] += sides, crossed["unusable"] += sides;
+  for (auto& [name, cells_crossed] : crossed) cells_crossed = 4 * std::sqrt(cells_crossed) * cells.area() + 1e-6;
+  return crossed;
+}
+
+std::string disagreement(const json& book, const PanelAreas& counted, double within_mm2) {
+  PanelAreas within = counted;
+  for (auto& [name, area] : within) area = within_mm2;
+  return disagreement(book, counted, within);
 }
 
 std::string disagreement(const json& book, const std::vector<PlainWood>& wood, const PlainMask& mask, double width_mm,
                          double height_mm, bool by_points) {
   std::string wrong = disagreement(book, count_areas(wood, mask, width_mm, height_mm), 1e-6);
   if (!wrong.empty()) return "by polygons: " + wrong;
-  if (!by_points) return "";
-  wrong = disagreement(book, count_points(wood, mask, width_mm, height_mm), 1e-3 * width_mm * height_mm);
+  return by_points ? disagreement_by_points(book, wood, mask, width_mm, height_mm) : "";
+}
+
+std::string disagreement_by_points(const json& book, const std::vector<PlainWood>& wood, const PlainMask& mask,
+                                   double width_mm, double height_mm) {
+  PanelAreas within = doubt_of_points(wood, mask, width_mm, height_mm);
+  for (auto& [name, doubt] : within) doubt = std::min(doubt, 1e-3 * width_mm * height_mm);
+  const std::string wrong = disagreement(book, count_points(wood, mask, width_mm, height_mm), within);
   return wrong.empty() ? "" : "by points: " + wrong;
 }
 

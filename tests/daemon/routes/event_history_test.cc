@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "tests/daemon/routes/panel_cell.h"
 
@@ -86,9 +87,14 @@ TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
         Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
     if (!run) return run.error();
     const std::array suspects = {PieceId{1}};
-    return r.jobs.abort_run(*run, suspects, config.laser.port + " does not answer: /dev/ttyUSB7 is gone", kThen);
+    const std::string why = config.laser.port + " does not answer: /dev/ttyUSB7 is gone";
+    const std::string asked =
+        R"(POST /api/v1/laser/connect?port=/dev/ttyUSB7 {"port":"/dev/ttyUSB7"}, which does not answer)";
+    if (Status noted = r.audit.append({0, kThen, "uid 1000", "api.connectLaser", asked}); !noted) return noted;
+    if (Status noted = r.audit.append({0, kThen, "veneerd", "run.end", why}); !noted) return noted;
+    return r.jobs.abort_run(*run, suspects, why, kThen);
   });
-  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1"}) {
+  for (const char* target : {"/history/events?job=1", "/history", "/jobs/1", "/audit?kind=run", "/audit?kind=api"}) {
     role = Role::kOperator;
     EXPECT_THAT(get(target).dump(), ::testing::HasSubstr("/dev/ttyUSB7")) << target;
     role = Role::kViewer;
@@ -96,6 +102,23 @@ TEST_F(EventHistory, NamesNoPortsAndPathsToViewers) {
     EXPECT_THAT(told, ::testing::HasSubstr("does not answer")) << target;
     EXPECT_THAT(told, Not(::testing::HasSubstr("/dev/ttyUSB7"))) << target;
     EXPECT_THAT(told, Not(::testing::HasSubstr("wire.bin"))) << target;
+  }
+  EXPECT_THAT(get("/audit?kind=api").dump(), ::testing::HasSubstr("POST /api/v1/laser/connect?port=(an operator"));
+}
+
+TEST_F(EventHistory, WhatPeopleTypedReadsTheSameForAll) {
+  change([&](Repositories& r) -> Status {
+    db::NewPlan plan = squares(6, {25}, 5);
+    plan.name = "a /b";
+    if (const auto job = r.jobs.create(plan, kThen); !job) return job.error();
+    return r.ledger.write_off(PanelId{"P-0001"}, Region<PanelFrame>(panel_square(5, 5, 5)), "as in /notes", kThen);
+  });
+  for (const auto& [target, typed] : {std::pair("/history", "a /b"), std::pair("/history/wood", "as in /notes")}) {
+    role = Role::kViewer;
+    const json seen = get(target);
+    EXPECT_THAT(seen.dump(), ::testing::HasSubstr(typed));
+    role = Role::kOperator;
+    EXPECT_EQ(seen, get(target));
   }
 }
 

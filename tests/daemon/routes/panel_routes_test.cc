@@ -165,7 +165,8 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_THAT(cli::render_panel(panel), HasSubstr(why));
 }
 
-// As the newest scan of its face knows that shows it; nobody knows of a panel's first scan.
+// As the newest scan of its face knows that shows it; nobody knows of a panel's first scan. One that was taken off
+// since lies too far off no more.
 TEST_F(PanelRoutes, EachTagAndHoleSaysHowFarItLies) {
   db::PanelRecord panel;
   panel.id = {"P-0003"}, panel.name = "P-0003", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
@@ -181,25 +182,31 @@ TEST_F(PanelRoutes, EachTagAndHoleSaysHowFarItLies) {
       {db::FiducialKind::kTag, 7, Face::kShow, square(1)},
       {db::FiducialKind::kTag, 8, Face::kShow, square(9)},
       {db::FiducialKind::kTag, 9, Face::kBack, square(20)},
+      {db::FiducialKind::kTag, 10, Face::kBack, square(26)},
       {db::FiducialKind::kHole, 0, Face::kShow, {point<PanelFrame>(15, 15)}}};
   using Offsets = std::vector<calib::FiducialOffset>;
-  const auto scan = [&](Face face, const Offsets& offsets) {
+  // All tiles of one scanning tell the same figures.
+  const auto scan = [&](Face face, int scanning, const Offsets& offsets) {
     json lattice = {{"origin_px", {0, 0}}, {"step_px", 64}, {"cols", 1}, {"rows", 1}, {"panel_mm", {{1.0, 2.0}}}};
     if (!offsets.empty()) lattice["fiducials"] = lattice_fiducials(offsets);
     db::ScanRecord out;
     out.panel = panel.id, out.face = face, out.device = "twin", out.file = "f", out.sha256 = "s", out.dpi = 300;
+    if (scanning > 0) out.rms = Millimetres(0.01 + 0.001 * scanning), out.max = Millimetres(0.04);
     out.lattice = packed_lattice(lattice.dump()), out.taken_at = kThen;
     return out;
   };
   const auto tag = [](int id, double off) { return calib::FiducialOffset{id, {}, Millimetres(off)}; };
   const calib::FiducialOffset hole{-1, point<PanelFrame>(15, 15), Millimetres(0.02)};
-  const std::vector<db::ScanRecord> scans = {scan(Face::kShow, {}),
-                                             scan(Face::kShow, {tag(7, 0.01), tag(8, 0.02), hole}),
-                                             scan(Face::kShow, {tag(7, 0.3)}), scan(Face::kBack, {tag(7, 0.04)})};
+  const std::vector<db::ScanRecord> scans = {scan(Face::kShow, 0, {}),
+                                             scan(Face::kShow, 1, {tag(7, 0.01), tag(8, 0.02), hole}),
+                                             scan(Face::kShow, 2, {tag(7, 0.3)}),
+                                             scan(Face::kShow, 2, {}),
+                                             scan(Face::kBack, 3, {tag(9, 0.3)}),
+                                             scan(Face::kBack, 4, {tag(9, 0.04), tag(7, 0.04)})};
   change([&](Repositories& r) { return r.panels.add(panel, scans, fiducials); });
 
   const json told = get("/panels/P-0003/registration")["scans"];
-  ASSERT_EQ(told.size(), 4U);
+  ASSERT_EQ(told.size(), 6U);
   EXPECT_EQ(told[0]["fiducials"], nullptr) << "nothing to hold it against";
   EXPECT_FALSE(told[1]["lattice"].contains("fiducials"));
   ASSERT_EQ(told[1]["fiducials"].size(), 3U);
@@ -207,15 +214,26 @@ TEST_F(PanelRoutes, EachTagAndHoleSaysHowFarItLies) {
       told[1]["fiducials"][2],
       (json{
           {"kind", "hole"}, {"tag_id", nullptr}, {"place_mm", {15.0, 15.0}}, {"off_mm", 0.02}, {"over_limit", false}}));
-  const json seen = get("/panels/P-0003")["fiducials"];
-  ASSERT_EQ(seen.size(), 4U);
-  for (const json& one : seen) {
-    const bool is_hole = one["kind"] == "hole";
-    const json off = is_hole ? json(0.02) : one["tag_id"] == 7 ? json(0.3) : one["tag_id"] == 8 ? json(0.02) : json();
-    EXPECT_EQ(one["off_mm"], off) << one;
-    EXPECT_EQ(one["off_scan"], off.is_null() ? json() : one["tag_id"] == 7 ? told[2]["id"] : told[1]["id"]) << one;
-    EXPECT_EQ(one["over_limit"], one["tag_id"] == 7) << one;
-  }
+  // How far each of them lies, as which scan tells, and whether it is too far.
+  const auto offsets = [&] {
+    std::vector<json> out;
+    const json panel_now = get("/panels/P-0003");
+    for (const json& one : panel_now["fiducials"]) out.push_back({one["off_mm"], one["off_scan"], one["over_limit"]});
+    return out;
+  };
+  const auto row = [&](double off, int which, bool over) { return json{off, told[which]["id"], over}; };
+  EXPECT_THAT(offsets(), ElementsAre(row(0.3, 2, true), row(0.02, 1, false), row(0.02, 1, false), row(0.04, 5, false),
+                                     json{nullptr, nullptr, false}));
+  const auto again = [&](const std::vector<db::ScanRecord>& tiles) {
+    change([&](Repositories& r) { return r.panels.add_scans(panel.id, tiles, {}); });
+  };
+  again({scan(Face::kShow, 5, {})});
+  EXPECT_EQ(offsets().front(), row(0.3, 2, true)) << "a scanning that knows of none says nothing about it";
+  again({scan(Face::kShow, 6, {tag(8, 0.02)}), scan(Face::kShow, 6, {hole})});
+  EXPECT_EQ(offsets().front(), row(0.3, 2, false))
+      << "it was taken off: the newest scanning of its face has it nowhere";
+  again({scan(Face::kShow, 7, {tag(7, 0.3)}), scan(Face::kShow, 7, {tag(8, 0.02), hole})});
+  EXPECT_EQ(offsets().front()[2], true) << "on the first tile of two";
   EXPECT_THAT(cli::render_registration(get("/panels/P-0003/registration")), HasSubstr("tag 7 0.300 mm (over 0.05 mm)"));
 }
 

@@ -144,7 +144,7 @@ RC_GTEST_PROP(AreaBook, SoItIsWhereWoodLiesAcrossTheBorder, ()) {
   const double width = scene.width.count(), height = scene.height.count();
   const double rounding = 1e-3 + 1e-5 * width * height;
   RC_ASSERT(testing::disagreement(book, testing::count_areas(wood, mask, width, height), rounding) == "");
-  RC_ASSERT(testing::disagreement(book, testing::count_points(wood, mask, width, height), 1e-3 * width * height) == "");
+  RC_ASSERT(testing::disagreement_by_points(book, wood, mask, width, height) == "");
 }
 
 }  // namespace
