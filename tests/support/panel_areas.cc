@@ -297,7 +297,7 @@ PanelAreas count_points(const std::vector<PlainWood>& wood, const PlainMask& mas
   std::vector<cv::Rect2d> boxes;  // of each row of the ledger
   for (const PlainWood& one : wood) boxes.push_back(box_of(one));
   std::mt19937 dice(1);
-  const auto anywhere = [&] { return dice() * 0x1p-32; };
+  const auto anywhere = [&] { return static_cast<double>(dice()) * 0x1p-32; };
   long counted[kMarks] = {};
   for (int row = 0; row < cells.rows; ++row) {
     for (std::size_t at = 0; at < columns; ++at) {
