@@ -62,7 +62,8 @@ std::vector<std::string> red_figures(const json& report) {
     const std::string job = fmt::format("/jobs/{}", i);
     const json* pieces = check.find(job + "/pieces");
     check.equals(job + "/cut", pieces != nullptr && pieces->is_number() && *pieces > 0 ? pieces->get<double>() : -1);
-    for (const char* none : {"/suspect", "/wrong_beyond_chance", "/holed_pieces", "/mirrored_pieces", "/unreadable_ids"})
+    for (const char* none :
+         {"/suspect", "/wrong_beyond_chance", "/holed_pieces", "/mirrored_pieces", "/unreadable_ids"})
       check.equals(job + none, 0);
     check.at_most(job + "/edge_rms_mm", 0.10);
     check.at_most(job + "/edge_max_mm", 0.20);
