@@ -22,7 +22,8 @@ std::string unpacked_by_gzip(const std::string& packed) {
   const testing::TempDirectory folder;
   const std::string from = folder / "packed.gz", to = folder / "unpacked";
   std::ofstream(from, std::ios::binary) << packed;
-  EXPECT_EQ(std::system(("gzip -dc '" + from + "' > '" + to + "'").c_str()), 0);
+  const std::string command = "gzip -dc '" + from + "' > '" + to + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe,cert-env33-c): one thread
   std::ifstream file(to, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
