@@ -55,5 +55,7 @@ class ManualClock final : public Clock {
 // Calendar time for records, UTC, ISO 8601 with milliseconds: "2026-05-01T07:30:00.123Z". Never used for timeouts.
 // `ahead` of now, for dates of expiry.
 std::string utc_timestamp(std::chrono::seconds ahead = std::chrono::seconds(0));
+// The same of a moment that somebody else told.
+std::string utc_text(std::chrono::system_clock::time_point at);
 
 }  // namespace veneer

@@ -130,6 +130,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts, [&c] { return c.may_book(); }},
       runner_options(config), c.log, [&c] {
         if (c.runner) c.metrics.follow(c.runner->view(), c.devices.laser->status().connected);
+        if (c.news) c.news->unit_changed();
         c.follow_laser();
         c.follow_state();
         c.broadcast_status();
@@ -145,7 +146,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                         [&c] { return c.scans->kept(); }, c.alarms, c.tasks, c.guarded});
   c.news = std::make_unique<CellNews>(
       CellNews::Parts{c.config, *c.runner, *c.devices.laser, *c.cell_status, c.hub, c.tasks, c.alarms, *c.audit_log_,
-                      *c.work_runner, c.metrics, *c.keeper_},
+                      *c.work_runner, c.metrics, *c.keeper_, real_clock},
       [&c] { c.broadcast_status(); }, c.log);
   c.news->go_on_from_before();
   c.change_audit = std::make_unique<ChangeAudit>(

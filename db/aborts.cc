@@ -23,8 +23,9 @@ void note_activity(SQLite::Database& connection, bool under_way, const std::stri
   insert.exec();
 }
 
-void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at) {
-  note(connection, false, kDaemon, reason, at);
+void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at,
+                     const std::string& who) {
+  note(connection, false, who.empty() ? std::string(kDaemon) : who, reason, at);
   note_rest(connection, at);
 }
 
@@ -58,9 +59,9 @@ Status JobStore::note_at_rest(const std::string& at) {
   });
 }
 
-Status JobStore::note_abort(const std::string& reason, const std::string& at) {
+Status JobStore::note_abort(const std::string& reason, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    note_broken_off(connection, reason, at);
+    note_broken_off(connection, reason, at, who);
     return Ok();
   });
 }

@@ -6,6 +6,8 @@ namespace {
 
 const char* to_string(Done what) {
   switch (what) {
+    case Done::kJobMade:
+      return "made";
     case Done::kJobMoved:
       return "job";
     case Done::kJobArchived:

@@ -8,8 +8,8 @@
 
 namespace veneer::db {
 
-// What `number` is of: job_history, archivings, retirements, or a lease that ended.
-enum class Done { kJobMoved, kJobArchived, kPanelRetired, kLeaseEnded };
+// What `number` is of: jobs, job_history, archivings, retirements, or a lease that ended.
+enum class Done { kJobMade, kJobMoved, kJobArchived, kPanelRetired, kLeaseEnded };
 
 // In the transaction that did it. Nothing is noted of what nobody ("") did.
 void note_done_by(SQLite::Database& connection, Done what, std::int64_t number, const std::string& who);

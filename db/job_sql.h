@@ -52,8 +52,10 @@ struct SaidOfPiece {
 void note_verdict(SQLite::Database& connection, PieceId piece, const SaidOfPiece& said);
 // The panel of the run was seen where it has to lie: all that the run has booked is proven, and the audit log says so.
 void note_proven(SQLite::Database& connection, RunId run, const std::string& at);
-// The cell is Aborted until somebody clears that, and nothing is under way.
-void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at);
+// The cell is Aborted until somebody clears that, and nothing is under way. `who` gave the STOP; "": the program did
+// it.
+void note_broken_off(SQLite::Database& connection, const std::string& reason, const std::string& at,
+                     const std::string& who = {});
 std::optional<std::string> clear_owed(SQLite::Database& connection);
 // What the cell is doing; nothing at rest.
 std::optional<std::string> under_way(SQLite::Database& connection);

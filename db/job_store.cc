@@ -67,6 +67,12 @@ JobState state_after(SQLite::Database& connection, JobId job, JobState otherwise
   return open_pieces(connection, job) == 0 ? JobState::kComplete : otherwise;
 }
 
+// It ends there, unless every piece was cut by then: that it is complete nobody's word made it.
+Status break_off(SQLite::Database& connection, JobId job, JobState to, const std::string& at, const std::string& who) {
+  const JobState next = state_after(connection, job, to);
+  return move_job(connection, job, next, at, next == to ? who : "");
+}
+
 // The run that is on in the cell: its id and job; zeros when none is.
 struct OpenRun {
   RunId run;
@@ -155,7 +161,7 @@ Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::
 }
 
 Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::string& at,
-                       const std::optional<KeyedRequest>& request) {
+                       const std::optional<KeyedRequest>& request, const std::string& who) {
   if (Status whole = may_have_wood(connection, plan); !whole.ok()) return whole.error();
   SQLite::Statement insert(connection,
                            "INSERT INTO jobs (name, plan, state, created_at, changed_at) "
@@ -163,6 +169,7 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
   SQLite::bind(insert, at, at, plan.value);
   if (insert.exec() == 0) return no_such_plan(plan);
   const JobId job{connection.getLastInsertRowid()};
+  note_done_by(connection, Done::kJobMade, job.value, who);
   SQLite::Statement pieces(connection,
                            "INSERT INTO pieces (job, patch) SELECT ?, id FROM patches WHERE plan = ? ORDER BY ordinal");
   SQLite::bind(pieces, job.value, plan.value);
@@ -291,16 +298,17 @@ std::string describe(const Recovery& found) {
 
 }  // namespace
 
-Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request) {
+Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request,
+                               const std::string& who) {
   return in_transaction(*database_,
-                        [&](SQLite::Database& connection) { return make_job(connection, plan, at, request); });
+                        [&](SQLite::Database& connection) { return make_job(connection, plan, at, request, who); });
 }
 
 Result<JobId> JobStore::create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request) {
   auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
     const auto stored = insert_plan(connection, plan, at);
     if (!stored.ok()) return stored.error();
-    return make_job(connection, *stored, at, request);
+    return make_job(connection, *stored, at, request, plan.who);
   });
   if (!made) forget_refused(*database_, plan, made.error());
   return made;
@@ -374,12 +382,13 @@ Status JobStore::finish_run(RunId run, bool more, const std::string& at, const R
     const bool goes_on = more && left.executeStep();
     const JobState next = state_after(connection, *job, goes_on ? JobState::kRunning : JobState::kStopped);
     end_run(connection, run, next == JobState::kStopped ? "stopped" : "done", at);
-    return next == JobState::kRunning ? Ok() : move_job(connection, *job, next, at);
+    if (next == JobState::kRunning) return Ok();
+    return move_job(connection, *job, next, at, next == JobState::kStopped ? end.who : "");
   });
 }
 
 Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason,
-                           const std::string& at, std::span<const PieceId> neighbours) {
+                           const std::string& at, std::span<const PieceId> neighbours, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto job = job_of_open_run(connection, run);
     if (!job.ok()) return job.error();
@@ -393,7 +402,7 @@ Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const s
     move_all(connection, *job, AllocationState::kCutting, AllocationState::kSuspect, at);
     if (Status doubted = doubt(connection, neighbours, at); !doubted) return doubted;
     end_run(connection, run, reason, at);
-    return move_job(connection, *job, state_after(connection, *job, JobState::kAborted), at);
+    return break_off(connection, *job, JobState::kAborted, at, who);
   });
 }
 
@@ -401,25 +410,25 @@ Status JobStore::make_suspect(std::span<const PieceId> pieces, const std::string
   return in_transaction(*database_, [&](SQLite::Database& connection) { return doubt(connection, pieces, at); });
 }
 
-Status JobStore::abort_job(JobId job, const std::string& at) {
+Status JobStore::abort_job(JobId job, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (Status waits = expect_waiting(connection, job, JobState::kAborted); !waits.ok()) return waits;
-    return move_job(connection, job, state_after(connection, job, JobState::kAborted), at);
+    return break_off(connection, job, JobState::kAborted, at, who);
   });
 }
 
-Status JobStore::stop_job(JobId job, const std::string& at) {
+Status JobStore::stop_job(JobId job, const std::string& at, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (Status waits = expect_waiting(connection, job, JobState::kStopped); !waits.ok()) return waits;
-    return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
+    return break_off(connection, job, JobState::kStopped, at, who);
   });
 }
 
-Status JobStore::stop_job_and_rest(JobId job, const std::string& at, const std::string& doing) {
+Status JobStore::stop_job_and_rest(JobId job, const std::string& at, const std::string& doing, const std::string& who) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     doing.empty() ? note_rest(connection, at) : note_activity(connection, true, doing, at);
     if (!expect_waiting(connection, job, JobState::kStopped)) return Ok();
-    return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
+    return break_off(connection, job, JobState::kStopped, at, who);
   });
 }
 

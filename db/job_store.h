@@ -145,6 +145,7 @@ struct RunFacts {
 struct RunEnd {
   std::span<const PieceId> doubted;  // are suspect, as make_suspect() says
   bool rests = false;                // so does the cell (note_at_rest)
+  std::string who = {};              // stopped the job with it, as cancel() says
 };
 
 // What a run has booked since its panel was seen where it has to lie, in the order of burning.
@@ -202,9 +203,11 @@ class JobStore {
   // Makes a job of the plan: its pieces and their wood enter in one transaction, or nothing does; what the plan leases
   // becomes the job's. kConflict names the piece and panel whose wood is taken, or the panel that was scanned again
   // since the plan was made. `request` is the request that asked for the job, begun before (db/request_keys.h): it gets
-  // {"job":N} as its result in the same transaction, so that it can never make two.
-  Result<JobId> create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
-  // The same with a plan that is stored in the same transaction: when there is no job, there is no plan either.
+  // {"job":N} as its result in the same transaction, so that it can never make two. `who` made it, as cancel() says.
+  Result<JobId> create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request = {},
+                       const std::string& who = {});
+  // The same with a plan that is stored in the same transaction: when there is no job, there is no plan either. Whoever
+  // asked for the plan made the job.
   Result<JobId> create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
   // Releases what is still reserved. kConflict while a run is on or when the job is already over. `who` asked for it,
   // as of all that takes one here: kept with the job's history, unless it is empty.
@@ -225,9 +228,9 @@ class JobStore {
   Status finish_run(RunId run, bool more, const std::string& at, const RunEnd& end = {});
   // The run is broken off: whatever was `cutting` is suspect, as are `suspects` (pieces already booked stay cut), and
   // the job is aborted. `neighbours` are pieces, of any job, that the beam may have hit besides: those reserved or cut
-  // are suspect as well. `reason` is one sentence.
+  // are suspect as well. `reason` is one sentence. `who` broke it off, as cancel() says.
   Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at,
-                   std::span<const PieceId> neighbours = {});
+                   std::span<const PieceId> neighbours = {}, const std::string& who = {});
   // A beam strayed while nothing was cut for the first time, or nobody knows what it hit: `pieces`, of any job, that
   // are reserved or cut are suspect, and their jobs complete no longer.
   Status make_suspect(std::span<const PieceId> pieces, const std::string& at);
@@ -237,10 +240,11 @@ class JobStore {
   // it never was, which does not look again.
   Result<std::optional<UnprovenCuts>> unproven();
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
-  Status abort_job(JobId job, const std::string& at);
-  Status stop_job(JobId job, const std::string& at);
+  Status abort_job(JobId job, const std::string& at, const std::string& who = {});
+  Status stop_job(JobId job, const std::string& at, const std::string& who = {});
   // The cell rests from now on, or `doing` goes on, and the job is stopped if it waited; any other job stays as it is.
-  Status stop_job_and_rest(JobId job, const std::string& at, const std::string& doing = "");
+  Status stop_job_and_rest(JobId job, const std::string& at, const std::string& doing = "",
+                           const std::string& who = {});
   // What a scan of a panel saw of its suspect wood. Wood that is not suspect any more is left out.
   Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). Or he takes back that a piece
@@ -292,8 +296,9 @@ class JobStore {
   // The cell rests again. Nothing is changed where nothing was under way.
   Status note_at_rest(const std::string& at);
   // The cell's work was broken off, for `reason`, and is under way no longer; a person cleared it. That is kept over
-  // starts of the program (recover). Where there is nothing to clear a Clear changes nothing.
-  Status note_abort(const std::string& reason, const std::string& at);
+  // starts of the program (recover). Where there is nothing to clear a Clear changes nothing. `who` broke it off; "":
+  // the program did.
+  Status note_abort(const std::string& reason, const std::string& at, const std::string& who = {});
   Status note_cleared(const std::string& who, const std::string& at);
 
   Result<JobRecord> find(JobId job);      // kNotFound

@@ -16,6 +16,7 @@ export const said = {
   "{1} mm of it sticking out on the right": "rechts stehen {1} mm von ihr über",
   "{1} mm of it sticking out at the front": "vorne stehen {1} mm von ihr über",
   "{1} mm of it sticking out at the back": "hinten stehen {1} mm von ihr über",
+  "the cell reads what is in stock and which certificates are in force: wait a moment": "die Zelle liest, was im Lager ist und welche Zertifikate gelten: Warten Sie einen Augenblick",
   "the cell chooses the next panel: wait": "die Zelle wählt die nächste Platte: Warten Sie",
   "lay panel {1} on the bed, face down: the camera finds it there": "legen Sie Platte {1} mit der Sichtseite nach unten auf das Bett: Die Kamera findet sie dort",
   "lay panel {1} on the bed, {2}: the camera finds it there": "legen Sie Platte {1} auf das Bett, {2}: Die Kamera findet sie dort",

@@ -39,39 +39,51 @@ EventHub::~EventHub() { close(); }
 void EventHub::broadcast(const nlohmann::json& event) { broadcast_text(event_text(event)); }
 
 void EventHub::broadcast_text(std::string event) {
-  const auto message = numbered(std::move(event));
-  keep(message);
+  Message message = numbered(std::move(event));
   send_all(message);
+  keep(std::move(message));
+}
+
+void EventHub::broadcast_text(std::string event, std::string to_viewers) {
+  Message message = numbered(std::move(event), std::move(to_viewers));
+  send_all(message);
+  keep(std::move(message));
 }
 
 void EventHub::broadcast_passing(const nlohmann::json& event) { broadcast_passing_text(event_text(event)); }
 
 void EventHub::broadcast_passing_text(std::string event) { send_all(numbered(std::move(event))); }
 
+void EventHub::broadcast_passing_text(std::string event, std::string to_viewers) {
+  send_all(numbered(std::move(event), std::move(to_viewers)));
+}
+
 void EventHub::broadcast_passing(const nlohmann::json& event, const nlohmann::json& to_viewers) {
-  const auto all = numbered(event_text(event));
-  send_all(all, with_number(event_text(to_viewers), last_seq_));
+  broadcast_passing_text(event_text(event), event_text(to_viewers));
 }
 
-std::shared_ptr<const std::string> EventHub::numbered(std::string event) {
-  return with_number(std::move(event), ++last_seq_);
+EventHub::Message EventHub::numbered(std::string event) {
+  const auto text = with_number(std::move(event), ++last_seq_);
+  return {last_seq_, text, text};
 }
 
-void EventHub::send_all(const std::shared_ptr<const std::string>& message) { send_all(message, message); }
+EventHub::Message EventHub::numbered(std::string event, std::string to_viewers) {
+  if (event == to_viewers) return numbered(std::move(event));
+  const std::int64_t seq = ++last_seq_;
+  return {seq, with_number(std::move(event), seq), with_number(std::move(to_viewers), seq)};
+}
 
-void EventHub::send_all(const std::shared_ptr<const std::string>& to_operators,
-                        const std::shared_ptr<const std::string>& to_viewers) {
+void EventHub::send_all(const Message& message) {
   const auto everyone = clients_;  // a slow one leaves while we speak
-  for (const auto& client : everyone)
-    client->send(client->caller().role >= Role::kOperator ? to_operators : to_viewers);
+  for (const auto& client : everyone) client->send(message.to(client->caller()));
 }
 
-void EventHub::keep(std::shared_ptr<const std::string> message) {
-  kept_bytes_ += message->size();
-  kept_.push_back({last_seq_, std::move(message)});
+void EventHub::keep(Message message) {
+  kept_bytes_ += message.bytes();
+  kept_.push_back(std::move(message));
   while (kept_.size() > options_.max_kept_events || kept_bytes_ > options_.max_kept_bytes) {
     forgotten_ = kept_.front().seq;
-    kept_bytes_ -= kept_.front().message->size();
+    kept_bytes_ -= kept_.front().bytes();
     kept_.pop_front();
   }
 }
@@ -122,8 +134,8 @@ void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optio
                                                                {"seq", from},
                                                                {"newest", last_seq_},
                                                                {"resumed", resumed}})));
-  for (const Kept& event : kept_)
-    if (event.seq > from) client->send(event.message);
+  for (const Message& event : kept_)
+    if (event.seq > from) client->send(event.to(client->caller()));
 }
 
 void EventHub::drop_unless(const std::function<bool(const Caller&)>& holds) {

@@ -54,13 +54,15 @@ class EventHub {
 
   // An object with at least {"type": "job|bed|panel|alarms|..."}. It is kept.
   void broadcast(const nlohmann::json& event);
-  // The same, as text.
+  // The same, as text. `to_viewers` says less in the same event.
   void broadcast_text(std::string event);
+  void broadcast_text(std::string event, std::string to_viewers);
   // What the next one makes void; to be made only when somebody listens.
   void broadcast_passing(const nlohmann::json& event);
   // One event that says less to viewers.
   void broadcast_passing(const nlohmann::json& event, const nlohmann::json& to_viewers);
   void broadcast_passing_text(std::string event);
+  void broadcast_passing_text(std::string event, std::string to_viewers);
   std::size_t clients() const { return clients_.size(); }
   // Does anybody of this name listen now?
   bool is_followed_by(const std::string& who) const;
@@ -79,17 +81,21 @@ class EventHub {
   const EventHubOptions& options() const { return options_; }
 
  private:
-  struct Kept {
+  // One event; mostly it says the same to all, and is one text then.
+  struct Message {
     std::int64_t seq = 0;
-    std::shared_ptr<const std::string> message;
+    std::shared_ptr<const std::string> to_operators, to_viewers;
+    std::size_t bytes() const { return to_operators->size() + (to_viewers == to_operators ? 0 : to_viewers->size()); }
+    const std::shared_ptr<const std::string>& to(const Caller& caller) const {
+      return caller.role >= Role::kOperator ? to_operators : to_viewers;
+    }
   };
   Room room_for(const Caller& caller) const;
   bool send_one_away();
-  std::shared_ptr<const std::string> numbered(std::string event);
-  void send_all(const std::shared_ptr<const std::string>& message);
-  void send_all(const std::shared_ptr<const std::string>& to_operators,
-                const std::shared_ptr<const std::string>& to_viewers);
-  void keep(std::shared_ptr<const std::string> message);
+  Message numbered(std::string event);
+  Message numbered(std::string event, std::string to_viewers);
+  void send_all(const Message& message);
+  void keep(Message message);
   bool is_kept_since(const EventPlace& seen) const;
 
   EventHubOptions options_;
@@ -98,7 +104,7 @@ class EventHub {
   const std::string life_;
   std::int64_t last_seq_ = 0;
   std::int64_t forgotten_ = 0;  // the largest number of those that were kept and are not any more
-  std::deque<Kept> kept_;
+  std::deque<Message> kept_;
   std::size_t kept_bytes_ = 0;
   std::set<std::shared_ptr<EventClient>> clients_;
 };

@@ -116,8 +116,12 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
                 if (!made.signed_in.empty()) by.who = made.signed_in;
                 changes->note({by, operation.id, line});
               }
-              if (!by_anybody && refused)
-                changes->note({caller, operation.id, std::string(beginning_of(made.body, kLongestDetail)), true});
+              if (!by_anybody && refused) {
+                // 503 is that it is to be asked again: nothing was begun.
+                const bool failed = made.status >= 500 && made.status != 503;
+                changes->note({caller, operation.id, std::string(beginning_of(made.body, kLongestDetail)), !failed,
+                               std::nullopt, failed});
+              }
               if (made.began_task) changes->note({caller, operation.id, {}, false, made.began_task});
               reply(std::move(made));
             });

@@ -46,6 +46,7 @@ class Router {
     std::string detail;          // the request in one line, or why it was refused
     bool refused = false;
     std::optional<std::int64_t> task = {};  // told at last, of one that began long work
+    bool failed = false;                    // nobody refused it, and the cell could not do it; `detail` says why
   };
   void on_change(std::function<void(const Change&)> note) { changes_->note = std::move(note); }
   // Asked before anything of a change is noted or done; what it says is the reply. Must not wait.

@@ -5,8 +5,22 @@
 namespace veneer::daemon {
 namespace {
 
+using Strike = std::function<void(nlohmann::json&)>;
+
+// As this caller may read it.
+TaskView shown_to(const Caller& caller, const TaskView& task, const Strike& strike) {
+  TaskView out = task;
+  if (!strike || caller.role >= Role::kOperator) return out;
+  nlohmann::json told = {out.text, out.error ? out.error->message : ""};
+  strike(told);
+  out.text = told[0];
+  if (out.error) out.error->message = told[1];
+  return out;
+}
+
 // What is done does not change any more: whoever has its result already is not sent it again.
-void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known, const Reply& reply) {
+void answer_task(TaskRegistry& tasks, std::int64_t id, const ApiRequest& request, const Strike& strike,
+                 const Reply& reply) {
   const TaskView* task = tasks.find(id);
   if (!task) {
     reply(ApiReply::error(
@@ -14,8 +28,9 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known,
     return;
   }
   const std::string etag = task->result ? "\"" + std::to_string(id) + "-" + task->result->hash + "\"" : "";
-  if (!etag.empty() && etag_matches(known, etag)) return reply(ApiReply::not_modified(etag));
-  ApiReply told = ApiReply::bytes(to_text(*task, {{"schema_version", 1}}), "application/json");
+  if (!etag.empty() && etag_matches(request.if_none_match, etag)) return reply(ApiReply::not_modified(etag));
+  ApiReply told =
+      ApiReply::bytes(to_text(shown_to(request.caller, *task, strike), {{"schema_version", 1}}), "application/json");
   told.etag = etag;
   reply(std::move(told));
 }
@@ -23,8 +38,8 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known,
 }  // namespace
 
 void bind_task_routes(Router& router, TaskRegistry& tasks,
-                      const std::function<void(const TaskView&, const Caller&)>& on_told) {
-  router.bind("listTasks", [&tasks](const ApiRequest& request, const Reply& reply) {
+                      const std::function<void(const TaskView&, const Caller&)>& on_told, const Strike& strike) {
+  router.bind("listTasks", [&tasks, strike](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
@@ -32,20 +47,20 @@ void bind_task_routes(Router& router, TaskRegistry& tasks,
     std::erase_if(shown, [&](const TaskView* task) { return task->id <= page.after; });
     const nlohmann::json next = cut_to_page(shown, page, [](const TaskView* task) { return task->id; });
     nlohmann::json list = nlohmann::json::array();
-    for (const TaskView* task : shown) list.push_back(to_list_json(*task));
+    for (const TaskView* task : shown) list.push_back(to_list_json(shown_to(request.caller, *task, strike)));
     reply(ApiReply::json({{"tasks", std::move(list)}, {"next", next}}));
   });
-  router.bind("getTask", [&tasks, on_told](const ApiRequest& request, const Reply& reply) {
+  router.bind("getTask", [&tasks, on_told, strike](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
     if (const TaskView* task = tasks.find(*id); task && on_told) on_told(*task, request.caller);
-    answer_task(tasks, *id, request.if_none_match, reply);
+    answer_task(tasks, *id, request, strike, reply);
   });
-  router.bind("cancelTask", [&tasks](const ApiRequest& request, const Reply& reply) {
+  router.bind("cancelTask", [&tasks, strike](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
     if (const Status cancelled = tasks.cancel(*id); !cancelled) return reply(ApiReply::error(cancelled.error()));
-    answer_task(tasks, *id, request.if_none_match, reply);
+    answer_task(tasks, *id, request, strike, reply);
   });
 }
 

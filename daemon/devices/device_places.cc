@@ -48,6 +48,15 @@ void strike_in(nlohmann::json& told, const std::string& port, const std::string&
 
 }  // namespace
 
+void strike_why(nlohmann::json& told, const std::string& why) {
+  if (why.empty()) return;
+  if (told.is_structured()) {
+    for (auto& part : told) strike_why(part, why);
+  } else if (told.is_string() && told.get_ref<const std::string&>().find(why) != std::string::npos) {
+    told = kLaserIsNotConnected;
+  }
+}
+
 void strike_places(nlohmann::json& told, const LaserConfig& laser) {
   const bool has_port = laser.kind != "sim";
   strike_in(told, has_port ? laser.port : "", has_port ? bare_port(laser.port) : "");

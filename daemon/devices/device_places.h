@@ -15,6 +15,9 @@ namespace veneer::daemon {
 // it names may be known to no configuration, as the sockets where boards of its kind were found.
 inline constexpr const char* kLaserIsNotConnected = "the laser is not connected; an operator is told why";
 
+// In every text of `told`, however deep, that holds this reason why the laser is not connected: "": there is none.
+void strike_why(nlohmann::json& told, const std::string& why);
+
 // In every text of `told`, however deep: no whole path, and no port of the laser.
 void strike_places(nlohmann::json& told, const LaserConfig& laser);
 

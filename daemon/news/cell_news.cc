@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/devices/device_places.h"
 #include "daemon/news/cell_alarms.h"
 #include "daemon/news/kept_alarms.h"
 #include "daemon/news/kept_tasks.h"
@@ -15,6 +16,18 @@
 namespace veneer::daemon {
 
 using nlohmann::json;
+
+namespace {
+
+// What went wrong may name a port or a file.
+std::string without_places(const std::string& event, const LaserConfig& laser) {
+  const json all = json::parse(event, nullptr, false);
+  json less = all;
+  strike_places(less, laser);
+  return less == all ? event : less.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace
 
 CellNews::CellNews(Parts parts, std::function<void()> on_alarms, Logger log)
     : p_(std::move(parts)),
@@ -49,6 +62,12 @@ void CellNews::told(const TaskView& task, const Caller& by) {
 void CellNews::look() {
   look_for_alarms();
   look_for_notices();
+}
+
+// Whoever waits for a job's end may begin the next one before anything is looked at.
+void CellNews::unit_changed() {
+  if (p_.unit.view().state == CellState::kComplete) return look_for_notices();
+  if (noticed_ == CellState::kComplete) noticed_ = CellState::kStopped;
 }
 
 void CellNews::notify(const Notice& notice) {
@@ -87,7 +106,7 @@ void CellNews::go_on_from_before() {
   if (!before) return;
   p_.tasks.go_on(before->last_id, std::move(before->tasks));
   for (const auto& untold : before->untold)
-    if (const TaskView* task = p_.tasks.find(untold.task)) untold_.go_on(*task, untold, SteadyClock().now());
+    if (const TaskView* task = p_.tasks.find(untold.task)) untold_.go_on(*task, untold, p_.clock.now());
   for (const TaskView& task : before->unfinished) {
     log_->warn("task {} ({}): {}", task.id, task.kind, task.error->message);
     p_.audit.write({0, utc_timestamp(), "veneerd", "task.unfinished",
@@ -139,27 +158,32 @@ void CellNews::look_for_alarms() {
 // Whoever asked for it may have gone.
 void CellNews::note_failure(const TaskView& task) {
   const Alarm alarm = p_.alarms.happened(failure_of(task), utc_timestamp());
+  p_.audit.write({0, alarm.since, "veneerd", "alarm.new", alarm.what.sentence});
   notify({Notice::What::kAlarm, false, alarm.what.sentence, alarm.since});
   alarms_changed();
 }
 
 void CellNews::take_end(const TaskView& task) {
   if (task.state == TaskState::kRunning) return;
-  untold_.ended(task, SteadyClock().now(), [this](const std::string& who) { return listens(who); });
+  untold_.ended(task, p_.clock.now(), [this](const std::string& who) { return listens(who); });
   if (task.state != TaskState::kFailed) return;
   log_->warn("task {} ({}): {}", task.id, task.kind, task.error->message);
   if (!is_refusal(task)) note_failure(task);
 }
 
 void CellNews::look_for_untold() {
-  const auto overdue = untold_.take_before(SteadyClock().now() - time_to_look);
+  const auto overdue = untold_.take_before(p_.clock.now() - time_to_look);
   for (const TaskView& task : overdue) note_failure(task);
   if (!overdue.empty()) keep_tasks();
 }
 
 void CellNews::tell_of(const TaskView& task) {
-  if (task.state != TaskState::kRunning) return p_.hub.broadcast_text(task_event(task));
-  if (p_.hub.clients() > 0) p_.hub.broadcast_passing_text(task_event(task));
+  const bool is_over = task.state != TaskState::kRunning;
+  if (!is_over && p_.hub.clients() == 0) return;
+  const std::string event = task_event(task);
+  std::string to_viewers = without_places(event, p_.config.laser);
+  is_over ? p_.hub.broadcast_text(event, std::move(to_viewers))
+          : p_.hub.broadcast_passing_text(event, std::move(to_viewers));
 }
 
 }  // namespace veneer::daemon

@@ -44,7 +44,8 @@ class CellNews {
     AuditLog& audit;
     WorkRunner& workers;  // which tell others
     Metrics& metrics;
-    Worker& keeper;  // writes the files
+    Worker& keeper;      // writes the files
+    const Clock& clock;  // real time
   };
   // `on_alarms` comes when an alarm has begun, ended or was acknowledged; not when one only got less urgent.
   CellNews(Parts parts, std::function<void()> on_alarms, Logger log);
@@ -65,6 +66,8 @@ class CellNews {
   void look_for_untold();
   // What is an alarm now, or none any more; what else somebody who is away has to know.
   void look();
+  // To be told of every change of the unit's view: what somebody has to know of a state that may last for a moment.
+  void unit_changed();
 
   // Somebody acknowledged some.
   void alarms_changed();

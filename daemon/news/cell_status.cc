@@ -43,11 +43,10 @@ json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid
 
 }  // namespace
 
-// The unit's reason may be the sentence of a laser that did not answer.
+// The unit's reason may be the sentence of a laser that did not answer, and stands in the chain as well.
 void CellStatus::leave_out_places(json& status, const LaserStatus& laser) const {
   status["laser"]["port"] = nullptr;
-  const std::string &why = laser.why_not_connected, &reason = p_.unit.view().reason;
-  if (!why.empty() && reason.find(why) != std::string::npos) status["reason"] = kLaserIsNotConnected;
+  strike_why(status, laser.why_not_connected);
   strike_places(status, p_.config.laser);
 }
 
@@ -134,11 +133,12 @@ json CellStatus::tell(Role told) const {
 }
 
 std::vector<CellNeeds::Certificate> CellStatus::certificates() const {
+  const std::string now = utc_text(p_.now());
   std::vector<CellNeeds::Certificate> out;
   for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                           db::CertificateKind::kKerf})
-    out.push_back({kind, p_.counts.calibration ? p_.counts.calibration->standing.at(kind).at(utc_timestamp())
-                                               : CertificateState::kMissing});
+    out.push_back(
+        {kind, p_.counts.calibration ? p_.counts.calibration->standing.at(kind).at(now) : CertificateState::kMissing});
   return out;
 }
 
@@ -150,6 +150,7 @@ std::vector<std::string> CellStatus::asked_by_name() const {
 
 CellNeeds CellStatus::needs() const {
   CellNeeds needs;
+  needs.is_counted = is_counted();
   needs.database_damaged = p_.integrity.state() == DatabaseCheck::State::kDamaged;
   needs.database_busy = p_.integrity.sentence();
   needs.choice_lost = choice_lost_;
@@ -181,7 +182,7 @@ nlohmann::json CellStatus::interlocks_json(const LaserStatus& laser, bool tell_w
   facts.backups = p_.backups.seen();
   facts.backups_silent = p_.backups.silence();
   facts.finds_home = p_.unit.limits().finds_home;
-  facts.now = std::chrono::system_clock::now();
+  facts.now = p_.now();
   facts.tell_why = tell_why;
   CellNeeds needed = needs();
   if (!is_counted()) needed.certificates.clear();  // nobody has read them yet

@@ -4,6 +4,7 @@
 // Bound to the reactor. Reads memory alone: what the database tells is counted beside it (cell_counts.h).
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -55,6 +56,7 @@ class CellStatus {
     const AlarmBook& alarms;
     const TaskRegistry& tasks;
     const std::function<Status()>& guarded;  // whether a guardian watches, or why not; empty: there is nobody to ask
+    std::function<std::chrono::system_clock::time_point()> now = &std::chrono::system_clock::now;
   };
   explicit CellStatus(Parts parts) : p_(std::move(parts)) {}
 

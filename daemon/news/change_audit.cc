@@ -23,8 +23,8 @@ void ChangeAudit::note(const Router::Change& change) {
   if (std::this_thread::get_id() != reactor_thread_)
     return boost::asio::post(p_.reactor, [this, alive = std::weak_ptr<int>(alive_), caller = change.caller,
                                           operation = std::string(change.operation), detail = change.detail,
-                                          refused = change.refused, task = change.task] {
-      if (!alive.expired()) note({caller, operation, detail, refused, task});
+                                          refused = change.refused, task = change.task, failed = change.failed] {
+      if (!alive.expired()) note({caller, operation, detail, refused, task, failed});
     });
   if (change.task) {
     on_task_(*change.task, change.caller);
@@ -32,10 +32,17 @@ void ChangeAudit::note(const Router::Change& change) {
   }
   const LogAbout about({.who = change.caller.who});
   if (change.caller.role >= Role::kOperator)
-    log_->info("{}: {}{}{}{}", change.caller.who, change.operation, change.refused ? " was refused" : "",
+    log_->info("{}: {}{}{}{}", change.caller.who, change.operation,
+               change.refused  ? " was refused"
+               : change.failed ? " failed"
+                               : "",
                change.detail.empty() ? "" : ", ", change.detail);
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
-                       fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
+                       fmt::format("api.{}{}", change.operation,
+                                   change.refused  ? ".refused"
+                                   : change.failed ? ".failed"
+                                                   : ""),
+                       change.detail};
   if (change.caller.role < Role::kOperator) return p_.audit.write_or_count(std::move(entry));
   p_.audit.write(std::move(entry));
 }

@@ -326,6 +326,8 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
   if (view.state == CellState::kComplete && view.job)
     return {Step::kReset, "The cut is done: take the pieces out of the machine, then Reset makes it ready.",
             "veneerctl reset"};
+  if (!needs.is_counted)
+    return {Step::kWait, "The cell reads what is in stock and which certificates are in force: wait a moment.", ""};
   if (auto step = certificate_wanted(needs)) return *step;
   if (auto step = suspects_wanted(view, needs)) return *step;
   if (auto step = redo_wanted(view)) return *step;

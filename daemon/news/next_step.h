@@ -58,6 +58,7 @@ struct CellNeeds {
     JobId job;
     int pieces = 0;
   };
+  bool is_counted = true;  // false: nothing of what the database tells is known yet
   bool database_damaged = false;
   std::string database_busy;   // a sentence while it is checked, or damaged; "" when it is good
   std::string backups_silent;  // a sentence while the disk of the backups does not answer; else ""

@@ -352,10 +352,11 @@ Result<MosaicDrawn> PlanService::sketch_mosaic(const JobRequest& request, bool f
   return lines_over<MosaicDrawn>(request, std::move(wanted), "drawing a mosaic", library_, workers_, config_, stop);
 }
 
-Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
-                                         const std::stop_token& stop) {
+Result<JobOutcome> PlanService::make_job(const JobRequest& request, const std::string& who,
+                                         const TaskProgress& progress, const std::stop_token& stop) {
   auto made = make(request, {}, progress, stop);
   if (!made) return made.error();
+  made->plan.who = who;
   progress(0.95, "reserving the wood");
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   auto id = database_.call([&](Repositories& r) -> Result<JobId> {

@@ -55,7 +55,8 @@ class PlanService {
   // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says which tones are
   // missing and which smaller patches would still fit. kCancelled once `stop` is requested, unless the wood is reserved
   // already. Otherwise as planner::make_plan says.
-  Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+  Result<JobOutcome> make_job(const JobRequest& request, const std::string& who, const TaskProgress& progress,
+                              const std::stop_token& stop);
   // The same without a job: the plan is stored, and no wood is reserved.
   Result<JobOutcome> make_plan(const JobRequest& request, const std::string& who, const TaskProgress& progress,
                                const std::stop_token& stop);

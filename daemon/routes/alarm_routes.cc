@@ -46,10 +46,10 @@ json list_json(const AlarmBook& book, const Page& page) {
   return {{"alarms", std::move(list)}, {"next", std::move(next)}};
 }
 
-// "laser" is that it is not connected.
-void leave_out_places(json& alarms, const LaserConfig& laser) {
-  for (json& alarm : alarms)
-    if (alarm["about"] == "laser") alarm["sentence"] = kLaserIsNotConnected;
+// "laser" is that it is not connected; an abort may have had that for its reason.
+void leave_out_places(json& alarms, const AlarmBook& book, const LaserConfig& laser) {
+  for (const Alarm& alarm : book.alarms())
+    if (alarm.what.key == "laser") strike_why(alarms, alarm.what.sentence);
   strike_places(alarms, laser);
 }
 
@@ -58,7 +58,7 @@ void list_alarms(const AlarmServices& s, const ApiRequest& request, const Reply&
   const Page page = read_page(query);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   json list = list_json(s.book, page);
-  if (request.caller.role < Role::kOperator) leave_out_places(list["alarms"], s.config.laser);
+  if (request.caller.role < Role::kOperator) leave_out_places(list["alarms"], s.book, s.config.laser);
   reply(ApiReply::json(list));
 }
 

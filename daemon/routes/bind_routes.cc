@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/task_routes.h"
+#include "daemon/devices/device_places.h"
 #include "daemon/routes/cell_routes.h"
 
 namespace veneer::daemon {
@@ -80,7 +81,9 @@ void bind_routes(Router& router, Cell& cell) {
                     {c.alarms, c.config, [&c] { c.news->alarms_changed(); }, [&c] { return c.news->try_notices(); }});
   bind_store_routes(router, {*c.backups, *c.backup_disk, c.tasks, *c.backup_lists});
   bind_history_routes(router, *c.queries, c.config.laser);
-  bind_task_routes(router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); });
+  bind_task_routes(
+      router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); },
+      [&c](nlohmann::json& told) { strike_places(told, c.config.laser); });
 }
 
 }  // namespace veneer::daemon

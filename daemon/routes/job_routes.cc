@@ -37,10 +37,11 @@ Result<json> made_before(Repositories& r, const std::optional<db::KeyedRequest>&
               {"warnings", {fmt::format("this request was taken before: it is job {}", id.value)}}};
 }
 
-Result<JobId> reserve_plan(Repositories& r, db::PlanId id, const std::optional<db::KeyedRequest>& keyed) {
+Result<JobId> reserve_plan(Repositories& r, db::PlanId id, const std::optional<db::KeyedRequest>& keyed,
+                           const std::string& who) {
   const std::string now = utc_timestamp();
   if (const Status may = may_have_wood(r, id, now); !may) return may.error();
-  return r.jobs.create(id, now, keyed);
+  return r.jobs.create(id, now, keyed, who);
 }
 
 // A job of a plan that was made before: its wood is reserved, nothing is planned.
@@ -57,10 +58,10 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
   auto task = s.tasks.start("plan", "reserving the wood");
   reply(ApiReply::task(task.id()));
   s.database.async(
-      [id = db::PlanId{*plan}, keyed](Repositories& r) -> Result<json> {
+      [id = db::PlanId{*plan}, keyed, who = request.caller.who](Repositories& r) -> Result<json> {
         auto before = made_before(r, keyed);
         if (!before || !before->is_null()) return before;
-        auto job = reserve_plan(r, id, keyed);
+        auto job = reserve_plan(r, id, keyed, who);
         if (!job && keyed) static_cast<void>(r.request_keys.forget(*keyed));
         if (!job) return job.error();
         auto made = r.jobs.find(*job);
@@ -91,11 +92,11 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
   if (!job) return reply(ApiReply::error(job.error()));
   job->options.threads = s.planning.threads;
   choose_as_configured(*job, s.planning);
-  auto work = [s, job = std::move(*job)](const TaskReporter& task) {
+  auto work = [s, job = std::move(*job), who = request.caller.who](const TaskReporter& task) {
     auto before = s.database.call([&](Repositories& r) { return made_before(r, job.keyed); });
     if (!before || !before->is_null()) return task.finish(before);
     auto outcome = s.plans.make_job(
-        job, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+        job, who, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     if (outcome) s.on_job_changed(outcome->job);
     if (!outcome && job.keyed)  // nothing was reserved: the same request may try again
       static_cast<void>(s.database.call([&](Repositories& r) { return r.request_keys.forget(*job.keyed); }));

@@ -172,10 +172,10 @@ class Activity {
   // The laser did not begin what it was given last. True: it stays the next.
   virtual bool not_begun() { return false; }
 
-  // An operator wants it to end in good order. False when it cannot: then it is broken off. `at_rest`: and nothing more
-  // may be burnt before.
-  virtual bool end_early(bool at_rest) {
-    static_cast<void>(at_rest);
+  // `who`, an operator, wants it to end in good order. False when it cannot: then it is broken off. `at_rest`: and
+  // nothing more may be burnt before.
+  virtual bool end_early(bool at_rest, const std::string& who) {
+    static_cast<void>(at_rest), static_cast<void>(who);
     return false;
   }
   // It is over before its end, beam off. Gives what is to be written down; nothing where no wood of the stock can

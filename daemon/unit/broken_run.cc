@@ -66,7 +66,7 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
   std::vector<PieceId>* const neighbours = &struck->pieces;
   if (!run.id) {
     if (const Status doubted = r.jobs.make_suspect(*neighbours, at); !doubted) return doubted.error();
-    const Status aborted = run.waiting_job ? r.jobs.abort_job(*run.waiting_job, at) : Ok();
+    const Status aborted = run.waiting_job ? r.jobs.abort_job(*run.waiting_job, at, run.who) : Ok();
     if (!aborted && !has_settled(aborted.error().code)) return aborted.error();  // a planned job stays planned
     return static_cast<int>(neighbours->size());
   }
@@ -75,7 +75,7 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
   });
   const int beside = static_cast<int>(neighbours->size());
   neighbours->insert(neighbours->end(), run.unproven.begin(), run.unproven.end());
-  if (const Status ended = r.jobs.abort_run(*run.id, run.suspects, run.reason, at, *neighbours); !ended)
+  if (const Status ended = r.jobs.abort_run(*run.id, run.suspects, run.reason, at, *neighbours, run.who); !ended)
     return ended.error();
   return beside;
 }

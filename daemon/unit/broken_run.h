@@ -27,6 +27,7 @@ struct BrokenRun {
   Polyline<MachineFrame> stray_path;  // where the beam may have been off its path, and how far from this line
   Millimetres stray_reach{0};
   std::string reason;
+  std::string who = {};  // broke it off, a person; "": nobody did
 };
 
 // In the database's thread, one piece of work: books what was proven, ends the run, and makes suspect what was begun,

@@ -124,7 +124,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kUnsuspend:
       return unsuspend(who, std::move(reply), confirmed);
     case CellCommand::kStop:
-      return stop(reply);
+      return stop(who, reply);
     case CellCommand::kClear:
       return clear(who, std::move(reply));
     default:  // Start and Recut name things; Suspend and Complete come from the work
@@ -136,7 +136,7 @@ void JobRunner::stop_by(const std::function<std::string()>& who) {
   parts().laser.abort();  // the words, which take memory, come after
   stop_given_ = SteadyClock().now();
   const std::string name = who();
-  break_off(fmt::format("STOP by {}", name), nullptr);
+  break_off(fmt::format("STOP by {}", name), nullptr, false, name);
   audit_log_.write_or_count({0, utc_timestamp(), name, "cell.abort", {}});
 }
 
@@ -266,7 +266,7 @@ void JobRunner::hold(Reply reply) {
 void JobRunner::give_up_aside(const std::string& who, const Reply& reply) {
   const std::string doing = activity_->doing();
   if (at_laser_)
-    abort(fmt::format("held while {}: Clear and Reset, then start the job again", doing));
+    abort_by(who, fmt::format("held while {}: Clear and Reset, then start the job again", doing));
   else
     refused({ErrorCode::kCancelled, fmt::format("held before {}", doing)});
   audit(who, "cell.hold");
@@ -302,14 +302,14 @@ void JobRunner::unhold(Reply reply) {
   });
 }
 
-void JobRunner::stop(const Reply& reply) {
+void JobRunner::stop(const std::string& who, const Reply& reply) {
   const CellState from = view_.state;
-  if (from == CellState::kExecute && activity_->end_early(false)) {
+  if (from == CellState::kExecute && activity_->end_early(false, who)) {
     enter(CellState::kStopping, "finishing the piece that is being cut");
     reply(Ok());
     return next();
   }
-  if (from == CellState::kHeld && !at_laser_ && activity_->end_early(true)) {
+  if (from == CellState::kHeld && !at_laser_ && activity_->end_early(true, who)) {
     enter(CellState::kStopping);
     reply(Ok());
     return next();
@@ -317,13 +317,13 @@ void JobRunner::stop(const Reply& reply) {
   // What was begun cannot be finished without motion, and a run that is being prepared may be in the database already:
   // both end as an abort.
   if (activity_ || from == CellState::kResetting) {
-    abort("stopped by the operator");
+    abort_by(who, "stopped by the operator");
     return reply(Ok());
   }
   enter(CellState::kStopping);
   answer(Error{ErrorCode::kCancelled, "stopped by the operator"});
   end_epoch();
-  view_.job ? record_.end_job(view_.job->id) : record_.end(WorkRecord::Work::kJob);
+  view_.job ? record_.end_job(view_.job->id, who) : record_.end(WorkRecord::Work::kJob);
   enter(CellState::kStopped);
   reply(Ok());
 }
@@ -331,7 +331,7 @@ void JobRunner::stop(const Reply& reply) {
 void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
   const bool cutting = view_.state == CellState::kExecute || view_.state == CellState::kHolding ||
                        view_.state == CellState::kHeld || view_.state == CellState::kUnholding;
-  if (!cutting || !activity_->end_early(false))
+  if (!cutting || !activity_->end_early(false, who))
     return reply(Error{ErrorCode::kConflict, "no piece is being cut, so there is nothing to stop after"});
   audit(who, "cell.stop-after-piece");
   if (view_.state == CellState::kExecute) view_.reason = "stopping after this piece";

@@ -145,7 +145,7 @@ class JobRunner : public UnitState,
 
   // job_runner.cc: commands
   void reset(Reply reply);
-  void stop(const Reply& reply);
+  void stop(const std::string& who, const Reply& reply);
   void clear(const std::string& who, Reply reply);
   void hold(Reply reply);
   void give_up_aside(const std::string& who, const Reply& reply);
@@ -178,8 +178,11 @@ class JobRunner : public UnitState,
   void piece_booked(const PieceBurn& burn) override;
   void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
-  void break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest = false);
-  void owe_clear(const std::string& reason);
+  // `who` said so; "": nobody did.
+  void break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest = false,
+                 const std::string& who = {});
+  void abort_by(const std::string& who, const std::string& reason);
+  void owe_clear(const std::string& reason, const std::string& who);
 
   // job_runner_laser.cc: what the laser says
   void on_laser(const LaserEvent& event);

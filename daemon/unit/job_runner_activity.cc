@@ -253,6 +253,11 @@ void JobRunner::abort(const std::string& reason) noexcept {
   break_off(reason, nullptr);
 }
 
+void JobRunner::abort_by(const std::string& who, const std::string& reason) {
+  parts().laser.abort();
+  break_off(reason, nullptr, false, who);
+}
+
 // Whether the cell rests is asked before the byte, which changes what the laser tells; nobody waits for an answer.
 void JobRunner::end(const std::string& reason) {
   const bool was_at_rest = at_rest().ok();
@@ -268,13 +273,14 @@ void JobRunner::when_written(std::function<void()> then) {
 }
 
 // Before anything else of the abort is written: where that is lost to a kill, what was running tells of it (recover).
-void JobRunner::owe_clear(const std::string& reason) {
-  parts().database.owe([reason](Repositories& r) { return r.jobs.note_abort(reason, utc_timestamp()); });
+void JobRunner::owe_clear(const std::string& reason, const std::string& who) {
+  parts().database.owe([reason, who](Repositories& r) { return r.jobs.note_abort(reason, utc_timestamp(), who); });
   record_.forget();
 }
 
 // Everything that was going on ends here, with the beam already off.
-void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest) {
+void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told, bool was_at_rest,
+                          const std::string& who) {
   jogging_.forget();
   if (!after(view_.state, CellCommand::kAbort)) return;
   const bool laser_will_tell = at_laser_ && told == nullptr;
@@ -284,7 +290,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   if (activity) broken = activity->broken_off(remark);
   const std::string why_aborted = reason + remark;
   enter(CellState::kAborting, why_aborted);
-  if (!was_at_rest) owe_clear(why_aborted);
+  if (!was_at_rest) owe_clear(why_aborted, who);
   const Error why{ErrorCode::kCancelled, why_aborted};
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);
@@ -298,7 +304,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
     });
   };
   if (broken) {
-    broken->reason = reason;
+    broken->reason = reason, broken->who = who;
     if (!broken->id && view_.job && wait_.has_pieces()) broken->waiting_job = view_.job->id;
     if (told != nullptr) broken->take(*told);
     owed_end_.begin(*std::move(broken));
@@ -310,10 +316,12 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
     else
       owed_end_.write(finish);
   } else if (view_.job && wait_.has_pieces()) {
-    parts().database.owe([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
-                         [finish, moment = moment()] {
-                           if (moment.is_current()) finish(0);  // a planned job stays planned
-                         });
+    const auto write = [job = view_.job->id, who](Repositories& r) {
+      return r.jobs.abort_job(job, utc_timestamp(), who);
+    };
+    parts().database.owe(write, [finish, moment = moment()] {
+      if (moment.is_current()) finish(0);  // a planned job stays planned
+    });
   } else {
     finish(0);
   }

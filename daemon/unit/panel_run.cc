@@ -189,10 +189,10 @@ bool PanelRun::not_begun() {
   return true;
 }
 
-bool PanelRun::end_early(bool at_rest) {
+bool PanelRun::end_early(bool at_rest, const std::string& who) {
   // A piece that is noted cannot be given back: it is burnt, or it is in doubt.
   if (!run_ || (at_rest && noted_ != Noted::kNo)) return false;
-  stop_ = true;
+  if (!std::exchange(stop_, true)) stopped_by_ = who;
   ends_as_it_is_ = at_rest;
   return true;
 }
@@ -207,8 +207,9 @@ void PanelRun::end() {
   host_.ending(afterwards);
   const bool goes_on = afterwards == Afterwards::kNextPanel;
   const std::optional<WorkRecord::End> work = goes_on ? std::nullopt : std::optional(host_.work_ends());
-  const auto write = [run = *run_, goes_on, work, doubted = doubted_](Repositories& r) -> Status {
-    Status finished = r.jobs.finish_run(run, goes_on, utc_timestamp(), {doubted, work && work->rests()});
+  const auto write = [run = *run_, goes_on, work, doubted = doubted_,
+                      who = stopped ? stopped_by_ : std::string()](Repositories& r) -> Status {
+    Status finished = r.jobs.finish_run(run, goes_on, utc_timestamp(), {doubted, work && work->rests(), who});
     if (finished && work) work->written();
     return finished;
   };

@@ -34,7 +34,7 @@ class PanelRun final : public Activity {
   void burnt(const std::string& remark) override;
   bool not_begun() override;
   bool ends_unproven() const override { return !since_proof_.empty() && !ends_as_it_is_; }
-  bool end_early(bool at_rest) override;
+  bool end_early(bool at_rest, const std::string& who) override;
   std::optional<BrokenRun> broken_off(std::string& remark) override;
 
  private:
@@ -74,6 +74,7 @@ class PanelRun final : public Activity {
   std::string told_;              // ProvenPose::moved_tags as a person saw it last
   bool ends_as_it_is_ = false;    // the operator ends it without another look
   bool stop_ = false;             // asked by the operator: end after the piece under way
+  std::string stopped_by_;        // who asked that first
 };
 
 }  // namespace veneer::daemon

@@ -50,13 +50,13 @@ void WorkRecord::forget() {
   });
 }
 
-void WorkRecord::end_job(JobId job) {
+void WorkRecord::end_job(JobId job, const std::string& who) {
   std::erase_if(under_way_, [](const UnderWay& one) { return one.work == Work::kJob; });
   awaited_ = ++last_;
-  database_->owe([job, doing = newest_doing(), number = last_, newest = written_](Repositories& r) {
+  database_->owe([job, who, doing = newest_doing(), number = last_, newest = written_](Repositories& r) {
     const std::string at = utc_timestamp();
     // Nothing newer is written before it (begin()). A job that never ran stays as it is.
-    Status stopped = r.jobs.stop_job_and_rest(job, at, doing);
+    Status stopped = r.jobs.stop_job_and_rest(job, at, doing, who);
     if (!stopped && !has_settled(stopped.error().code)) return stopped;
     // Where it is refused for good nothing of it was written, and the work for the job has ended all the same.
     if (!stopped)

@@ -31,9 +31,9 @@ class WorkRecord {
   // start finds what has ended, and is Aborted for nothing.
   void end(Work work);
   void end_all();
-  // The operator stops a job while it waits: it ends with the work for it, in one write, or not at all. One that never
-  // ran stays planned. Nothing else begins before that is written.
-  void end_job(JobId job);
+  // An operator, `who`, stops a job while it waits: it ends with the work for it, in one write, or not at all. One that
+  // never ran stays planned. Nothing else begins before that is written.
+  void end_job(JobId job, const std::string& who);
   // All that is under way ends with something that others write.
   class End {
    public:

@@ -114,7 +114,7 @@ inline std::vector<Step> a_day() {
   mark(1);
   book(1);
   mark(2);
-  jobs("broken off", [](JobStore store) { return store.abort_run({1}, {}, "stop", kLater); });
+  jobs("broken off", [](JobStore store) { return store.abort_run({1}, {}, "stop", kLater, {}, "local:1000"); });
   for (const auto verdict : {AllocationState::kScrap, AllocationState::kSuspect, AllocationState::kScrap})
     settle(2, verdict);
   run(1, oak);
@@ -154,7 +154,7 @@ inline std::vector<Step> a_day() {
     return Plans(db).add(plan, kLater);
   });
   add("key", [=](Database& db) { return RequestKeys(db).begin(request, kLater); });
-  jobs("job of a plan", [=](JobStore store) { return store.create(PlanId{4}, kLater, request); });
+  jobs("job of a plan", [=](JobStore store) { return store.create(PlanId{4}, kLater, request, "local:1000"); });
   jobs("cancel", [](JobStore store) { return store.cancel({3}, kLater); });
 
   // Plan 5, job 4 has pieces 8 and 9 on two panels; its runs are 5 to 8.
@@ -184,14 +184,15 @@ inline std::vector<Step> a_day() {
                                  "panels/P-0001/left.png",
                                  kLater});
   });
-  jobs("broken off between panels", [](JobStore store) { return store.abort_job({4}, kLater); });
+  jobs("broken off between panels", [](JobStore store) { return store.abort_job({4}, kLater, "local:1000"); });
   run(4, ash);
   finish(6);
-  jobs("stopped between panels", [](JobStore store) { return store.stop_job({4}, kLater); });
+  jobs("stopped between panels", [](JobStore store) { return store.stop_job({4}, kLater, "local:1000"); });
   jobs("job under way", [](JobStore store) { return store.note_under_way("in the middle of job 4", kLater); });
   run(4, ash);
   finish(7);
-  jobs("stopped between panels, at rest", [](JobStore store) { return store.stop_job_and_rest({4}, kLater); });
+  jobs("stopped between panels, at rest",
+       [](JobStore store) { return store.stop_job_and_rest({4}, kLater, "", "local:1000"); });
   run(4, ash);
   mark(9);
   jobs("recovery", [](JobStore store) { return store.recover(kLater); });
@@ -199,7 +200,7 @@ inline std::vector<Step> a_day() {
   jobs("homing", [](JobStore store) { return store.note_under_way("while the laser was homed", kLater); });
   jobs("homed", [](JobStore store) { return store.note_at_rest(kLater); });
   jobs("jogging", [](JobStore store) { return store.note_under_way("while the head was jogged", kLater); });
-  jobs("STOP", [](JobStore store) { return store.note_abort("STOP by local:1000", kLater); });
+  jobs("STOP", [](JobStore store) { return store.note_abort("STOP by local:1000", kLater, "local:1000"); });
   add("sighting", [=](Database& db) -> Status {
     const auto piece = JobStore(db).find_piece(PieceId{9});
     if (!piece.ok()) return piece.error();

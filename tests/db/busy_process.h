@@ -56,14 +56,14 @@ class BusyProcess {
 
   Status cut(RunId run) {
     const auto cutting = row("SELECT piece FROM allocations WHERE state = 'cutting'");
-    if (below(12) == 0) return jobs_.abort_run(run, {}, "stop", kLater);
+    if (below(12) == 0) return jobs_.abort_run(run, {}, "stop", kLater, {}, "local:1000");
     if (below(8) == 0) return jobs_.note_proof(run, kNow);
     if (cutting && below(2) == 0) return jobs_.book_and_keep({{*cutting}, "", run, "Grbl 1.1h", "[]"}, kNow);
     if (cutting) return jobs_.book_piece({*cutting}, kNow);
     const auto next =
         row("SELECT a.piece FROM allocations AS a JOIN runs AS r ON r.job = a.job AND r.panel = a.panel WHERE "
             "r.ended_at IS NULL AND a.state = 'reserved'");
-    if (!next || below(12) == 0) return jobs_.finish_run(run, below(2) == 0, kLater, {{}, below(2) == 0});
+    if (!next || below(12) == 0) return jobs_.finish_run(run, below(2) == 0, kLater, {{}, below(2) == 0, "local:1000"});
     return jobs_.mark_cutting({*next}, kNow);
   }
 
@@ -102,7 +102,7 @@ class BusyProcess {
       const unsigned what = below(5);
       if (what < 2) return leases.release({*leased}, kLater, "local:1000");
       if (what == 2) return leases.expire("2026-06-01T00:00:00.000Z").ok() ? Ok() : failed("expiry");
-      if (what == 3) return dropped(jobs_.create(PlanId{*leased}, kNow));
+      if (what == 3) return dropped(jobs_.create(PlanId{*leased}, kNow, {}, "local:1000"));
     }
     const auto kept = row(
         "SELECT id FROM plans WHERE id NOT IN (SELECT plan FROM jobs) AND id NOT IN (SELECT plan FROM redos) AND id "
@@ -270,7 +270,7 @@ class BusyProcess {
 
   Status break_off_or_clear() {
     const bool clears = below(2) == 0;
-    Status noted = clears ? jobs_.note_cleared("local:1000", kLater) : jobs_.note_abort("STOP", kLater);
+    Status noted = clears ? jobs_.note_cleared("local:1000", kLater) : jobs_.note_abort("STOP", kLater, "local:1000");
     if (noted) clear_owed_ = !clears;
     return noted;
   }
@@ -293,9 +293,9 @@ class BusyProcess {
     const auto between = row("SELECT id FROM jobs WHERE state = 'running'");
     if (between && below(4) == 0) {
       const unsigned how = below(3);
-      return how == 0   ? jobs_.abort_job({*between}, kLater)
-             : how == 1 ? jobs_.stop_job({*between}, kLater)
-                        : jobs_.stop_job_and_rest({*between}, kLater);
+      return how == 0   ? jobs_.abort_job({*between}, kLater, "local:1000")
+             : how == 1 ? jobs_.stop_job({*between}, kLater, "local:1000")
+                        : jobs_.stop_job_and_rest({*between}, kLater, "", "local:1000");
     }
     const unsigned what = below(22);
     if (what >= 20) return see_to_jobs();

@@ -96,7 +96,7 @@ inline void fill(CellDatabase& cell) {
     if (panel.panel == ash) panel.mask_version = 2;
   const JobId given_up = must(jobs.create(second, kNow));
   VENEER_ASSERT_OK(jobs.cancel(given_up, kLater, "user anna"));
-  must(jobs.create(must(jobs.find(given_up)).plan, kLater));
+  must(jobs.create(must(jobs.find(given_up)).plan, kLater, {}, "user anna"));
   VENEER_ASSERT_OK(jobs.archive(given_up, true, kLater, "user anna"));
   must(jobs.put_before(first, std::nullopt, "local:1000", kLater));
   VENEER_ASSERT_OK(cell.ledger().write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow));

@@ -75,6 +75,53 @@ TEST_F(JobStoreTest, EachStateOfAJobIsKeptWithWhoBroughtItThere) {
   VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
+TEST_F(JobStoreTest, WhoMadeAJobAndWhoseStopEndedItsRunsIsKept) {
+  const auto told = [&](JobId of) {
+    return texts(cell.database().connection(),
+                 fmt::format("SELECT what || ' by ' || who FROM events WHERE kind = 'job' AND job = {} AND what <> "
+                             "'running' ORDER BY at, part, step",
+                             of.value));
+  };
+  NewPlan plan = job_of({square_piece("B1", panel, 100, 10, 14), square_piece("B2", other, 100, 10, 14)});
+  plan.who = "user anna";
+  const JobId at_once = must(jobs.create(plan, kNow));
+  EXPECT_THAT(told(at_once), ElementsAre("made by user anna"));
+  plan = job_of({square_piece("C1", panel, 120, 10, 14), square_piece("C2", other, 120, 10, 14)});
+  plan.who = "user anna";
+  const JobId later = must(jobs.create(must(Plans(cell.database()).add(plan, kNow)), kNow, {}, "user bert"));
+  EXPECT_THAT(told(later), ElementsAre("made by user bert")) << "who asked for its plan is another matter";
+
+  const auto at = [](int minute) { return fmt::format("2026-05-02T08:{:02}:00.000Z", minute); };
+  const auto piece = [&](int index) { return must(jobs.pieces(later)).at(static_cast<std::size_t>(index)).id; };
+  const auto begin = [&](const PanelId& on, int minute) {
+    return must(jobs.start_run(later, on, kPose, 0.04_mm, at(minute)));
+  };
+  VENEER_ASSERT_OK(jobs.finish_run(begin(panel, 1), false, at(2), {{}, false, "user anna"}));
+  VENEER_ASSERT_OK(jobs.abort_run(begin(panel, 3), {}, "STOP by user bert", at(4), {}, "user bert"));
+  const RunId run = begin(panel, 5);
+  VENEER_ASSERT_OK(jobs.mark_cutting(piece(0), at(6)));
+  VENEER_ASSERT_OK(jobs.book_piece(piece(0), at(6)));
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, at(7), {{}, false, "user carl"}));
+  VENEER_ASSERT_OK(jobs.stop_job_and_rest(later, at(8), "", "user dora"));
+  EXPECT_THAT(told(later),
+              ElementsAre("made by user bert", "stopped by user anna", "aborted by user bert", "stopped by user dora"));
+  const RunId last = begin(other, 9);
+  VENEER_ASSERT_OK(jobs.mark_cutting(piece(1), at(10)));
+  VENEER_ASSERT_OK(jobs.book_piece(piece(1), at(10)));
+  VENEER_ASSERT_OK(jobs.abort_run(last, {}, "STOP by user bert", at(11), {}, "user bert"));
+  EXPECT_EQ(told(later).back(), "complete by ") << "nobody's STOP cut its last piece";
+  VENEER_ASSERT_OK(jobs.note_abort("STOP by user bert", at(12), "user bert"));
+  VENEER_ASSERT_OK(jobs.note_abort("the link was lost", at(13)));
+  EXPECT_THAT(texts(cell.database().connection(),
+                    "SELECT what || ' by ' || who FROM events WHERE kind = 'cell' AND part = 1 ORDER BY at, step"),
+              ElementsAre("STOP by user bert by user bert", "the link was lost by veneerd"));
+  for (const char* forgery : {"INSERT INTO done_by (kind, number, who) VALUES ('made', 999, 'x')",
+                              "INSERT INTO done_by (kind, number, who) VALUES ('unmade', 1, 'x')",
+                              "INSERT INTO done_by (kind, number, who) SELECT kind, number, 'x' FROM done_by"})
+    EXPECT_FALSE(execute(cell.database(), forgery).ok()) << forgery;
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
 TEST_F(JobStoreTest, MarksAreUniqueWithinAJob) {
   const auto twice =
       jobs.create(job_of({square_piece("B1", panel, 100, 10, 14), square_piece("B1", panel, 130, 10, 14)}), kNow);

@@ -155,6 +155,8 @@ TEST(KilledStore, IsBusyWithAllThatACellDoes) {
           "mask_edit_removals",
           "leases",
           "job_history",
+          "done_by WHERE kind = 'made'",
+          "done_by WHERE kind = 'job'",
           "done_by WHERE kind = 'archiving'",
           "redos",
           "proposal_verdicts WHERE verdict = 'accepted'",

@@ -206,6 +206,7 @@ SELECT id, 1, '[[0,0],[9000,0],[9000,9000],[0,9000]]', 0.25, 0, 'one of its side
     {39, R"sql(
 INSERT INTO queue_orders (job, jobs, who, at)
 SELECT max(id), '[' || max(id) || ',' || min(id) || ']', 'user anna', 't32' FROM jobs;)sql"},
+    {40, "INSERT INTO done_by (kind, number, who) SELECT 'made', max(id), 'user carl' FROM jobs;"},
 };
 
 // A database that was in use up to `version`: every schema added rows of its own while it was the newest.

@@ -104,6 +104,9 @@ class ApiServer {
     return std::ranges::count(kOwn, operation) > 0;
   }
 
+  // For what belongs to it: to be made, used and ended on it.
+  boost::asio::io_context& reactor() { return reactor_; }
+
   std::string socket() const { return (folder_ / "api.sock").string(); }
   std::filesystem::path folder() const { return folder_.path(); }
   int port() const { return server_->tcp_port(); }

@@ -25,6 +25,7 @@ class SimLaser final : public LaserDriver {
     limits.fastest = MmPerSecond(400);
     limits.motion = motion;
     connected_ = present;
+    if (says_why) why_not_connected = present ? "" : absence;
     limits.travel.add(point<MachineFrame>(0, 0));
     limits.travel.add(point<MachineFrame>(520, 380));
     limits.to_confirm = to_confirm;
@@ -33,7 +34,7 @@ class SimLaser final : public LaserDriver {
     if (present)
       say(laser_event::Connected{limits});
     else
-      say(laser_event::Failed{{ErrorCode::kUnavailable, "no laser at this port: plug it in"}});
+      say(laser_event::Failed{{ErrorCode::kUnavailable, absence}});
   }
   void home() override {
     calls.push_back("home");
@@ -76,6 +77,7 @@ class SimLaser final : public LaserDriver {
     status.lid_open = lid_open;
     status.lid_openings = lid_openings;
     status.refusal = refusal;
+    status.why_not_connected = why_not_connected;
     return status;
   }
   // Stands where it was sent once end_jog() is called.
@@ -133,7 +135,10 @@ class SimLaser final : public LaserDriver {
   std::vector<PieceId> burnt;
   std::vector<LaserJob> jobs;  // as burnt
   bool present = true;
-  std::optional<LaserMotion> motion;  // as it tells when it is connected
+  std::string absence = "no laser at this port: plug it in";  // why it is not connected then
+  bool says_why = false;                                      // whenever it is asked how it stands
+  std::string why_not_connected;                              // as it says that
+  std::optional<LaserMotion> motion;                          // as it tells when it is connected
   bool finds_home = true;
   bool homes = true;                    // and comes to the end of it
   bool beam_stays_on = false;           // whatever it was told

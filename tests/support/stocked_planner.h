@@ -111,7 +111,7 @@ class StockedPlanner : public ::testing::Test {
   Result<daemon::JobOutcome> plan(
       const daemon::JobRequest& request, const daemon::TaskProgress& progress = [](double, const std::string&) {},
       const std::stop_token& stop = {}) {
-    return service().make_job(request, progress, stop);
+    return service().make_job(request, "local:1000", progress, stop);
   }
   daemon::PlanService service() { return {*database_, library_, workers_, config_, make_null_logger()}; }
   Result<daemon::JobOutcome> stored_plan(const daemon::JobRequest& request) {

@@ -357,7 +357,7 @@ TEST_F(PlanServiceTest, TheThreadThatWritesIsNotAskedForTheWood) {
   database_->async([wait = written.get_future().share()](Repositories&) { return wait.wait(), 0; }, [](int) {});
   auto planning = std::async(std::launch::async, [&] {
     return PlanService(*database_, library_, announced, config_, make_null_logger())
-        .make_job(small_job(), [](double, const std::string&) {}, {});
+        .make_job(small_job(), "local:1000", [](double, const std::string&) {}, {});
   });
   EXPECT_TRUE(announced.asked_within(std::chrono::seconds(10))) << "while a write takes its time";
   written.set_value();

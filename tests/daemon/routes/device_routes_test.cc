@@ -1,4 +1,5 @@
 // Choosing laser, scanner and camera for the next start.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -564,6 +565,30 @@ TEST_F(DeviceRoutes, AnAlarmSaysWhereToOperatorsOnly) {
   const std::string some = asked_by(Role::kViewer, "/api/v1/alarms").dump();
   EXPECT_THAT(some, AllOf(Not(HasSubstr(here)), Not(HasSubstr("1-2, 1-3"))));
   EXPECT_THAT(some, HasSubstr("the serial port (an operator is told where) does not open (gone): check the cable"));
+}
+
+TEST_F(DeviceRoutes, AnAbortForWantOfALaserDoesNotSayWhyToViewers) {
+  const std::string why = "there are 2 devices: add the place of the right one, one of 1-2, 1-3";
+  cell->alarms.take({{"laser", true, why}, {"aborted", true, "the laser was lost, " + why}}, "2026-01-01T00:00:00Z");
+  cell->alarms.take({}, "2026-01-01T00:01:00Z");
+  EXPECT_THAT(asked_by(Role::kOperator, "/api/v1/alarms").dump(), HasSubstr("the laser was lost"));
+  EXPECT_THAT(asked_by(Role::kViewer, "/api/v1/alarms").dump(), Not(HasSubstr("1-2, 1-3")));
+}
+
+TEST_F(DeviceRoutes, ATaskSaysWhereItFailedToOperatorsOnly) {
+  const TaskReporter scan = cell->tasks.start("scan", "reading /dev/bus/usb/001/004");
+  scan.fail({ErrorCode::kStorage, "/var/lib/veneerd/scan.tif cannot be written: make room"});
+  while (cell->tasks.find(scan.id())->state == TaskState::kRunning) reactor.restart(), reactor.run_one();
+  const auto told = [this](Role asking, const std::string& target) {
+    role = asking;
+    return body_of(ask("GET", target)).dump();
+  };
+  for (const std::string& target : {std::string("/api/v1/tasks"), fmt::format("/api/v1/tasks/{}", scan.id())}) {
+    EXPECT_THAT(told(Role::kOperator, target), AllOf(HasSubstr("/var/lib"), HasSubstr("/dev/bus"))) << target;
+    EXPECT_THAT(told(Role::kViewer, target),
+                AllOf(Not(HasSubstr("/var/lib")), Not(HasSubstr("/dev/bus")), HasSubstr("make room")))
+        << target;
+  }
 }
 
 TEST_F(DeviceRoutes, WhoeverLooksOnIsNotToldWhereAGlanceFailed) {

@@ -44,12 +44,27 @@ TEST_F(EventHistory, ThatAJobWasCancelledAndArchivedStandsThereWithWhoDidIt) {
   ASSERT_EQ(post("/jobs/1/unarchive").status, 200);
   ASSERT_EQ(post("/jobs/archive-done").status, 200);
   EXPECT_THAT(happened("job=1&until=2026-05-01T08:00"),
-              ElementsAre("job made by nobody", "wood reserved by nobody", "wood reserved by nobody"));
+              ElementsAre("job made by local:1000", "wood reserved by nobody", "wood reserved by nobody"));
   EXPECT_THAT(happened("job=1&since=2026-05-01T08:00"),
               IsSupersetOf({"job cancelled by uid 1000", "wood released by nobody", "job archived by uid 1000",
                             "job in sight again by uid 1000"}));
-  EXPECT_THAT(happened("job=1&kind=job&until=2026-05-01T08:00"), ElementsAre("job made by nobody"));
+  EXPECT_THAT(happened("job=1&kind=job&until=2026-05-01T08:00"), ElementsAre("job made by local:1000"));
   EXPECT_THAT(happened("job=2"), ElementsAre());
+}
+
+TEST_F(EventHistory, WhoMadeAJobOfAPlanStandsThere) {
+  db::NewPlan plan = squares(6, {5, 15}, 12.5);
+  plan.who = "user anna";
+  db::FiducialRecord hole;
+  hole.kind = db::FiducialKind::kHole, hole.face = Face::kBack, hole.corners = {point<PanelFrame>(28, 18)};
+  change([&](Repositories& r) -> Status {
+    if (Status known = r.panels.add_scans({"P-0002"}, {}, {hole}); !known) return known;
+    const auto stored = r.plans.add(plan, kThen);
+    return stored ? Ok() : Status(stored.error());
+  });
+  const TaskView made = ended(post("/jobs", {{"plan", 2}}));
+  EXPECT_EQ(made.state, TaskState::kDone) << made.error.value_or(Error{}).message;
+  EXPECT_THAT(happened("job=2&kind=job"), ElementsAre("job made by uid 1000"));
 }
 
 TEST_F(EventHistory, ThatAPanelWasRetiredStandsThereWithWhoDidIt) {

@@ -88,7 +88,7 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeTheEndOfAJobThatIsOwed) {
   const auto owed = [this] {
     return database_->call([](Repositories& r) { return r.jobs.would_owe_clear(); }).value().value_or("");
   };
-  record.end_job(JobId{1});
+  record.end_job(JobId{1}, "uid 1000");
   const Status early = begin();
   ASSERT_FALSE(early.ok());
   EXPECT_THAT(early.error().message, ::testing::HasSubstr("is not written yet: the disk is full"));
@@ -106,7 +106,7 @@ TEST_F(OwedWritesTest, AnEndOfAJobThatIsRefusedForGoodEndsTheWorkForItAllTheSame
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   ASSERT_EQ(job_state(), db::JobState::kRunning);
   exec("CREATE TEMP TRIGGER refused BEFORE UPDATE OF state ON jobs BEGIN SELECT RAISE(ABORT, 'refused'); END");
-  WorkRecord(*database_).end_job(JobId{1});
+  WorkRecord(*database_).end_job(JobId{1}, "uid 1000");
   EXPECT_EQ(job_state(), db::JobState::kRunning) << "nothing refused it";
   const int under_way = database_->call([](Repositories& r) {
     return r.connection.connection().execAndGet("SELECT under_way FROM activities ORDER BY id DESC LIMIT 1").getInt();
@@ -130,7 +130,7 @@ TEST_F(OwedWritesTest, AnEndOfAJobThatIsTriedAgainLeavesOtherWorkOnRecordOnce) {
   settle();
   // No constraint: it is tried again.
   exec("CREATE TEMP TRIGGER busy BEFORE UPDATE OF state ON jobs BEGIN SELECT json('{'); END");
-  record.end_job(JobId{1});
+  record.end_job(JobId{1}, "uid 1000");
   noted(), noted();
   EXPECT_EQ(noted(), 1);
   exec("DROP TRIGGER busy");

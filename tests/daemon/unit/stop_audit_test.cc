@@ -2,12 +2,17 @@
 // number. STOP itself waits for none of it.
 #include <gmock/gmock.h>
 
+#include "db/events.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 class StopAuditTest : public JobRunnerTest {
  protected:
@@ -18,6 +23,28 @@ class StopAuditTest : public JobRunnerTest {
   }
   std::vector<db::AuditEntry> noted() {
     return *database_->call([](Repositories& r) { return r.audit.latest(10'000); });
+  }
+  // What became of the job, and what broke the cell's work off: "job stopped by anna".
+  std::vector<std::string> happened() {
+    settle();
+    std::vector<std::string> out;
+    const auto events = database_->call([](Repositories& r) { return db::Events(r.connection).read({}, {}, 1000); });
+    for (const db::EventRecord& event : *events)
+      if ((event.kind == "job" && event.part == 1 && event.what != "running") ||
+          (event.kind == "cell" && event.part == 1))
+        out.push_back(event.kind + " " + event.what + " by " + event.who);
+    return out;
+  }
+  void load_and_cut() {
+    laser_.burn_at_once = false;
+    load_first_panel();
+    ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+    ASSERT_EQ(state(), CellState::kExecute);
+  }
+  void say(CellCommand command, const std::string& who) {
+    tell(
+        command, [](const Status& taken) { EXPECT_TRUE(taken.ok()) << taken.error().message; }, who);
+    settle();
   }
   std::ptrdiff_t aborts() const { return std::count(laser_.calls.begin(), laser_.calls.end(), "abort"); }
   int answered_ = 0;
@@ -91,6 +118,74 @@ TEST_F(StopAuditTest, AnOperatorsFloodWaitsWithinBoundsToo) {
   EXPECT_EQ(std::ranges::count(rows, "uid 1001", &db::AuditEntry::who), 1);
   EXPECT_EQ(rows.size(), AuditLog::kMostOfOne + AuditLog::kMostWaiting + 2);
   EXPECT_THAT(rows.front().detail, HasSubstr("872 more"));
+}
+
+// ---- whose stop it was ----------------------------------------------------------------------------------------------
+
+TEST_F(StopAuditTest, WhoStopsBetweenTwoPiecesStandsWithTheJob) {
+  load_and_cut();
+  say(CellCommand::kStop, "anna");
+  laser_.finish();
+  EXPECT_THAT(happened(), ElementsAre("job stopped by anna"));
+}
+
+TEST_F(StopAuditTest, WhoAskedFirstToStopAfterAPieceStoppedTheJob) {
+  load_and_cut();
+  runner_->stop_after_piece("anna", [](const Status& taken) { EXPECT_TRUE(taken.ok()); });
+  runner_->stop_after_piece("bert", [](const Status& taken) { EXPECT_TRUE(taken.ok()); });
+  laser_.finish();
+  EXPECT_THAT(happened(), ElementsAre("job stopped by anna"));
+}
+
+TEST_F(StopAuditTest, WhoStopsAJobThatWaitsForItsNextPanelStandsWithIt) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(state(), CellState::kSuspended) << "for the second panel";
+  say(CellCommand::kStop, "anna");
+  EXPECT_THAT(happened(), ElementsAre("job stopped by anna"));
+}
+
+TEST_F(StopAuditTest, NobodyStoppedAJobThatWasCutToItsEndAllTheSame) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bed_.lay("P-0002"), look();
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  say(CellCommand::kStop, "anna");
+  laser_.finish();
+  EXPECT_THAT(happened(), ElementsAre("job complete by "));
+}
+
+TEST_F(StopAuditTest, WhoPressesStopStandsWithTheJobAndTheCell) {
+  load_and_cut();
+  say(CellCommand::kAbort, "anna");
+  say(CellCommand::kClear, "bert");
+  EXPECT_THAT(happened(), UnorderedElementsAre("cell STOP by anna; piece A1-1 is suspect by anna",
+                                               "job aborted by anna", "cell cleared by bert"));
+}
+
+TEST_F(StopAuditTest, WhoPressesStopWhileAJobWaitsStandsWithIt) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(state(), CellState::kSuspended);
+  say(CellCommand::kAbort, "anna");
+  EXPECT_THAT(happened(), UnorderedElementsAre("cell STOP by anna by anna", "job aborted by anna"));
+}
+
+TEST_F(StopAuditTest, WhoStopsAHeldPieceBrokeTheJobOff) {
+  load_and_cut();
+  say(CellCommand::kHold, "bert");
+  say(CellCommand::kStop, "anna");
+  EXPECT_THAT(happened(), UnorderedElementsAre("cell stopped by the operator; piece A1-1 is suspect by anna",
+                                               "job aborted by anna"));
+}
+
+TEST_F(StopAuditTest, NobodyStoppedWhatTheLaserBrokeOff) {
+  load_and_cut();
+  laser_.fail({ErrorCode::kDisconnected, "the link was lost"});
+  const auto told = happened();
+  EXPECT_THAT(told, ::testing::Contains("job aborted by "));
+  EXPECT_THAT(told, ::testing::Contains(AllOf(HasSubstr("the link was lost"), EndsWith("by veneerd"))));
 }
 
 }  // namespace
