@@ -109,7 +109,7 @@ export function drawPanel(id) {
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         noMap && h("p.fault", {id: "no-map", role: "alert"}, "▲ ", tWith("map.none", "why", noMap)),
         panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version, () => { if (apart.part) apart.part.putOutlineAway(); }),
-        !panel.retired && apart.part && apart.part.outlineTools(map, panel, putBrushAway),
+        !panel.retired && apart.part && apart.part.outlineTools(map, panel, putBrushAway, () => { shown.version = ""; changed(); }),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
       h("div.column", {}, apart.part && apart.part.sawnCard(panel), passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), saidCard(panel, (zone) => { if (map) map.zone(zone); }), areaCard(panel), piecesCard(), versionsCard(panel), apart.comes(), apart.part && [apart.part.fitCard(panel), ...apart.part.apartCards(panel)], stockCard(panel))),

@@ -24,6 +24,14 @@ const sheetOf = (panel) => {
   if (!sheets.has(panel)) sheets.set(panel, {version: 0, seen: 0, strokes: [], busy: false});  // strokes: {give, width_mm, points_mm}
   return sheets.get(panel);
 };
+// Versions of masks that were made here, each of the one before.
+const own = new Set();
+// The newest that comes of `version` by this hand alone.
+export function byThisHand(panel, version) {
+  let newest = version;
+  while (own.has(`${panel} ${newest + 1}`)) ++newest;
+  return newest;
+}
 export const unsavedOn = (panel) => (sheets.has(panel) ? sheets.get(panel).strokes.length : 0);
 const isMoved = (sheet) => sheet.strokes.length > 0 && sheet.version !== sheet.seen;
 
@@ -90,6 +98,7 @@ async function save() {
     const body = {kind: one.give ? "give" : "withhold", version: sheet.version, width_mm: one.width_mm, strokes_mm: one.strokes.flat(2), stroke_points: one.strokes.map((part) => part.length)};
     const made = await command(`/panels/${encodeURIComponent(panel)}/mask-edits`, {body, timeoutMs: kSaveMs});
     if (!made) break;
+    own.add(`${panel} ${made.version}`);
     sheet.version = sheet.seen = made.version;
     sheet.strokes.splice(0, one.ended);
   }
@@ -106,6 +115,7 @@ async function takeBack(number) {
   // The same hand did both.
   if (made && sheet.version === made.version - 1) sheet.version = made.version;
   if (made) {
+    own.add(`${panel} ${made.version}`);
     sheet.seen = made.version;
     if (panel === of && edits) edits = edits.filter((one) => one.number !== number);
   }

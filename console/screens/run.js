@@ -19,9 +19,9 @@ export function enter(job) { if (job) leadTo(Number(job)); }
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
   return h("div.columns.run", {},
-    h("div.column", {"aria-label": t("load")}, loadCard(), bedCard(), sheetHands("bed", (model.cell.load || {}).face_up || "back")),
-    h("div.column.do", {"aria-label": t("commands")}, commandsCard()),
-    h("div.column", {"aria-label": t("job")}, jobCard(), ...pieceCards(), jobsCard()));
+    h("div.column", {role: "group", "aria-label": t("load")}, loadCard(), bedCard(), sheetHands("bed", (model.cell.load || {}).face_up || "back")),
+    h("div.column.do", {role: "group", "aria-label": t("commands")}, commandsCard()),
+    h("div.column", {role: "group", "aria-label": t("job")}, jobCard(), ...pieceCards(), jobsCard()));
 }
 
 export function drawn(place) {

@@ -291,6 +291,11 @@ export const said = {
   "the certificate of {1} was made on another device, or before it was set otherwise": "die Kalibrierung stammt von einem anderen Gerät oder einer anderen Einstellung ({1})",
   "the certificate of {1} went with that of the camera: calibrate anew": "die Kalibrierung gilt nicht mehr, weil die Kamera neu kalibriert wurde ({1}): Kalibrieren Sie neu",
 
+  // What was drawn on a panel that is another one by now
+  "this was painted on version {1} of the mask of panel {2}, and version {3} counts by now: look whether it still fits, then save it again": "das wurde auf Fassung {1} der Maske von Platte {2} gemalt, und jetzt gilt Fassung {3}: Sehen Sie nach, ob es noch passt, dann sichern Sie es noch einmal",
+  "this outline was drawn on version {1} of the mask of panel {2}, and version {3} counts by now: look whether it still fits, then send it again": "dieser Umriss wurde auf Fassung {1} der Maske von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal",
+  "this outline was drawn over version {1} of the zones of panel {2}, and version {3} counts by now: look whether it still fits, then send it again": "dieser Umriss wurde über Fassung {1} der Streifen von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal",
+
   // What a scan is doubted for
   "the sheet measures {1} x {2} mm, which is not round, as of a sheet that was sawn by hand": "die Platte misst {1} x {2} mm: kein rundes Maß, wie bei einer von Hand gesägten",
   "the printed tags are {1} % longer than printed: hold a rule against the sheet; if it is right, the printer made them so, else the resolution or the certificate of the scanner is wrong": "die gedruckten Marken weichen um {1} % von ihrer Länge ab: Messen Sie mit einem Maßstab nach; stimmt es, hat der Drucker sie so gemacht, sonst ist die Auflösung oder die Kalibrierung des Scanners falsch",

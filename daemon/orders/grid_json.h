@@ -8,7 +8,7 @@
 namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawGrid, name, picture, crop, size, options, large_edges, fine_edges,
-                                   pinned_vertices, fine)
+                                   pinned_vertices, fine, kept_dir)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridDrawn, width_mm, height_mm, rows, columns, vertices, lines)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawMosaic, name, picture, crop, size, options, cell_sizes, flow_lines, importance,
                                    fine)

@@ -5,6 +5,7 @@
 
 #include "daemon/orders/artwork_file.h"
 #include "daemon/orders/artwork_guides.h"
+#include "daemon/orders/kept_edges.h"
 #include "planner/plan_options.h"
 #include "planner/suggest/grid_sketch.h"
 #include "planner/suggest/mosaic_sketch.h"
@@ -45,7 +46,7 @@ Result<GridDrawn> draw_grid(const DrawGrid& order, const std::filesystem::path&,
     return guided.error();
   const auto options = options_of(order.options);
   if (!options) return options.error();
-  const auto made = planner::sketch_grid(*artwork, *options, effort_of(order.fine));
+  const auto made = planner::sketch_grid(*artwork, *options, effort_of(order.fine), {}, kept_edges(order.kept_dir));
   if (!made) return made.error();
   GridDrawn out{artwork->width.count(), artwork->height.count(), made->size.rows, made->size.columns, {},
                 places_of(made->lines)};

@@ -1,6 +1,6 @@
 // What a worker process does to show where the lines of a morphed grid or the cells of a mosaic will be, while somebody
 // moves a slider, paints, pins vertices or draws lines (planner/suggest/grid_sketch.h, mosaic_sketch.h). It looks at no
-// wood, and writes nothing.
+// wood, and writes nothing but the edges that the next grid of the same picture asks for.
 #pragma once
 
 #include <array>
@@ -26,6 +26,7 @@ struct DrawGrid {
   std::string large_edges = "all", fine_edges = "all";  // edge_mask() of them
   std::string pinned_vertices;                          // planner::pinned_vertices_of() it
   bool fine = false;                                    // planner::GridEffort
+  std::string kept_dir;                                 // where edges are kept for the next grid (kept_edges.h)
 };
 
 using DrawnPlace = std::array<double, 2>;  // millimetres from the artwork's lower left corner, to a hundredth

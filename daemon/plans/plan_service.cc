@@ -314,7 +314,8 @@ namespace {
 // By a worker that looks at the picture alone. `wanted` lacks what every order of its kind has.
 template <class Drawn, class Order>
 Result<Drawn> lines_over(const JobRequest& request, Order wanted, const char* what, const PanelLibrary& library,
-                         WorkRunner& workers, const Config& config, const std::stop_token& stop) {
+                         WorkRunner& workers, const Config& config, const std::stop_token& stop,
+                         const std::vector<std::filesystem::path>& writable = {}) {
   constexpr std::chrono::seconds kLimit{20};
   auto folder = WorkFolder::make(library.data_dir());
   if (!folder) return folder.error();
@@ -322,6 +323,7 @@ Result<Drawn> lines_over(const JobRequest& request, Order wanted, const char* wh
   order.kind = Order::kKind;
   order.what = what;
   order.folder = folder->path();
+  order.writable = writable;
   order.deadline = std::min<std::chrono::seconds>(kLimit, std::chrono::seconds(config.workers.planning_limit_s));
   order.nice = 10;
   wanted.name = request.name;
@@ -341,7 +343,11 @@ Result<GridDrawn> PlanService::sketch_grid(const JobRequest& request, bool fine,
   wanted.large_edges = request.large_edges, wanted.fine_edges = request.fine_edges;
   wanted.pinned_vertices = request.pinned_vertices;
   wanted.fine = fine;
-  return lines_over<GridDrawn>(request, std::move(wanted), "drawing a grid", library_, workers_, config_, stop);
+  wanted.kept_dir = library_.edges_dir().string();
+  std::error_code there_already;
+  std::filesystem::create_directories(library_.edges_dir(), there_already);
+  return lines_over<GridDrawn>(request, std::move(wanted), "drawing a grid", library_, workers_, config_, stop,
+                               {library_.edges_dir()});
 }
 
 Result<MosaicDrawn> PlanService::sketch_mosaic(const JobRequest& request, bool fine, const std::stop_token& stop) {

@@ -84,6 +84,7 @@ class PanelLibrary {
   const std::filesystem::path& data_dir() const { return data_dir_; }
   // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
   std::filesystem::path index_dir() const { return data_dir_ / "index"; }
+  std::filesystem::path edges_dir() const { return index_dir() / "edges"; }  // daemon/orders/kept_edges.h
   // Where small pictures are kept; may be removed at any time.
   std::filesystem::path small_dir() const { return data_dir_ / "small"; }
   // Makes those of a map and a mask that were just entered, and the map's tiles. What cannot be written is made when

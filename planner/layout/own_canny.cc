@@ -1,6 +1,7 @@
 #include "planner/layout/own_canny.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -41,9 +42,11 @@ cv::Mat own_canny(const cv::Mat& grey, double shortest) {
   const double high = std::max(kLeastGradient, std::min(quantile(strength, kStrong), kBelowAll * largest));
   cv::Canny(dx, dy, edges, kWeak * high, high, true);
   cv::Mat numbers, figures, centres;
-  const int count = cv::connectedComponentsWithStats(edges, numbers, figures, centres, 8, CV_32S);
-  for (int k = 1; k < count; ++k)
-    if (figures.at<int>(k, cv::CC_STAT_AREA) < shortest) edges.setTo(0, numbers == k);
+  cv::connectedComponentsWithStats(edges, numbers, figures, centres, 8, CV_32S);
+  // One look at each pixel, however many edges there are.
+  for (int r = 0; r < edges.rows; ++r)
+    for (int c = 0; c < edges.cols; ++c)
+      if (figures.at<int>(numbers.at<int>(r, c), cv::CC_STAT_AREA) < shortest) edges.at<std::uint8_t>(r, c) = 0;
   return edges;
 }
 

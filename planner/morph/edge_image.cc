@@ -31,10 +31,9 @@ Gradients gradients_of(const cv::Mat& grey) {
   return out;
 }
 
-// Adds the edges of `grey` that count, by their direction.
-void add_edges(const cv::Mat& grey, double shortest, const cv::Mat& mask, EdgeImage& out) {
-  cv::Mat edges = own_canny(grey, shortest);
-  if (!mask.empty()) edges.setTo(0, mask == 0);
+// Marks the edges of `grey` by their direction.
+void mark_edges(const cv::Mat& grey, double shortest, EdgeKind upright, EdgeKind level, cv::Mat& out) {
+  const cv::Mat edges = own_canny(grey, shortest);
   // Directions of a few pixels together: single ones turn by eighths.
   cv::Mat soft;
   cv::GaussianBlur(grey, soft, {}, 2);
@@ -43,8 +42,8 @@ void add_edges(const cv::Mat& grey, double shortest, const cv::Mat& mask, EdgeIm
     for (int c = 0; c < edges.cols; ++c) {
       if (edges.at<std::uint8_t>(r, c) == 0) continue;
       const double x = std::abs(gradients.x.at<std::int16_t>(r, c)), y = std::abs(gradients.y.at<std::int16_t>(r, c));
-      if (x >= kSteepestEdge * y) out.upright.at<std::uint8_t>(r, c) = 255;
-      if (y >= kSteepestEdge * x) out.level.at<std::uint8_t>(r, c) = 255;
+      if (x >= kSteepestEdge * y) out.at<std::uint8_t>(r, c) |= upright;
+      if (y >= kSteepestEdge * x) out.at<std::uint8_t>(r, c) |= level;
     }
 }
 
@@ -89,15 +88,26 @@ cv::Mat rolling_guidance(const cv::Mat& grey, double space, double range, int th
 
 bool EdgeImage::empty() const { return cv::countNonZero(upright) == 0 && cv::countNonZero(level) == 0; }
 
-EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads, const EdgeMasks& masks) {
-  EdgeImage out{cv::Mat(bgr.size(), CV_8UC1, cv::Scalar(0)), cv::Mat(bgr.size(), CV_8UC1, cv::Scalar(0))};
-  cv::Mat grey, smooth;
+cv::Mat all_edges(const cv::Mat& bgr, double spacing, int threads) {
+  cv::Mat out(bgr.size(), CV_8UC1, cv::Scalar(0)), grey, smooth;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  add_edges(rolling_guidance(grey, std::max(1.0, kSmallStructure * spacing), kGuidanceRange, threads),
-            kShortestEdge * spacing, masks.large, out);
+  mark_edges(rolling_guidance(grey, std::max(1.0, kSmallStructure * spacing), kGuidanceRange, threads),
+             kShortestEdge * spacing, kLargeUpright, kLargeLevel, out);
   cv::bilateralFilter(grey, smooth, 0, kGuidanceRange, std::max(1.0, kFineStructure * spacing));
-  add_edges(smooth, kShortestEdge * spacing, masks.fine, out);
+  mark_edges(smooth, kShortestEdge * spacing, kFineUpright, kFineLevel, out);
   return out;
+}
+
+EdgeImage edges_that_count(const cv::Mat& all, const EdgeMasks& masks) {
+  cv::Mat large = all & (kLargeUpright | kLargeLevel), fine = all & (kFineUpright | kFineLevel);
+  if (!masks.large.empty()) large.setTo(0, masks.large == 0);
+  if (!masks.fine.empty()) fine.setTo(0, masks.fine == 0);
+  const cv::Mat counting = large | fine;
+  return {(counting & (kLargeUpright | kFineUpright)) != 0, (counting & (kLargeLevel | kFineLevel)) != 0};
+}
+
+EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads, const EdgeMasks& masks) {
+  return edges_that_count(all_edges(bgr, spacing, threads), masks);
 }
 
 }  // namespace veneer::planner

@@ -4,6 +4,7 @@
 // without noise; both after Canny 1986, with thresholds from the picture's own gradients. Pure functions; thread-safe.
 #pragma once
 
+#include <functional>
 #include <opencv2/core/mat.hpp>
 
 namespace veneer::planner {
@@ -31,5 +32,17 @@ struct EdgeMasks {
 
 // `bgr`: CV_8UC3. `spacing`: of the grid, pixels; what is much finer is no edge.
 EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads, const EdgeMasks& masks = {});
+
+// The same in two steps. The first takes nearly all of the time and knows no masks, so that what it gives may be kept
+// for the next grid over the same pixels. CV_8UC1, bits of EdgeKind.
+enum EdgeKind : unsigned char { kLargeUpright = 1, kLargeLevel = 2, kFineUpright = 4, kFineLevel = 8 };
+cv::Mat all_edges(const cv::Mat& bgr, double spacing, int threads);
+EdgeImage edges_that_count(const cv::Mat& all, const EdgeMasks& masks);
+
+// What all_edges() gives: itself, or whoever keeps it.
+using EdgeFinder = std::function<cv::Mat(const cv::Mat& bgr, double spacing, int threads)>;
+
+// Which filters all_edges() is: another number whenever it gives other edges of some picture.
+inline constexpr int kEdgeFilters = 1;
 
 }  // namespace veneer::planner

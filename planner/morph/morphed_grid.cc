@@ -15,7 +15,6 @@
 #include "planner/boundaries/draw_back.h"
 #include "planner/cancelled.h"
 #include "planner/layout/grid.h"
-#include "planner/morph/edge_image.h"
 #include "planner/morph/fitted_lines.h"
 #include "planner/morph/split_cells.h"
 #include "planner/morph/spring_grid.h"
@@ -60,7 +59,7 @@ class Morph {
     if (Status status = place_pins(); !status.ok()) return status.error();
     straight_ = base_ = grid_lines(size_, raster_);
     const EdgeMasks masks{mask_of(options_.guides.large), mask_of(options_.guides.fine)};
-    const EdgeImage edges = edge_image(resized(bgr_), spacing(), options_.threads, masks);
+    const EdgeImage edges = edges_that_count(options_.edges(resized(bgr_), spacing(), options_.threads), masks);
     if (stop.stop_requested()) return cancelled();
     MorphedGrid out{
         partition_of(width_, height_, grid_layout(width_, height_, options_.patch)), at_work(straight_), {}};
@@ -92,7 +91,7 @@ class Morph {
   Result<GridPreview> coarse(const std::stop_token& stop) {
     if (Status status = place_pins(); !status.ok()) return status.error();
     const EdgeMasks masks{mask_of(options_.guides.large), mask_of(options_.guides.fine)};
-    const EdgeImage edges = edge_image(resized(bgr_), spacing(), options_.threads, masks);
+    const EdgeImage edges = edges_that_count(options_.edges(resized(bgr_), spacing(), options_.threads), masks);
     if (stop.stop_requested()) return cancelled();
     CutLines lines =
         lines_through(spring_grid(size_, raster_.width, raster_.height, edges, pins_), grid_lines(size_, raster_));

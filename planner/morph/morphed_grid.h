@@ -12,6 +12,7 @@
 #include "planner/layout/layout_guides.h"
 #include "planner/layout/partition.h"
 #include "planner/matching/lattice.h"
+#include "planner/morph/edge_image.h"
 #include "planner/morph/grid_preview.h"
 
 namespace veneer::planner {
@@ -24,6 +25,7 @@ struct MorphOptions {
   int threads = 1;
   LayoutGuides guides{};
   bool triangles = false;  // cells are split where an edge runs along a diagonal (split_cells.h)
+  EdgeFinder edges = all_edges;
 };
 
 struct MorphFigures {

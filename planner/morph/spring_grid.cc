@@ -29,9 +29,10 @@ double bilinear(const cv::Mat& map, const PlanePoint& p) {
   const double x = std::clamp(p.x - 0.5, 0.0, map.cols - 1.0), y = std::clamp(p.y - 0.5, 0.0, map.rows - 1.0);
   const int c = std::min(static_cast<int>(x), map.cols - 2), r = std::min(static_cast<int>(y), map.rows - 2);
   const double s = x - c, t = y - r;
-  const auto value = [&](int row, int column) { return static_cast<double>(map.at<float>(row, column)); };
-  return (1 - t) * ((1 - s) * value(r, c) + s * value(r, c + 1)) +
-         t * ((1 - s) * value(r + 1, c) + s * value(r + 1, c + 1));
+  const float *upper = map.ptr<float>(r) + c, *lower = map.ptr<float>(r + 1) + c;
+  const auto value = [](const float* at) { return static_cast<double>(*at); };
+  return (1 - t) * ((1 - s) * value(upper) + s * value(upper + 1)) +
+         t * ((1 - s) * value(lower) + s * value(lower + 1));
 }
 
 class Springs {
@@ -65,31 +66,34 @@ class Springs {
 
   // One step of Euler's method for all vertices. Returns how far the fastest goes.
   double advance() {
-    std::vector<PlanePoint> next = moved_;
+    next_ = moved_;
     double farthest = 0;
     for (int r = 0; r <= rows_; ++r)
       for (int c = 0; c <= columns_; ++c) {
         const std::size_t i = number(r, c);
         if (pinned_[i] != 0) continue;
+        const PlanePoint here = moved_[i];
         PlanePoint force;
-        for (int dr = -1; dr <= 1; ++dr)
-          for (int dc = -1; dc <= 1; ++dc) {
-            if (r + dr < 0 || r + dr > rows_ || c + dc < 0 || c + dc > columns_) continue;
-            const PlanePoint& neighbour = moved_[number(r + dr, c + dc)];
-            force.x += neighbour.x - moved_[i].x, force.y += neighbour.y - moved_[i].y;
-          }
-        const PlanePoint here{home_[i].x + moved_[i].x, home_[i].y + moved_[i].y};
-        if (!slope_x_.empty()) force.x -= kEdgeWeight * dx_ * bilinear(slope_x_, here);
-        if (!slope_y_.empty()) force.y -= kEdgeWeight * dy_ * bilinear(slope_y_, here);
+        const int above = std::max(r - 1, 0), below = std::min(r + 1, rows_), left = std::max(c - 1, 0),
+                  right = std::min(c + 1, columns_);
+        for (int row = above; row <= below; ++row) {
+          const PlanePoint* neighbour = moved_.data() + number(row, left);
+          for (int column = left; column <= right; ++column, ++neighbour)
+            force.x += neighbour->x - here.x, force.y += neighbour->y - here.y;
+        }
+        const PlanePoint place{home_[i].x + here.x, home_[i].y + here.y};
+        if (!slope_x_.empty()) force.x -= kEdgeWeight * dx_ * bilinear(slope_x_, place);
+        if (!slope_y_.empty()) force.y -= kEdgeWeight * dy_ * bilinear(slope_y_, place);
         PlanePoint& v = speed_[i];
         // Damping is taken implicitly, which holds at any step.
         v.x = c == 0 || c == columns_ ? 0 : (v.x + kEulerStep * force.x) / (1 + kEulerStep * kDamping);
         v.y = r == 0 || r == rows_ ? 0 : (v.y + kEulerStep * force.y) / (1 + kEulerStep * kDamping);
-        next[i].x = std::clamp(moved_[i].x + kEulerStep * v.x, -kFarthest * dx_, kFarthest * dx_);
-        next[i].y = std::clamp(moved_[i].y + kEulerStep * v.y, -kFarthest * dy_, kFarthest * dy_);
-        farthest = std::max({farthest, std::abs(next[i].x - moved_[i].x), std::abs(next[i].y - moved_[i].y)});
+        PlanePoint& next = next_[i];
+        next.x = std::clamp(here.x + kEulerStep * v.x, -kFarthest * dx_, kFarthest * dx_);
+        next.y = std::clamp(here.y + kEulerStep * v.y, -kFarthest * dy_, kFarthest * dy_);
+        farthest = std::max({farthest, std::abs(next.x - here.x), std::abs(next.y - here.y)});
       }
-    moved_ = std::move(next);
+    moved_.swap(next_);
     return farthest;
   }
 
@@ -115,7 +119,7 @@ class Springs {
   int rows_, columns_;
   double dx_, dy_;
   cv::Mat slope_x_, slope_y_;
-  std::vector<PlanePoint> home_, moved_, speed_;
+  std::vector<PlanePoint> home_, moved_, speed_, next_;
   std::vector<char> pinned_;
 };
 

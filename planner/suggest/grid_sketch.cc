@@ -17,7 +17,7 @@ constexpr double kMostWorkingPixels = 1800;
 }  // namespace
 
 Result<GridPreview> sketch_grid(const Artwork& artwork, const PlanOptions& options, GridEffort effort,
-                                const std::stop_token& stop) {
+                                const std::stop_token& stop, const EdgeFinder& edges) {
   const GridSize size = grid_size(artwork.width, artwork.height, options.patch);
   const double cells = static_cast<double>(size.rows) * size.columns;
   if (cells > kMostSketchedCells)
@@ -25,7 +25,8 @@ Result<GridPreview> sketch_grid(const Artwork& artwork, const PlanOptions& optio
         fmt::format("the grid would have {:.0f} pieces, and its lines are shown of at most {}: choose larger patches, "
                     "or plan it as it is",
                     cells, kMostSketchedCells));
-  const MorphOptions wanted = morph_options(artwork, options);
+  MorphOptions wanted = morph_options(artwork, options);
+  wanted.edges = edges;
   if (effort == GridEffort::kCoarse) return coarse_grid(artwork.picture, artwork.width, artwork.height, wanted, stop);
   const double longer = std::max(artwork.width, artwork.height).count();
   const double planned = ScanResolution::from_dpi(options.dpi).px_per_mm;

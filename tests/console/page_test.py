@@ -1353,7 +1353,7 @@ EVERYTHING = """
       retired: null, scan_again: null, mask: 'counted', mask_version: 2, faces: ['show', 'back'], rms_mm: .01, created: at, px_per_mm: 4, fiducials: [],
       facts: {shelf: 'A1', veneer_mm: .6, substrate_mm: 1.5}, treatments: [{product: 'oil', on: '2026-05-01'}], remnant: {woods: [{material: 'walnut', free_mm2: 2e4}], square: {side_mm: 90.5}, circle: {diameter_mm: 99}},
       area_book_mm2: {panel: 38400, free: 2e4, reserved: 0, cut: 900, kerf: 100, suspect: 0, scrap: 0, unusable: 17400},
-      zones: [1, 2].map((zone) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, outline_mm: [square(0, 0, 50)], outlines_mm: [square(0, 0, 50)]}))};
+      zones: [1, 2].map((zone) => ({zone, version: 1, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, outline_mm: [square(0, 0, 50)], outlines_mm: [square(0, 0, 50)]}))};
     const job = {id: 3, name: 'bird', state: 'incomplete', cut: 1, suspect: 1, missing: 1, pieces: 3, archived: false, created: at, newest_plan: 5, plan: 5, now: '', next: 'redo what is missing', runs: [{id: 1, panel: 'P-0001', started: at, ended: at, result: 'done', who: 'anna', pose_rms_mm: .012}],
       panels: [{panel: 'P-0001', cut: 1, pieces: 3}]};
     const pieces = ['cut', 'suspect', 'scrap'].map((state, n) => ({id: n + 1, mark: `A1-${n + 1}`, state, panel: 'P-0001', panel_outline_mm: [square(10, 10, 9)], outline_mm: [square(10, 10, 9)], sighting: state === 'suspect' ? {seen: 'unclear', gone_share: .4, at} : null}));

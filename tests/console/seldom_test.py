@@ -218,7 +218,7 @@ class Seldom(Page):
         self.speak(language)
         self.addCleanup(self.speak, "en")
         return self.steps("""
-            const strip = (zone, x) => ({zone, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, shape_mm: [[[x, 0], [x + 100, 0], [x + 100, 100], [x, 100]]]});
+            const strip = (zone, x, version = 1) => ({zone, version, material: zone === 1 ? 'walnut' : null, area_mm2: 1e4, shape_mm: [[[x, 0], [x + 100, 0], [x + 100, 100], [x, 100]]]});
             window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120)]};
             const refused = %s;
             answer({'/panels/P-0001/zones': refused ? {error: {message: refused}} : {panel: 'P-0001', zone: 3, zones: []}});
@@ -254,7 +254,7 @@ class Seldom(Page):
         self.assertEqual(told["two"][1], True, "three are needed")
         self.assertEqual(told["three"], ["Taken back. 3 corners are set.", False, "Make this a further strip"])
         (body,) = told["sent"]
-        self.assertEqual(list(body), ["outline_mm"])
+        self.assertEqual((list(body), body["mask_version"], body["zones_version"]), (["mask_version", "outline_mm", "zones_version"], 2, 1))
         x1, y1, x2, y2, x3, y3, x4, y4 = body["outline_mm"]
         self.assertAlmostEqual(y1, y2, places=1)
         self.assertAlmostEqual(x2, x3, places=1)
@@ -277,7 +277,7 @@ class Seldom(Page):
             return {moved, left, described, keep, sent: sent('/zones'), after: [one('.map').getAttribute('aria-describedby'), Boolean(one('#outline-keep'))]}""")
         self.assertEqual(told["moved"], "At 115.0 mm from the left, 80.0 mm from below")
         self.assertEqual((told["left"], told["described"], told["keep"]), ("Taken back. 3 corners are set.", "outline-keys", "Make this the outline of strip 2"))
-        self.assertEqual(told["sent"], [{"zone": 2, "outline_mm": [115, 80, 125, 80, 125, 80.5]}])
+        self.assertEqual(told["sent"], [{"zone": 2, "outline_mm": [115, 80, 125, 80, 125, 80.5], "mask_version": 2, "zones_version": 1}])
         self.assertEqual(told["after"], [None, False])
 
     def test_a_refused_outline_is_told_under_the_map_and_stays(self):
@@ -290,6 +290,79 @@ class Seldom(Page):
                 const fault = one('#outline-fault'), above = document.getElementById('refusal');
                 return [fault.innerText, fault.compareDocumentPosition(one('.map')) & Node.DOCUMENT_POSITION_PRECEDING, above.hidden, one('#outline-keep').disabled]""", refused='"the outline holds nothing of panel P-0001: draw it on the panel"', language=language)
             self.assertEqual(told, ["▲ The outline holds nothing of panel P-0001: draw it on the panel.", 2, True, False])
+
+    THREE_CORNERS = """
+            await press('#outline');
+            key(' '); key('ArrowRight'); key(' '); key('ArrowUp'); key(' ');
+            const become = (changed, is) => {
+              window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120)], ...changed};
+              model.panels = model.panels.map((known) => ({...known, free_mm2: Math.random()}));  // asked for anew
+              return until(() => { draw(); return is(); });
+            };
+            """
+
+    def test_an_outline_on_a_panel_that_is_another_one_by_now_waits_for_a_look(self):
+        for language, mask, strips in (
+                ("en", "▲ The mask was changed since you began this outline: version 2 then, 3 now. Look at the panel as it is now: does the outline still fit?",
+                 "▲ Strips were drawn anew since you began this outline: version 1 then, 4 now. Look at the panel as it is now: does the outline still fit?"),
+                ("de", "▲ Die Maske hat sich geändert, seit Sie diesen Umriss begonnen haben: damals Fassung 2, jetzt 3. Sehen Sie die Platte an, wie sie jetzt ist: Passt der Umriss noch?",
+                 "▲ Streifen wurden neu gezeichnet, seit Sie diesen Umriss begonnen haben: damals Fassung 1, jetzt 4. Sehen Sie die Platte an, wie sie jetzt ist: Passt der Umriss noch?")):
+            told = self.outlined(self.THREE_CORNERS + """
+                await become({mask_version: 3}, () => one('#outline-mask'));
+                const mask = one('#outline-mask').innerText, shut = one('#outline-keep') === null, drawing = one('.map').classList.contains('outlining');
+                key(' ');
+                await press('#outline-fits');
+                const looked = [one('#outline-mask') === null, one('#outline-keep').disabled, one('.map').classList.contains('outlining')];
+                await become({mask_version: 3, zones: [strip(1, 0), strip(2, 120, 4)]}, () => one('#outline-strips'));
+                const strips = [one('#outline-strips').innerText, one('#outline-mask') === null, one('#outline-keep') === null];
+                await press('#outline-fits');
+                await press('#outline-keep');
+                return {mask, shut, drawing, looked, strips, sent: sent('/zones')}""", language=language)
+            self.assertEqual((told["mask"], told["shut"], told["drawing"]), (mask, True, False))
+            self.assertEqual(told["looked"], [True, False, True])
+            self.assertEqual(told["strips"], [strips, True, True])
+            self.assertEqual(told["sent"], [{"outline_mm": [120, 80, 125, 80, 125, 85], "mask_version": 3, "zones_version": 4}], "the corners are kept, and none was added before the look")
+
+    def test_an_outline_that_came_too_late_stays_and_the_panel_is_read_anew(self):
+        for language, fault in (
+                ("en", "▲ This outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again."),
+                ("de", "▲ Dieser Umriss wurde über Fassung 1 der Streifen von Platte P-0001 gezeichnet, und jetzt gilt Fassung 2: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal.")):
+            told = self.outlined(self.THREE_CORNERS + """
+                window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120, 2)]};  // nobody has told the page
+                await press('#outline-keep');
+                await until(() => { draw(); return one('#outline-strips'); });
+                const fault = one('#outline-fault').innerText;
+                answer({'/panels/P-0001/zones': {panel: 'P-0001', zone: 3, zones: []}});
+                await press('#outline-fits');
+                const looked = one('#outline-fault') === null;
+                await press('#outline-keep');
+                await until(() => { draw(); return one('#outline-kept'); });
+                return {fault, looked, sent: sent('/zones')}""", refused="'this outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again'", language=language)
+            corners = [120, 80, 125, 80, 125, 85]
+            self.assertEqual(told, {"fault": fault, "looked": True, "sent": [{"outline_mm": corners, "mask_version": 2, "zones_version": version} for version in (1, 2)]})
+
+    def test_the_next_outline_is_begun_on_what_the_one_before_has_made(self):
+        told = self.outlined("const drawn = {panel: 'P-0001', zone: 3, zones: [strip(1, 0), strip(2, 120), strip(3, 60, 2)]}; answer({'/panels/P-0001/zones': drawn});" + self.THREE_CORNERS + """
+            await press('#outline-keep');
+            await until(() => { draw(); return one('#outline-kept'); });
+            key(' '); key('ArrowLeft'); key(' '); key('ArrowDown'); key(' ');  // before the panel is read anew
+            await become({zones: drawn.zones}, () => main.querySelectorAll('#outline-zone option').length === 4);
+            const same = one('#outline-strips') === null;
+            await press('#outline-keep');
+            return {same, sent: sent('/zones').map(({zones_version}) => zones_version)}""")
+        self.assertEqual(told, {"same": True, "sent": [1, 2]})
+
+    def test_strokes_of_the_same_hand_leave_its_outline_as_it_is(self):
+        told = self.outlined(self.THREE_CORNERS + """
+            answer({'/panels/P-0001/mask-edits': {panel: 'P-0001', version: 3, number: 1}});
+            await press('#brush');
+            key(' ');
+            await press('#brush-save');
+            await become({mask_version: 3}, () => sent('/mask-edits').length === 1 && one('#brush-save') && one('#brush-save').disabled);
+            const same = one('#outline-mask') === null;
+            await become({mask_version: 4}, () => one('#outline-mask'));
+            return {same, then: one('#outline-mask').innerText}""")
+        self.assertEqual(told, {"same": True, "then": "▲ The mask was changed since you began this outline: version 3 then, 4 now. Look at the panel as it is now: does the outline still fit?"})
 
     def test_the_outline_of_a_strip_that_is_gone_becomes_no_other_one(self):
         told = self.outlined("""

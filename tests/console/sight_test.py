@@ -256,7 +256,7 @@ class Sight(Page):
             self.seen("""
                 const tag = (tag_id, x, off_mm) => ({kind: 'tag', face: 'show', tag_id, centre_mm: [x, 5], corners_mm: [[x, 4], [x + 2, 4], [x + 2, 6], [x, 6]], off_mm, off_scan: off_mm && 4, over_limit: off_mm > .05});
                 const shape_mm = [[[0, 0], [100, 0], [100, 100], [0, 100]]], kind = (css) => document.querySelector(css);
-                window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3), tag(8, 60, .01), tag(9, 90, null)], zones: [{zone: 1, material: 'walnut', area_mm2: 1e4, shape_mm}]};
+                window.answers['/panels/P-0001'] = {...panel, fiducials: [tag(7, 10, .3), tag(8, 60, .01), tag(9, 90, null)], zones: [{zone: 1, version: 1, material: 'walnut', area_mm2: 1e4, shape_mm}]};
                 window.answers = {'/panels/P-0001/zones': {error: {message: 'the outline holds nothing of panel P-0001'}}, ...window.answers};
                 await show('panels', ['P-0001'], {}, async (page) => {
                   const drawn = () => { given_to(about_all); put(main, ...[page.draw('P-0001')].flat()); for (const one of main.querySelectorAll('details')) one.open = true; page.drawn(main, 'P-0001'); };

@@ -47,6 +47,7 @@ TEST_F(PlanServiceTest, AGridsLinesNeedNoWoodAndStoreNothing) {
     EXPECT_EQ(grid->lines.size(), 2U);
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "targets"));
+  EXPECT_FALSE(std::filesystem::is_empty(library_.edges_dir())) << "but its edges, for the next look at it";
   wanted.pinned_vertices = "1,1,6,6";
   const auto refused = service().sketch_grid(wanted, false, {});
   ASSERT_FALSE(refused.ok());

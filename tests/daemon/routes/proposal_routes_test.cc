@@ -316,6 +316,40 @@ TEST_F(ProposalRoutes, StrokesBelongToTheVersionThatTheyWerePaintedOn) {
   EXPECT_EQ(post("/panels/P-0001/mask-edits", strokes).status, 400);
 }
 
+// An outline is drawn by the same picture, with the other strips in it.
+TEST_F(ProposalRoutes, AnOutlineBelongsToThePanelAsItWasDrawnOn) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  const auto newest = [&] {
+    int version = 1;
+    const json panel = get("/panels/P-0001");
+    for (const json& zone : panel["zones"]) version = std::max(version, zone["version"].get<int>());
+    return version;
+  };
+  const auto drawn = [&](double from, int mask, int zones) {
+    const json outline = {from, 4, from + 8, 4, from + 8, 12, from, 12};
+    return post("/panels/P-0001/zones", {{"outline_mm", outline}, {"mask_version", mask}, {"zones_version", zones}});
+  };
+  ASSERT_EQ(newest(), 1);
+  ASSERT_EQ(drawn(4, 1, 1).status, 200);
+  ASSERT_EQ(newest(), 2);
+  const auto zones = get("/panels/P-0001")["zones"].size();
+  const ApiReply beside = drawn(8, 1, 1);
+  EXPECT_EQ(beside.status, 409) << beside.body;
+  EXPECT_THAT(beside.body, HasSubstr("drawn over version 1 of the zones of panel P-0001, and version 2 counts by now"));
+  const json withheld = {{"kind", "withhold"}, {"outline_mm", {2, 10, 10, 10, 10, 14}}};
+  ASSERT_EQ(post("/panels/P-0001/mask-edits", withheld).status, 200);
+  const ApiReply late = drawn(8, 1, 2);
+  EXPECT_EQ(late.status, 409) << late.body;
+  EXPECT_THAT(late.body, HasSubstr("drawn on version 1 of the mask of panel P-0001, and version 2 counts by now"));
+  EXPECT_EQ(get("/panels/P-0001")["zones"].size(), zones);
+  EXPECT_EQ(newest(), 2) << "nothing of what was refused is drawn";
+  EXPECT_EQ(drawn(8, 2, 2).status, 200) << "once somebody has looked";
+  EXPECT_EQ(drawn(8, 0, 3).status, 400);
+  EXPECT_EQ(drawn(8, 2, 0).status, 400);
+  EXPECT_EQ(post("/panels/P-0001/zones", {{"outline_mm", {20, 4, 28, 4, 28, 12}}}).status, 200)
+      << "whoever has looked at no picture says no version";
+}
+
 TEST_F(ProposalRoutes, ABrushGivesBackNoTagAndNothingThatIsBooked) {
   ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
   const char* const at = "2026-05-01T07:30:00.000Z";

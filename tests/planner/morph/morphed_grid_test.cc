@@ -6,7 +6,11 @@
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "base/hash.h"
 #include "planner/layout/grid.h"
 #include "planner/morph/edge_image.h"
 #include "planner/morph/spring_grid.h"
@@ -57,6 +61,42 @@ TEST(RollingGuidance, TakesSpecksAndKeepsSteps) {
   EXPECT_NEAR(out.at<std::uint8_t>(11, 11), 60, 12);
   EXPECT_NEAR(out.at<std::uint8_t>(40, 28), 60, 12);
   EXPECT_NEAR(out.at<std::uint8_t>(40, 31), 200, 12);
+}
+
+TEST(EdgeImage, CountsWhereItsMasksSay) {
+  // Four kinds in two columns; only the left one counts for some.
+  const std::vector<std::uint8_t> kinds{kLargeUpright, kLargeUpright, kLargeLevel, kLargeLevel,
+                                        kFineUpright,  kFineUpright,  kFineLevel,  kFineLevel};
+  const cv::Mat all = cv::Mat(kinds, true).reshape(1, 4), before = all.clone();
+  cv::Mat left(all.size(), CV_8UC1, cv::Scalar(0));
+  left.col(0).setTo(1);
+  const auto count = [&](const EdgeMasks& masks) {
+    const EdgeImage out = edges_that_count(all, masks);
+    std::vector<std::vector<int>> found;
+    for (const cv::Mat& edges : {out.upright, out.level}) {
+      auto& rows = found.emplace_back();
+      for (int r = 0; r < edges.rows; ++r) rows.push_back(cv::countNonZero(edges.row(r)));
+    }
+    EXPECT_EQ(cv::norm(all, before, cv::NORM_INF), 0) << "which is asked again";
+    return found;
+  };
+  using Counts = std::vector<std::vector<int>>;
+  EXPECT_EQ(count({}), (Counts{{2, 0, 2, 0}, {0, 2, 0, 2}}));
+  EXPECT_EQ(count({left, {}}), (Counts{{1, 0, 2, 0}, {0, 1, 0, 2}}));
+  EXPECT_EQ(count({{}, left}), (Counts{{2, 0, 1, 0}, {0, 2, 0, 1}}));
+  EXPECT_EQ(count({left, left}), (Counts{{1, 0, 1, 0}, {0, 1, 0, 1}}));
+}
+
+// Edges are kept from one program to the next (daemon/orders/kept_edges.h), and asked for by this number.
+TEST(EdgeImage, OtherFiltersHaveAnotherNumber) {
+  cv::Mat picture = step(72, 88);
+  for (int n = 0; n < 12; ++n) picture(cv::Rect(8 + 15 * n, 150, 3 + n, 3 + n)).setTo(cv::Scalar::all(20 * n));
+  const cv::Mat all = all_edges(picture, 20, 1);
+  ASSERT_TRUE(all.isContinuous());
+  EXPECT_EQ(sha256_hex(std::as_bytes(std::span(all.data, all.total()))),
+            "aa5a321ca9a6d1f3be1ef117950bb77bcb1f505d135b6957b564ce9d32d79956")
+      << "if these edges are meant, give kEdgeFilters another number, and write it and them down here";
+  EXPECT_EQ(kEdgeFilters, 1);
 }
 
 TEST(SpringGrid, VerticesGoToTheEdgeAndThoseOfTheBorderSlideAlongIt) {
