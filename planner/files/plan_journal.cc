@@ -181,9 +181,9 @@ void PlanJournal::append(const std::string& body) {
   if (file_.is_open()) file_ << with_checksum(body) << std::flush;
 }
 
-std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                     const std::string& program) {
-  std::string text = program + "\n" + text_of(options);
+std::string settings_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                         const PlanOptions& options) {
+  std::string text = text_of(options);
   for (const Artwork& it : artworks)
     text += fmt::format("\n{} {} {} {} {} {}{}", it.letter, it.width.count(), it.height.count(), hash_of(it.picture),
                         hash_of(it.importance), hash_of(it.segmentation), text_of(it.guides));
@@ -194,6 +194,10 @@ std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPan
     for (const WoodZone& zone : it.zones) text += text_of(zone);
   }
   return hash_of(text);
+}
+
+std::string plan_key(const std::string& settings, const std::string& program) {
+  return hash_of(program + "\n" + settings);
 }
 
 }  // namespace veneer::planner
