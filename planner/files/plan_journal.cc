@@ -92,9 +92,9 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [layout, triangles, cell_aspect, flow_lines_only, patch, rotations, w_intensity, w_edge, w_hist, w_colour,
                w_texture, w_range, w_detail, w_gamut, w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels,
-               adaptive_factor, priority, interleave, reserve, material_limits, exact, thoroughness, fine_rotation,
-               refine, curves, overlap, min_width, min_size, rematch, optimize, optimize_seconds, optimize_iterations,
-               index_cache, kept, kept_layouts, alternatives, marks, seed, threads] = options;
+               adaptive_factor, priority, interleave, reserve, material_limits, exact, thoroughness, layout_fineness,
+               fine_rotation, refine, curves, overlap, min_width, min_size, rematch, optimize, optimize_seconds,
+               optimize_iterations, index_cache, kept, kept_layouts, alternatives, marks, seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -106,10 +106,11 @@ std::string text_of(const PlanOptions& options) {
                          map.shift().y.count());
   }
   for (const MaterialLimit& limit : material_limits) stays += fmt::format(" \"{}\" {}", limit.material, limit.share);
-  const std::string borders = fmt::format(
-      "{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, cell_aspect, flow_lines_only,
-      web.count(), static_cast<int>(refine), static_cast<int>(curves), overlap.count(), min_width.count(),
-      min_size.count(), rematch, w_range, w_detail, thoroughness, static_cast<int>(marks));
+  const std::string borders =
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, cell_aspect,
+                  flow_lines_only, web.count(), static_cast<int>(refine), static_cast<int>(curves), overlap.count(),
+                  min_width.count(), min_size.count(), rematch, w_range, w_detail, thoroughness, layout_fineness,
+                  static_cast<int>(marks));
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
                      rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_gamut, w_grain, edge.count(), dpi,
                      kerf.count(), position_margin.count(), adaptive_levels, adaptive_factor,

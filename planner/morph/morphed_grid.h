@@ -24,6 +24,7 @@ struct MorphOptions {
   int threads = 1;
   LayoutGuides guides{};
   bool triangles = false;  // cells are split where an edge runs along a diagonal (split_cells.h)
+  double fineness = 1;     // PlanOptions::layout_fineness
 };
 
 struct MorphFigures {
