@@ -205,13 +205,13 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanO
   return shown;
 }
 
-// A run that was killed goes on where it was: the same command again, in the same directory.
+// A run that was killed goes on where it was: the same command again, in the same directory. `settings`: of the rest.
 Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                       const PlanOptions& options, planner::OnStop on_stop, const fs::path& path) {
+                       const PlanOptions& options, const std::string& settings, planner::OnStop on_stop,
+                       const fs::path& path) {
   // Another build of this program may choose otherwise.
   const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
-  planner::PlanJournal journal =
-      or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
+  planner::PlanJournal journal = or_end(planner::PlanJournal::open(path, planner::plan_key(settings, program)));
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
   with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
@@ -223,6 +223,18 @@ Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<S
   std::error_code ignored;
   fs::remove(path, ignored);
   end(plan->error());
+}
+
+// A plan that was stopped takes no better one's place, if that is of the same settings.
+void keep_better_plan(const Plan& plan, const std::string& settings, const fs::path& out) {
+  const auto there = planner::read_report(out / "report.json");
+  std::error_code ignored;
+  if (!plan.stopped || !there || there->settings != settings || !fs::exists(out / "plan.json", ignored)) return;
+  if (!planner::is_worse(planner::figures_of(plan), there->figures)) return;
+  end({ErrorCode::kCancelled,
+       fmt::format("planning was cancelled, and {} stays, {} of the same pictures, wood and options: the same command "
+                   "goes on where it stopped",
+                   (out / "plan.json").string(), there->figures.stopped ? "a better plan" : "the whole plan")});
 }
 
 // The first few; the report has them all.
@@ -310,17 +322,21 @@ void run_plan(const PlanCommandArguments& arguments) {
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
-  const fs::path journal = fs::path(arguments.out) / "plan.journal";
+  const fs::path journal = fs::path(arguments.out) / "plan.journal", told = fs::path(arguments.out) / "report.json";
+  const std::string settings = planner::settings_key(artworks, stock, options);
   Plan plan =
-      plan_with_journal(artworks, stock, options,
+      plan_with_journal(artworks, stock, options, settings,
                         arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
+  keep_better_plan(plan, settings, arguments.out);
+  std::error_code ignored;
+  fs::remove(told, ignored);  // a report that is there is of the plan that is there
   Previews preview;
   or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
   if (looks.tiles) or_fail(write_tiles(plan, artworks, *looks.tiles, arguments.out));
   spent.total = seconds();
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
-                                                     {preview.cost.per_pixel(), preview.grain.mean()});
-  or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
+                                                     {preview.cost.per_pixel(), preview.grain.mean()}, settings);
+  or_fail(planner::write_text(report, told));
   if (plan.mosaic && plan.mosaic->with_joints) tell_tiles(*plan.mosaic->with_joints);
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
@@ -330,7 +346,6 @@ void run_plan(const PlanCommandArguments& arguments) {
     std::cerr << "veneerctl: this is the best plan so far, not the whole: the same command goes on from there\n";
     return;
   }
-  std::error_code ignored;
   fs::remove(journal, ignored);
 }
 

@@ -1,5 +1,6 @@
 // The sketch that follows a form: how the picture would about look in the wood. One is drawn at a time, of what is
 // wanted by then; the last one stays until the next is there, and none comes after one that was asked for later.
+// Squares follow a hand; where the plan has other pieces, these are drawn once nothing else is asked for (`fine`).
 import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
 import {ask} from "./link.js";
@@ -8,16 +9,19 @@ import {button, cellSays} from "./parts.js";
 
 const kSettleMs = 120;      // a hand on a slider says many things a second
 const kPatienceMs = 40000;  // the first sketch after wood has changed reads that wood whole
+const kFullMs = 1500;       // until a cell that has no room for its own pieces is asked again
 const kTries = 40;          // sizes, until one suits
 export const kMostPictureBytes = 64 * 1024 * 1024;  // that the cell takes (kPictureBody, daemon/api/route_table.h)
 const kSentSide = 640;      // pixels: a picture is sent as small as a sketch looks at it
 
 let picture = null;   // {file, bitmap: null where the browser cannot read it}
 let chosen = null;    // the file that was opened last: a large one may be read after a small one that came later
-let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key}
-let shown = null;     // {file, key, url, sketch, layout, patch_mm: as they were asked for}
+let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key, bent, fine: {query, suits} or null, fineKey: "" without}
+let shown = null;     // {file, key, fineKey: of the plan's own pieces, "" of squares, url, sketch, patch_mm: as it was asked for}
 let refused = null;   // {key, sentence}
-let drawing = false, timer = 0;
+let declined = "";    // fineKey of pieces that the cell would not draw: squares stay
+let drawing = null;   // {fine, giveUp}
+let timer = 0;
 let large = false;    // on a narrow screen it is a strip at the foot, unless somebody wants it large
 
 // The picture's size in pixels, once it is known; null where the browser cannot read it.
@@ -52,45 +56,56 @@ export async function openPicture(file) {
   changed();
 }
 
-// What is wanted now, of the wood that there is; cheap, so that a screen says it whenever it is drawn.
-export function wantSketch(file, query, crop, wood) {
+// What is wanted now, of the wood that there is; cheap, so that a screen says it whenever it is drawn. `bent`: the plan has other pieces
+// than squares; `fine`: what these depend on, {query, suits: which size of the picture does}, or null where the cell cannot draw them.
+export function wantSketch(file, query, crop, wood, {bent = false, fine = null} = {}) {
   if (!file || !picture || picture.file !== file) return;
-  const key = `${query} ${crop ? Object.values(crop) : ""} ${wood}`;
-  if (wanted && wanted.file === file && wanted.key === key) return;
-  wanted = {file, query, crop, key};
+  const key = `${query} ${crop ? Object.values(crop) : ""} ${wood}`, fineKey = fine ? `${key} ${fine.query}` : "";
+  if (wanted && wanted.file === file && wanted.key === key && wanted.bent === bent && wanted.fineKey === fineKey) return;
+  wanted = {file, query, crop, key, bent, fine, fineKey};
+  if (drawing && drawing.fine) drawing.giveUp.abort();  // what is wanted at once goes before
   clearTimeout(timer);
   timer = setTimeout(drawNext, kSettleMs);
 }
 
 const isDone = (of) => [shown, refused].some((one) => one && one.file === of.file && one.key === of.key);
 
-// Whether one is being drawn, or will be at once.
-export const isSketching = () => drawing || Boolean(wanted && !isDone(wanted));
+// Whether one that follows the form is being drawn, or will be at once.
+export const isSketching = () => Boolean((drawing && !drawing.fine) || (wanted && !isDone(wanted)));
+
+// Whether squares are shown of what is wanted, and its own pieces may still come.
+const mayBeFiner = () => Boolean(wanted && wanted.fine && shown && shown.file === wanted.file && shown.key === wanted.key && shown.fineKey !== wanted.fineKey && declined !== wanted.fineKey);
 
 async function drawNext() {
-  if (drawing || !wanted || isDone(wanted)) return;
-  const asked = wanted;
-  drawing = true;
+  if (drawing || !wanted) return;
+  const asked = wanted, fine = isDone(asked), mine = {fine, giveUp: new AbortController()};
+  if (fine && !mayBeFiner()) return;
+  drawing = mine;
   changed();
   try {
-    const {blob: body, pixels} = await smallPicture(asked);
+    const {blob: body, pixels} = await smallPicture(asked, fine ? asked.fine.suits : undefined);
+    const query = new URLSearchParams(fine ? asked.fine.query : asked.query);
     // What is sent is cropped already, unless the browser could not.
-    const query = asked.crop && !pixels ? `${asked.query}&crop=${[asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height]}` : asked.query;
-    const sketch = await ask("POST", `/api/v1/plans/sketch?${query}`, {body, timeoutMs: kPatienceMs});
-    if (asked.file === wanted.file) show(asked, sketch);
+    if (asked.crop && !pixels) query.set("crop", [asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height].join(","));
+    if (fine) query.set("fine", "1");
+    const sketch = await ask("POST", `/api/v1/plans/sketch?${query}`, {body, timeoutMs: kPatienceMs, until: mine.giveUp.signal});
+    if (fine ? asked === wanted : asked.file === wanted.file) show(asked, sketch, fine);
   } catch (fault) {
-    refused = {file: asked.file, key: asked.key, sentence: fault.message};
+    if (!fine) refused = {file: asked.file, key: asked.key, sentence: fault.message};
+    else if (fault.status === 503) timer = setTimeout(drawNext, kFullMs);
+    else if (asked === wanted) declined = asked.fineKey;
+    if (fine && fault.status === 503) { drawing = null; return changed(); }
   }
-  drawing = false;
+  drawing = null;
   changed();
   drawNext();
 }
 
-function show(asked, sketch) {
+function show(asked, sketch, fine) {
   const bytes = Uint8Array.from(atob(sketch.preview_jpeg), (one) => one.charCodeAt(0));
   const before = shown;
   shown = {file: asked.file, key: asked.key, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""},
-           layout: asked.query.get("layout"), patch_mm: Number(asked.query.get("patch_mm"))};
+           fineKey: fine ? asked.fineKey : "", patch_mm: Number(asked.query.get("patch_mm"))};
   refused = null;
   if (before) setTimeout(() => URL.revokeObjectURL(before.url), 1000);  // once the page shows the other
 }
@@ -130,22 +145,29 @@ export function sketchCard(file, old = "") {
   if (!file) return null;
   const mine = shown && shown.file === file ? shown : null;
   const fault = !old && refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
-  const coming = !old && isSketching();
+  const coming = !old && (isSketching() || mayBeFiner());
   return h("section.card.sketch", {class: [large && "large", mine && (old || fault) && "old"].filter(Boolean).join(" "), "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
     h("div.sketch-place", {},
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
       h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
     (old || (mine && fault)) && h("p.fault", {id: "sketch-old"}, "▲ ", mine && t("sketch.before"), " ", old && h("span.sketch-why", {}, old)),
     fault && h("p.fault", {}, "▲ ", cellSays(asSentence(fault)), " ", button(t("sketch.again"), () => { refused = null; drawNext(); })),
-    mine && figures(mine),
+    mine && figures(mine, !old && wordsOfPieces(mine)),
     mine && button(t(large ? "sketch.smaller" : "sketch.bigger"), () => { large = !large; changed(); }, {id: "sketch-size", "aria-expanded": String(large)}),
     h("p.dim", {}, t("sketch.rough")));
 }
 
-const figures = ({sketch, layout, patch_mm}) => h("div.sketch-figures", {},
+// Where the plan has other pieces than what is shown.
+function wordsOfPieces(mine) {
+  if (!wanted || wanted.file !== mine.file || !wanted.bent || (mine.fineKey && mine.fineKey === wanted.fineKey)) return "";
+  if (mine.fineKey) return mayBeFiner() ? "" : "sketch.before";
+  return mayBeFiner() ? "sketch.pieces_coming" : "sketch.in_squares";
+}
+
+const figures = ({sketch, patch_mm}, squares) => h("div.sketch-figures", {},
   h("p", {}, [`${Math.round(sketch.width_mm)} × ${Math.round(sketch.height_mm)} mm`, t("pieces", {n: sketch.pieces}), t("sketch.likeness", {likeness: sketch.likeness.toFixed(2)}),
               sketch.cutting_s ? t("sketch.minutes", {minutes: Math.max(1, Math.round(sketch.cutting_s / 60))}) : ""].filter(Boolean).join(", ")),
-  sketch.layout !== layout && h("p.dim", {}, t("sketch.in_squares")),
+  squares && h("p.dim", {id: "sketch-squares"}, t(squares)),
   sketch.unfilled > 0 && h("p", {}, `▲ ${t("sketch.short", {n: sketch.unfilled})}`),
   sketch.patch_mm > 1.001 * patch_mm && h("p.dim", {}, t("sketch.larger", {patch: sketch.patch_mm.toFixed(1)})),
   ...sketch.left_out.map((sentence) => h("p.dim", {}, cellSays(asSentence(sentence)))));

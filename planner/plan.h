@@ -156,6 +156,9 @@ struct PlanOptions {
   // Without `exact`: how long the lists of places are that are looked at, as a share of the usual; in (0, 1]. Shorter
   // ones are quicker and miss more: for sketches.
   double thoroughness = 1;
+  // How many pixels wide a patch is where a layout that follows the picture is made, as a share of the usual; in (0,
+  // 1]. With fewer it is made sooner and comes out rougher: for sketches.
+  double layout_fineness = 1;
   // At last turn and shift each new piece continuously (fine_rotation.h): rotations are then no multiples of
   // 360 / n_rot degrees any more. Kept pieces stay as they are.
   bool fine_rotation = false;

@@ -67,10 +67,10 @@ export function draw() {
   if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (draft) draft.follow();
   const bad = fault();
-  if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
   followNumbers();
   if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
   if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), cellsQuery());
+  if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock(), {bent: isBent(), fine: finePieces()});
   followFocus();
   const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
@@ -432,6 +432,24 @@ function sketchQuery() {
   if (wanted.crop) query.set("crop", wanted.crop);
   if (brush) brush.paintInto(query, "");  // squares follow no edges
   return query;
+}
+
+// Whether the plan has other pieces than squares.
+const isBent = () => wanted.layout !== "grid" || wanted.refine;
+
+// Such pieces as a sketch draws them; null: squares, or those of a drawing, which no sketch reads.
+function finePieces() {
+  if (!isBent() || (wanted.layout === "segmentation" && wanted.drawing)) return null;
+  const query = sketchQuery(), part = cropOf() || pictureSize(wanted.file);
+  if (brush) brush.paintInto(query, wanted.layout);
+  if (grid && wanted.layout === "morph") grid.pinsInto(query);
+  if (cells && wanted.layout === "mosaic") cells.curvesInto(query);
+  if (wanted.layout === "mosaic" && wanted.cell_aspect > 1) query.set("cell_aspect", String(wanted.cell_aspect));
+  if (wanted.triangles && wanted.layout === "morph") query.set("triangles", "1");
+  if (wanted.refine) query.set("refine", "dp");
+  marksInto(query);
+  const shorter = Number(query.get("size_mm")), patch = Number(query.get("patch_mm"));
+  return {query, suits: grid && part ? grid.hasCountsOf(grid.sizeOf(part, shorter, patch), shorter, patch) : undefined};
 }
 
 // What the lines of a grid depend on; null with a layout that has none.

@@ -16,4 +16,16 @@ Status guide_a_grid(const std::string& large_edges, const std::string& fine_edge
 Status guide_a_mosaic(const std::string& cell_sizes, const std::string& flow_lines, planner::Artwork& artwork);
 Status weigh(const std::string& importance, planner::Artwork& artwork);  // importance_mask()
 
+// All that an order says of its layout. Other layouts heed no guides, and refuse them.
+template <class Order>
+Status guide(const Order& order, planner::Artwork& artwork) {
+  if (Status weighed = weigh(order.importance, artwork); !weighed) return weighed;
+  const auto layout = order.options.find("layout");
+  if (layout == order.options.end()) return Ok();
+  if (layout->second == "morph")
+    return guide_a_grid(order.large_edges, order.fine_edges, order.pinned_vertices, artwork);
+  if (layout->second == "mosaic") return guide_a_mosaic(order.cell_sizes, order.flow_lines, artwork);
+  return Ok();
+}
+
 }  // namespace veneer::daemon

@@ -101,17 +101,6 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::option
   return options;
 }
 
-// Other layouts heed no guides, and refuse them.
-Status guide(const MakePlan& order, planner::Artwork& artwork) {
-  if (Status weighed = weigh(order.importance, artwork); !weighed) return weighed;
-  const auto layout = order.options.find("layout");
-  if (layout == order.options.end()) return Ok();
-  if (layout->second == "morph")
-    return guide_a_grid(order.large_edges, order.fine_edges, order.pinned_vertices, artwork);
-  if (layout->second == "mosaic") return guide_a_mosaic(order.cell_sizes, order.flow_lines, artwork);
-  return Ok();
-}
-
 // Which pieces the cell would cut without their marks: whoever plans can still choose larger patches.
 void tell_marks_without_room(const MakePlan& order, planner::Plan& plan) {
   const planner::MarkOptions marks = toolpath_options(order.recipe).marks;

@@ -8,7 +8,7 @@
 namespace veneer::daemon {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, importance, kerf, wood, recipes,
-                                   kept_dir)
+                                   kept_dir, fine, large_edges, fine_edges, pinned_vertices, cell_sizes, flow_lines)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SketchDrawn, layout, width_mm, height_mm, patch_mm, pieces, unfilled, likeness,
                                    cutting_s, remarks, preview, left_out)
 

@@ -19,13 +19,15 @@ constexpr int kSketchQuality = 85;
 Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path&, const TaskProgress&) {
   auto artwork = read_artwork({order.picture}, order.name, order.crop, order.size);
   if (!artwork) return artwork.error();
-  if (const Status weighed = weigh(order.importance, *artwork); !weighed) return weighed.error();
+  const Status guided = order.fine ? guide(order, *artwork) : weigh(order.importance, *artwork);
+  if (!guided) return guided.error();
   const auto stock = load_job_wood(order.wood, artwork->width * artwork->height, kept_wood(order.kept_dir));
   if (!stock) return stock.error();
   auto options = wood_options(order.options, order.wood, *stock, order.kerf, order.recipes);
   if (!options) return options.error();
   options->threads = 1;  // somebody else may be planning
-  const auto sketch = planner::sketch_picture(*artwork, *stock, *options);
+  const auto effort = order.fine ? planner::GridEffort::kFine : planner::GridEffort::kCoarse;
+  const auto sketch = planner::sketch_picture(*artwork, *stock, *options, effort);
   if (!sketch) return sketch.error();
   SketchDrawn out;
   out.layout = planner::layout_text(sketch->layout);

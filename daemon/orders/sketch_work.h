@@ -27,7 +27,12 @@ struct DrawSketch {
   Millimetres kerf{0};                         // the certificate's
   JobWood wood;
   std::vector<db::RecipeRecord> recipes;
-  std::string kept_dir;  // where the wood is kept for the next sketch
+  std::string kept_dir;                                 // where the wood is kept for the next sketch
+  bool fine = false;                                    // planner::GridEffort; only a fine one heeds what follows
+  std::string large_edges = "all", fine_edges = "all";  // edge_mask() of them
+  std::string pinned_vertices;                          // planner::pinned_vertices_of() it
+  std::string cell_sizes = "salient";                   // cell_size_mask() of it
+  std::string flow_lines;                               // planner::flow_drawing_of() it
 };
 
 struct SketchDrawn {

@@ -171,6 +171,11 @@ Status wants_no_guides(const JobRequest& request, std::string_view what) {
   return Ok();
 }
 
+Status wants_no_drawing(const JobRequest& request, std::string_view what) {
+  if (request.segmentation_bytes == 0) return Ok();
+  return unusable(fmt::format("{} does not heed segmentation_bytes: leave it out", what));
+}
+
 Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json) {
   const Error damaged{ErrorCode::kStorage,
                       "what the plan was asked for cannot be read any more: plan the picture anew"};

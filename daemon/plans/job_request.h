@@ -66,6 +66,8 @@ void choose_as_configured(JobRequest& request, const PlannerConfig& planner);
 // For what draws squares whatever the layout: kInvalidArgument where the request says how a layout's pieces are to lie.
 // `what`: "a sketch".
 Status wants_no_guides(const JobRequest& request, std::string_view what);
+// For what reads the picture alone: kInvalidArgument where a drawing of the pieces is sent with it.
+Status wants_no_drawing(const JobRequest& request, std::string_view what);
 
 // The same request again, from what is kept of it: for a plan that changes an earlier one, and has that one's layout.
 // So its drawing is not read again, but stays known (JobRequest::kept_drawing). kStorage: it cannot be read.

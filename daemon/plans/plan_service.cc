@@ -267,7 +267,7 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
   return given;
 }
 
-Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories& repositories,
+Result<SketchDrawn> PlanService::sketch(const JobRequest& request, bool fine, Repositories& repositories,
                                         const std::stop_token& stop) {
   constexpr std::chrono::seconds kSketchLimit{30};  // the first one decodes all panels
   const auto limit =
@@ -296,7 +296,13 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                     today->kerf,
                     wood_of(request, today->stock, config_, library_),
                     std::move(today->stock.recipes),
-                    library_.index_dir().string()};
+                    library_.index_dir().string(),
+                    fine,
+                    request.large_edges,
+                    request.fine_edges,
+                    request.pinned_vertices,
+                    request.cell_sizes,
+                    request.flow_lines};
   wanted.wood.index_dir.clear();  // what is kept of used-up wood spares decoding its mask
   if (const Status kept = keep_for_a_moment(request.picture(), wanted.picture); !kept) return kept.error();
   auto drawn = have_done<SketchDrawn>(

@@ -63,10 +63,11 @@ class PlanService {
   // At which crop, size, patches and layout the picture reads in the free wood, at most as large as asked for; nothing
   // is stored.
   Result<AdviceGiven> advise(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
-  // How the picture would about look in the free wood, drawn small and fast; nothing is stored but what the next sketch
-  // needs of the wood. On any thread but the reactor, with that thread's connection; kCancelled once `stop` is
-  // requested.
-  Result<SketchDrawn> sketch(const JobRequest& request, Repositories& repositories, const std::stop_token& stop);
+  // How the picture would about look in the free wood, drawn small and fast, in squares or (`fine`, as
+  // planner::GridEffort::kFine) in the plan's own pieces; nothing is stored but what the next sketch needs of the wood.
+  // On any thread but the reactor, with that thread's connection; kCancelled once `stop` is requested.
+  Result<SketchDrawn> sketch(const JobRequest& request, bool fine, Repositories& repositories,
+                             const std::stop_token& stop);
   // Where the lines of a morphed grid will be (`fine`: as planner::GridEffort::kFine), of the picture alone; nothing is
   // stored. On any thread but the reactor; kCancelled once `stop` is requested.
   Result<GridDrawn> sketch_grid(const JobRequest& request, bool fine, const std::stop_token& stop);

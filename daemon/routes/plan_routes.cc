@@ -90,15 +90,30 @@ json sketch_json(const SketchDrawn& sketch) {
           {"preview_jpeg", sketch.preview}};
 }
 
+// Of a request that has it beside what a plan is asked for.
+Result<bool> take_fine(const ApiRequest& request) {
+  ApiRequest own = request;
+  std::erase_if(own.query, [](const auto& given) { return given.first != "fine"; });
+  auto query = RequestReader::query_of(own);
+  const bool fine = query.flag("fine").value_or(false);
+  if (const Status read = query.end(); !read) return read.error();
+  return fine;
+}
+
 // Whoever asks for another meanwhile waits, or is told to come again; whoever hangs up ends his.
 void sketch_plan(const PlanServices& s, const ApiRequest& request, const Reply& reply) {
-  auto wanted = read_job_request(request);
+  const auto fine = take_fine(request);
+  if (!fine) return reply(ApiReply::error(fine.error()));
+  ApiRequest plan = request;
+  plan.query.erase("fine");
+  auto wanted = read_job_request(plan);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
-  if (const Status squares = wants_no_guides(*wanted, "a sketch"); !squares)
-    return reply(ApiReply::error(squares.error()));
+  const Status heeded =
+      *fine ? wants_no_drawing(*wanted, "a sketch") : wants_no_guides(*wanted, "a sketch that is not fine");
+  if (!heeded) return reply(ApiReply::error(heeded.error()));
   choose_as_configured(*wanted, s.planning);
-  s.sketches.ask(request, reply, [s, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
-    const auto drawn = s.plans.sketch(wanted, r, gone);
+  s.sketches.ask(request, reply, [s, fine = *fine, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
+    const auto drawn = s.plans.sketch(wanted, fine, r, gone);
     return drawn ? ApiReply::json(sketch_json(*drawn)) : ApiReply::error(drawn.error());
   });
 }

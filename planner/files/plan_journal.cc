@@ -92,9 +92,9 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [layout, triangles, cell_aspect, flow_lines_only, patch, rotations, w_intensity, w_edge, w_hist, w_colour,
                w_texture, w_range, w_detail, w_gamut, w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels,
-               adaptive_factor, priority, interleave, reserve, material_limits, exact, thoroughness, fine_rotation,
-               refine, curves, overlap, min_width, min_size, rematch, optimize, optimize_seconds, optimize_iterations,
-               index_cache, kept, kept_layouts, alternatives, marks, seed, threads] = options;
+               adaptive_factor, priority, interleave, reserve, material_limits, exact, thoroughness, layout_fineness,
+               fine_rotation, refine, curves, overlap, min_width, min_size, rematch, optimize, optimize_seconds,
+               optimize_iterations, index_cache, kept, kept_layouts, alternatives, marks, seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -106,10 +106,11 @@ std::string text_of(const PlanOptions& options) {
                          map.shift().y.count());
   }
   for (const MaterialLimit& limit : material_limits) stays += fmt::format(" \"{}\" {}", limit.material, limit.share);
-  const std::string borders = fmt::format(
-      "{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, cell_aspect, flow_lines_only,
-      web.count(), static_cast<int>(refine), static_cast<int>(curves), overlap.count(), min_width.count(),
-      min_size.count(), rematch, w_range, w_detail, thoroughness, static_cast<int>(marks));
+  const std::string borders =
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), triangles, cell_aspect,
+                  flow_lines_only, web.count(), static_cast<int>(refine), static_cast<int>(curves), overlap.count(),
+                  min_width.count(), min_size.count(), rematch, w_range, w_detail, thoroughness, layout_fineness,
+                  static_cast<int>(marks));
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
                      rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_gamut, w_grain, edge.count(), dpi,
                      kerf.count(), position_margin.count(), adaptive_levels, adaptive_factor,
@@ -181,9 +182,9 @@ void PlanJournal::append(const std::string& body) {
   if (file_.is_open()) file_ << with_checksum(body) << std::flush;
 }
 
-std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                     const std::string& program) {
-  std::string text = program + "\n" + text_of(options);
+std::string settings_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                         const PlanOptions& options) {
+  std::string text = text_of(options);
   for (const Artwork& it : artworks)
     text += fmt::format("\n{} {} {} {} {} {}{}", it.letter, it.width.count(), it.height.count(), hash_of(it.picture),
                         hash_of(it.importance), hash_of(it.segmentation), text_of(it.guides));
@@ -194,6 +195,10 @@ std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPan
     for (const WoodZone& zone : it.zones) text += text_of(zone);
   }
   return hash_of(text);
+}
+
+std::string plan_key(const std::string& settings, const std::string& program) {
+  return hash_of(program + "\n" + settings);
 }
 
 }  // namespace veneer::planner

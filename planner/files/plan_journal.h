@@ -61,8 +61,10 @@ class PlanJournal {
   std::ofstream file_;
 };
 
-// Names what is planned and by whom: pictures, wood, options (but for the threads) and `program`.
-std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                     const std::string& program);
+// Names what is planned: pictures, wood and options, but for the threads.
+std::string settings_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                         const PlanOptions& options);
+// Names what is planned and by whom: `settings`, a settings_key(), and `program`.
+std::string plan_key(const std::string& settings, const std::string& program);
 
 }  // namespace veneer::planner

@@ -1,5 +1,6 @@
 #include "planner/files/plan_report.h"
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "planner/assembly/puzzle_difficulty.h"
@@ -128,11 +129,13 @@ json shortage_to_json(const Shortage& shortage) {
 }  // namespace
 
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           const PreviewFigures& previews) {
+                           const PreviewFigures& previews, const std::string& settings) {
   const auto or_null = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
   json unfit = json::array();
   for (const UnfitPiece& piece : plan.unfit) unfit.push_back({{"piece", piece.mark}, {"why", piece.why}});
   const json out{{"schema_version", kReportVersion},
+                 {"settings", settings.empty() ? json() : json(settings)},
+                 {"stopped", plan.stopped},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
                  {"cost_per_pixel", cost_per_pixel(plan)},
@@ -159,6 +162,38 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+PlanFigures figures_of(const Plan& plan) {
+  PlanFigures out{plan.stopped, unfilled(plan), cost_total(plan), {}};
+  if (plan.global) out.together = {plan.global->stopped, plan.global->cost};
+  return out;
+}
+
+bool is_worse(const PlanFigures& plan, const PlanFigures& than) {
+  if (plan.stopped != than.stopped) return plan.stopped;
+  if (plan.unfilled != than.unfilled) return plan.unfilled > than.unfilled;
+  // Grain and importance, which count in it, do not in cost_total.
+  if (plan.together && than.together && (plan.together->stopped || than.together->stopped))
+    return plan.together->cost > than.together->cost;
+  return plan.cost_total > than.cost_total;
+}
+
+std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const json from = json::parse(file, nullptr, false);
+  try {
+    ReportedPlan out{from.at("settings").get<std::string>(),
+                     {from.at("stopped").get<bool>(),
+                      from.at("unfilled").get<std::size_t>(),
+                      from.at("cost_total").get<double>(),
+                      {}}};
+    if (const json& global = from.at("global"); !global.is_null())
+      out.figures.together = {global.at("stopped").get<bool>(), global.at("cost").get<double>()};
+    return out;
+  } catch (const json::exception&) {  // a key that is missing or of another kind
+    return std::nullopt;
+  }
 }
 
 }  // namespace veneer::planner

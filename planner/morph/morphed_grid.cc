@@ -366,7 +366,7 @@ class Morph {
 
 Result<MorphedGrid> morphed_grid(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid,
                                  const MorphOptions& options, const std::stop_token& stop) {
-  return Morph(bgr, tones, width, grid, options).run(stop);
+  return Morph(bgr, tones, width, grid, options, kCellPixels * options.fineness).run(stop);
 }
 
 Result<GridPreview> coarse_grid(const cv::Mat& bgr, Millimetres width, Millimetres height, const MorphOptions& options,

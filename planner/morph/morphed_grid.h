@@ -26,6 +26,7 @@ struct MorphOptions {
   LayoutGuides guides{};
   bool triangles = false;  // cells are split where an edge runs along a diagonal (split_cells.h)
   EdgeFinder edges = all_edges;
+  double fineness = 1;     // PlanOptions::layout_fineness
 };
 
 struct MorphFigures {

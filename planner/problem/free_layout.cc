@@ -61,19 +61,20 @@ cv::Mat detail_of(const Artwork& artwork, SaliencyMaps& maps, cv::Size size) {
   return out.mul(weight);
 }
 
-// The picture in a raster in which a patch is `patch_pixels` wide, or as many as there is room for.
+// The picture in a raster in which a patch is as many pixels wide as is wanted, or as there is room for.
 struct PatchRaster {
   cv::Mat picture;
   int patches;  // of the grid
   double side;  // of a patch, pixels
 };
 
-PatchRaster patch_raster(const Artwork& artwork, const PlanOptions& options, double patch_pixels) {
+PatchRaster patch_raster(const Artwork& artwork, const PlanOptions& options) {
   const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
   const double area = (artwork.width * artwork.height).count();
   const double count = static_cast<double>(grid.rows) * grid.columns, side = std::sqrt(area / count);
   const double finest = std::sqrt(kMostRasterPixels / area);
-  const double px_per_mm = std::max(kLeastPixels / side, std::min(patch_pixels / side, finest));
+  const double px_per_mm =
+      std::max(kLeastPixels / side, std::min(kPatchPixels * options.layout_fineness / side, finest));
   const cv::Size size = raster_of(artwork, px_per_mm);
   PatchRaster out{{}, grid.rows * grid.columns, side * px_per_mm};
   const bool shrinks = size.area() < artwork.picture.size().area();
@@ -155,8 +156,8 @@ cv::Mat drawn_lines(const std::vector<FlowLine>& lines, cv::Size size) {
 
 // The mosaic whose cells are the pieces, as the options and the artwork's guides want it.
 Result<Mosaic> mosaic_of_cells(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
-                               const std::stop_token& stop, double patch_pixels) {
-  const PatchRaster raster = patch_raster(artwork, options, patch_pixels);
+                               const std::stop_token& stop) {
+  const PatchRaster raster = patch_raster(artwork, options);
   const cv::Mat sizes = artwork.guides.cell_sizes.empty() ? tile_sizes(detail_of(artwork, maps, raster.picture.size()),
                                                                        raster.patches, size_ratio(options, 1))
                                                           : painted_sizes(artwork, raster, raster.patches, options);
@@ -182,8 +183,8 @@ std::vector<MosaicTile> tiles_on(const Artwork& artwork, const std::vector<Disjo
 
 // Areas of one tone, where they are large cut along the cells of a coarse mosaic: no piece may be larger than wood is.
 Result<cv::Mat> areas_of(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
-                         const std::stop_token& stop, double patch_pixels) {
-  const PatchRaster raster = patch_raster(artwork, options, patch_pixels);
+                         const std::stop_token& stop) {
+  const PatchRaster raster = patch_raster(artwork, options);
   const Result<Mosaic> cells = mosaic_of(artwork, raster, kLargestArea, options, maps, stop);
   if (!cells.ok()) return cells.error();
   return cv::Mat(cells->labels * kToneGroups + tone_areas(raster.picture, raster.side, kToneGroups));
@@ -221,22 +222,23 @@ MorphOptions morph_options(const Artwork& artwork, const PlanOptions& options) {
           options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
           threads_meant(options.threads),
           artwork.guides,
-          options.triangles};
+          options.triangles,
+          options.layout_fineness};
 }
 
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
-                               const std::stop_token& stop, double patch_pixels) {
+                               const std::stop_token& stop) {
   FreeLayout out;
   cv::Mat labels;
   if (options.layout == LayoutKind::kMosaic) {
-    Result<Mosaic> mosaic = mosaic_of_cells(artwork, options, maps, stop, patch_pixels);
+    Result<Mosaic> mosaic = mosaic_of_cells(artwork, options, maps, stop);
     if (!mosaic.ok()) return mosaic.error();
     labels = mosaic->labels;
     out.mosaic = mosaic->figures;
     if (mosaic->tile_figures) out.tiles = tiles_on(artwork, mosaic->tiles, labels.size());
     out.tile_figures = mosaic->tile_figures;
   } else if (artwork.segmentation.empty()) {
-    Result<cv::Mat> areas = areas_of(artwork, options, maps, stop, patch_pixels);
+    Result<cv::Mat> areas = areas_of(artwork, options, maps, stop);
     if (!areas.ok()) return areas.error();
     labels = std::move(*areas);
   } else {

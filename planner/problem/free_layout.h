@@ -36,13 +36,14 @@ Millimetres handy_size(const PlanOptions& options);
 // How a grid of this artwork is morphed.
 MorphOptions morph_options(const Artwork& artwork, const PlanOptions& options);
 
-// Side of a patch, in pixels of the raster in which a plan's mosaic comes to rest: fewer where it has very many.
+// Side of a patch, in pixels of the raster in which a plan's mosaic comes to rest: fewer where it has very many, or
+// PlanOptions::layout_fineness is lower.
 inline constexpr double kPatchPixels = 24;
 
-// `options.layout` is kMosaic or kSegmentation; the artwork's pictures are as check_input() wants them. With fewer
-// `patch_pixels` the layout is rougher, and other cells come to rest. A pure function of these, whatever the number of
-// threads. kCancelled: a stop was requested.
+// `options.layout` is kMosaic or kSegmentation; the artwork's pictures are as check_input() wants them. With a lower
+// `options.layout_fineness` other cells come to rest. A pure function of these, whatever the number of threads.
+// kCancelled: a stop was requested.
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
-                               const std::stop_token& stop, double patch_pixels = kPatchPixels);
+                               const std::stop_token& stop);
 
 }  // namespace veneer::planner

@@ -30,6 +30,7 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.dpi, 10, 2400)) return unusable("the working resolution must lie between 10 and 2400 dpi");
   if (!within(o.rotations, 1, 360)) return unusable("the number of rotations must lie between 1 and 360");
   if (!within(o.thoroughness, 1e-3, 1)) return unusable("the thoroughness must lie between 0.001 and 1");
+  if (!within(o.layout_fineness, 1e-3, 1)) return unusable("the fineness of layouts must lie between 0.001 and 1");
   if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");
   if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
   if (!within(o.web.count(), 0, 10)) return unusable("the web between pieces must lie between 0 and 10 mm");

@@ -19,9 +19,9 @@ struct TileRaster {
 };
 constexpr TileRaster kRoughTiles{10, 7e4}, kFineTiles{kPatchPixels, 4e5};  // some 0.3 and 1 to 4 s of processor time
 
-double patch_pixels(GridEffort effort, double patches) {
+double fineness(GridEffort effort, double patches) {
   const TileRaster& most = effort == GridEffort::kCoarse ? kRoughTiles : kFineTiles;
-  return std::min(std::sqrt(most.pixels / patches), most.patch_pixels);
+  return std::min(std::sqrt(most.pixels / patches), most.patch_pixels) / kPatchPixels;
 }
 
 // Without the points that nobody sees: a plan's borders have several a millimetre.
@@ -37,6 +37,8 @@ Polyline<ArtworkFrame> seen(const Polyline<ArtworkFrame>& line, Millimetres long
 
 }  // namespace
 
+double rough_fineness(double patches) { return fineness(GridEffort::kCoarse, patches); }
+
 Result<MosaicPreview> sketch_mosaic(const Artwork& artwork, const PlanOptions& options, GridEffort effort,
                                     const std::stop_token& stop) {
   if (options.layout != LayoutKind::kMosaic) return unusable("only a mosaic has cells: choose that layout");
@@ -50,7 +52,9 @@ Result<MosaicPreview> sketch_mosaic(const Artwork& artwork, const PlanOptions& o
                     "patches, or plan it as it is",
                     cells, kMostSketchedCells));
   SaliencyMaps maps;
-  const auto made = free_layout(artwork, options, maps, stop, patch_pixels(effort, cells));
+  PlanOptions wanted = options;
+  wanted.layout_fineness = fineness(effort, cells);
+  const auto made = free_layout(artwork, wanted, maps, stop);
   if (!made.ok()) return made.error();
   MosaicPreview out{made->partition.faces.size(), {}};
   for (const PartitionEdge& edge : made->partition.edges)

@@ -17,6 +17,9 @@ struct MosaicPreview {
   std::vector<Polyline<ArtworkFrame>> lines;  // the borders between two cells, each once
 };
 
+// PlanOptions::layout_fineness of rough cells, where there are about so many.
+double rough_fineness(double patches);
+
 // `options` are those of the plan to come, with the layout kMosaic; `artwork.guides` what somebody says of its cells.
 // kFine has about the plan's own cells where there are at most some 700: the same if the artwork has the plan's
 // picture, of a smaller one edges lie a little elsewhere. kCoarse, and kFine of more, have about as many, as large and

@@ -9,6 +9,7 @@
 #include "planner/cancelled.h"
 #include "planner/cutting/cut_drawing.h"
 #include "planner/files/preview.h"
+#include "planner/suggest/mosaic_sketch.h"
 #include "planner/suggest/suggestions.h"
 
 namespace veneer::planner {
@@ -23,6 +24,7 @@ constexpr std::array kSketchEfforts{SketchEffort{9, 4}, SketchEffort{9, 2}, Sket
 constexpr double kMostLooks = 2e8;                    // places times patches, some nanosecond each
 constexpr double kCoarsestDpi = 10, kFinestDpi = 75;  // that wood is chosen at; make_plan takes no coarser
 constexpr double kSketchThoroughness = 1.0 / 12;
+constexpr double kFinerShapes = 1.5;  // so much finer is wood looked at for other shapes than squares
 constexpr double kMostPatches = 1200;
 constexpr double kLongestPreview = 960;  // pixels of a preview
 
@@ -35,18 +37,24 @@ SketchEffort affordable(std::span<const StockPanel> stock, double patches, Milli
   return kSketchEfforts.back();
 }
 
-PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, std::span<const StockPanel> stock) {
+PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, std::span<const StockPanel> stock,
+                           GridEffort effort) {
   PlanOptions out = wanted;
   const double area = artwork.width.count() * artwork.height.count();
   out.patch = std::max(wanted.patch, Millimetres(std::sqrt(area / kMostPatches)));
-  const SketchEffort effort = affordable(stock, area / (out.patch.count() * out.patch.count()), out.patch);
-  out.dpi = std::clamp(ScanResolution{effort.patch_pixels / out.patch.count()}.dpi(), kCoarsestDpi, kFinestDpi);
-  out.layout = LayoutKind::kGrid,
-  out.triangles = false;  // others take longer to lay out and to match than a sketch may
-  out.rotations = std::min(wanted.rotations, effort.rotations);
+  const SketchEffort looks = affordable(stock, area / (out.patch.count() * out.patch.count()), out.patch);
+  out.dpi = std::clamp(ScanResolution{looks.patch_pixels / out.patch.count()}.dpi(), kCoarsestDpi, kFinestDpi);
+  if (effort == GridEffort::kCoarse) {
+    out.layout = LayoutKind::kGrid, out.triangles = false, out.refine = Refine::kNone;
+  } else {
+    out.layout_fineness = rough_fineness(area / (out.patch.count() * out.patch.count()));
+    if (out.layout != LayoutKind::kGrid || out.refine != Refine::kNone)
+      out.dpi = std::min(out.dpi * kFinerShapes, kFinestDpi);
+  }
+  out.rotations = std::min(wanted.rotations, looks.rotations);
   out.thoroughness = kSketchThoroughness;
   out.exact = false, out.fine_rotation = false, out.optimize = Optimize::kGreedy;
-  out.refine = Refine::kNone, out.rematch = 0, out.adaptive_levels = 0, out.alternatives = 0;
+  out.rematch = 0, out.adaptive_levels = 0, out.alternatives = 0;
   out.index_cache.clear(), out.kept.clear(), out.kept_layouts.clear();
   return out;
 }
@@ -54,8 +62,8 @@ PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, st
 }  // namespace
 
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
-                                     const PlanOptions& wanted, const std::stop_token& stop) {
-  const PlanOptions options = sketch_options(wanted, artwork, stock);
+                                     const PlanOptions& wanted, GridEffort effort, const std::stop_token& stop) {
+  const PlanOptions options = sketch_options(wanted, artwork, stock, effort);
   Result<Plan> plan = make_plan({&artwork, 1}, stock, options, {}, stop);
   if (!plan.ok()) return plan.error();
   const double longer = std::max(artwork.width, artwork.height).count();

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "planner/plan.h"
+#include "planner/suggest/grid_sketch.h"
 
 namespace veneer::planner {
 
@@ -20,7 +21,7 @@ namespace veneer::planner {
 inline constexpr double kSketchDpi = 75;
 
 struct PictureSketch {
-  Plan plan;                              // straight borders; its resolution is the sketch's own
+  Plan plan;                              // its resolution is the sketch's own
   LayoutKind layout = LayoutKind::kGrid;  // that it was drawn in
   Millimetres patch;                      // that it was drawn with: larger than asked for where there would be too many
   double likeness = 0;                    // as Suggestion::likeness
@@ -31,9 +32,12 @@ struct PictureSketch {
   std::vector<std::string> remarks;
 };
 
-// `options` are those of the plan to come; layout (squares), resolution, rotations, borders and how wood is chosen are
-// the sketch's own. kInvalidArgument: as make_plan. kCancelled: a stop was requested. Deterministic.
+// `options` are those of the plan to come; resolution, rotations and how wood is chosen are the sketch's own. kCoarse
+// follows a hand: squares, whatever the layout, so that the artwork must have no guides. kFine has the plan's layout,
+// rougher, and its refined borders, and takes several times as long. kInvalidArgument: as make_plan. kCancelled: a stop
+// was requested. Deterministic.
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
-                                     const PlanOptions& options, const std::stop_token& stop = {});
+                                     const PlanOptions& options, GridEffort effort = GridEffort::kCoarse,
+                                     const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

@@ -7,7 +7,6 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <string>
@@ -19,6 +18,7 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
 #include "planner/problem/problem.h"
+#include "tests/bench/data_folder.h"
 #include "tests/bench/goals.h"
 
 namespace veneer::planner {
@@ -32,11 +32,6 @@ constexpr int kPatches = 23;  // a side: 529 in all
 
 const bool kWanted = bench::Goals::all().add({{"BM_borders_of_500_pieces", "processor_s", 2, "s"}});
 
-fs::path data_folder() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  return named != nullptr ? fs::path(named) : fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
-}
-
 template <class T>
 T sure(Result<T> result) {
   if (result.ok()) return *std::move(result);
@@ -45,7 +40,7 @@ T sure(Result<T> result) {
 }
 
 void BM_borders_of_500_pieces(benchmark::State& state) {
-  const fs::path data = data_folder();
+  const fs::path data = bench::data_folder();
   Result<cv::Mat> picture = load_picture(data / "targets" / "astronaut.png");
   Result<cv::Mat> scan = load_picture(data / "wood" / "panel_large.jpg");
   Result<cv::Mat> mask = load_mask(data / "wood" / "panel_large_mask.png");

@@ -31,6 +31,7 @@
 #include "planner/pictures/pictures.h"
 #include "planner/poses/fine_rotation.h"
 #include "planner/problem/problem.h"
+#include "tests/bench/data_folder.h"
 #include "tests/support/patch_shapes.h"
 
 namespace veneer::planner {
@@ -50,11 +51,6 @@ double cpu_seconds() {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-fs::path data_folder() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  return named != nullptr ? fs::path(named) : fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
 }
 
 std::size_t compared_patches() {
@@ -88,8 +84,8 @@ struct Scene {
 };
 
 std::optional<Scene> load(const Case& it, benchmark::State& state) {
-  const fs::path wood = data_folder() / "wood", name = it.large ? "panel_large" : "panel_small";
-  const auto target = load_picture(data_folder() / "targets" / "astronaut_head.png");
+  const fs::path wood = bench::data_folder() / "wood", name = it.large ? "panel_large" : "panel_small";
+  const auto target = load_picture(bench::data_folder() / "targets" / "astronaut_head.png");
   const auto picture = load_picture(wood / (name.string() + ".jpg"));
   const auto mask = load_mask(wood / (name.string() + "_mask.png"));
   if (!target.ok() || !picture.ok() || !mask.ok()) {

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <map>
@@ -25,6 +24,7 @@
 #include "planner/pictures/pictures.h"
 #include "planner/plan.h"
 #include "planner/problem/priority.h"
+#include "tests/bench/data_folder.h"
 
 namespace veneer::planner {
 namespace {
@@ -63,11 +63,6 @@ struct Wood {
 };
 const std::vector<Wood> kWoods{
     {"5x", 5, Mask::kOwn}, {"2x", 2, Mask::kOwn}, {"1.3x", 1.3, Mask::kOwn}, {"1.3x_packed", 1.3, Mask::kPacked}};
-
-fs::path data_folder() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  return named != nullptr ? fs::path(named) : fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
-}
 
 struct Spent {
   double wall = 0, processor = 0;
@@ -143,7 +138,7 @@ cv::Mat packed_mask(const cv::Mat& free, std::size_t wanted, cv::Size2d side, in
 }
 
 std::optional<Measured> measure(const Pair& pair, const Wood& wood) {
-  const fs::path data = data_folder();
+  const fs::path data = bench::data_folder();
   const std::string name = (data / "wood" / ("panel_" + pair.panel)).string();
   const Result<cv::Mat> picture = load_picture(data / "targets" / pair.target);
   Result<cv::Mat> scan = load_picture(name + ".jpg"), mask = load_mask(name + "_mask.png");

@@ -9,7 +9,6 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
 #include "planner/problem/problem.h"
+#include "tests/bench/data_folder.h"
 #include "tests/bench/goals.h"
 
 namespace veneer::planner {
@@ -33,18 +33,13 @@ double user_seconds() {
   return static_cast<double>(usage.ru_utime.tv_sec) + 1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
 }
 
-fs::path data_folder() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  return named != nullptr ? fs::path(named) : fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
-}
-
 struct Scene {
   Artwork artwork;
   StockPanel panel;
 };
 
 std::optional<Scene> load() {
-  const fs::path data = data_folder();
+  const fs::path data = bench::data_folder();
   const auto target = load_picture(data / "targets" / "astronaut_head.png");
   const auto picture = load_picture(data / "wood" / "panel_small.jpg");
   const auto mask = load_mask(data / "wood" / "panel_small_mask.png");

@@ -28,6 +28,7 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
 #include "planner/problem/problem.h"
+#include "tests/bench/data_folder.h"
 #include "tests/support/child_process.h"
 #include "tests/support/exhaustive_matching.h"
 #include "tests/support/temp_directory.h"
@@ -78,11 +79,6 @@ constexpr double k48Pixels = 48 / kDpi * 25.4;
 std::size_t compared_patches() {
   const char* wanted = std::getenv("VENEER_BENCH_PATCHES");  // NOLINT(concurrency-mt-unsafe)
   return wanted != nullptr ? static_cast<std::size_t>(std::max(1, std::atoi(wanted))) : 40;
-}
-
-fs::path data_folder() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  return named != nullptr ? fs::path(named) : fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
 }
 
 void save(const fs::path& path, const cv::Mat& picture) {
@@ -145,7 +141,7 @@ struct Files {
 };
 
 void make_pictures(const Case& it, Files& files) {
-  const fs::path data = data_folder();
+  const fs::path data = bench::data_folder();
   const std::string name = it.wood == Wood::kSmall ? "panel_small" : "panel_large";
   cv::Mat picture, mask;
   if (it.unjudged()) {

@@ -100,7 +100,7 @@ class Cell {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   }
 
-  SketchDrawn sketch(WorkRunner& workers, Millimetres size, Millimetres patch, double w_edge) {
+  SketchDrawn sketch(WorkRunner& workers, Millimetres size, Millimetres patch, double w_edge, bool fine = false) {
     JobRequest request;
     request.name = "bench";
     request.files = picture_;
@@ -108,7 +108,7 @@ class Cell {
     request.options.patch = patch, request.options.w_edge = w_edge;
     PlanService service(*database, library, workers, config, make_null_logger());
     auto reader = sure(database->open_reader());
-    return sure(service.sketch(request, reader->repositories(), {}));
+    return sure(service.sketch(request, fine, reader->repositories(), {}));
   }
 
   // One vertex is pinned `away` from where the straight grid has it.

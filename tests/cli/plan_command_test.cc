@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/cli/plan_run.h"
 #include "tests/support/program_start.h"
@@ -365,6 +366,58 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
   fs::remove_all(path("out"));
   ASSERT_EQ(plan(many).status, 0);
   EXPECT_EQ(text("out/plan.json"), bytes);
+}
+
+// A finished plan has no journal left, so a run anew begins at nothing: stopped early it knows less than what is there.
+TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings) {
+  const std::string many =
+      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
+  ASSERT_EQ(plan(many).status, 0);
+  const auto files = [&] {
+    return std::vector{text("out/plan.json"), text("out/report.json"), text("out/preview.png"), text("out/cut-P.svg")};
+  };
+  const auto whole = files();
+  const auto interrupted = [&](const std::string& arguments) {
+    ReadAlong command(std::string(VENEERCTL) + " plan " + arguments + " --best-so-far");
+    EXPECT_TRUE(command.until("optimising: "));
+    command.interrupt();
+    return command.finish();
+  };
+  const Outcome early = interrupted(many);
+  EXPECT_EQ(early.status, 1) << early.errors;
+  EXPECT_THAT(early.errors, EndsWith("veneerctl: planning was cancelled, and " + path("out/plan.json") +
+                                     " stays, the whole plan of the same pictures, wood and options: the same command "
+                                     "goes on where it stopped\n"));
+  EXPECT_TRUE(files() == whole);
+
+  // It does go on there, and is the same plan in the end.
+  const Outcome gone_on = plan(many);
+  ASSERT_EQ(gone_on.status, 0) << gone_on.errors;
+  EXPECT_THAT(gone_on.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_EQ(text("out/plan.json"), whole[0]);
+
+  // A plan of other settings is another plan.
+  const std::string others = many + " --seed 2";
+  const Outcome other = interrupted(others);
+  ASSERT_EQ(other.status, 0) << other.errors;
+  auto report = json("out/report.json");
+  EXPECT_EQ(report["stopped"], true);
+  EXPECT_NE(text("out/plan.json"), whole[0]);
+
+  // What was stopped stays in its turn where it is better, and its journal is lost.
+  report["global"]["cost"] = report["global"]["cost"].get<double>() / 2;
+  std::ofstream(path("out/report.json")) << report;
+  fs::remove(path("out/plan.journal"));
+  const auto better = files();
+  const Outcome worse = interrupted(others);
+  EXPECT_EQ(worse.status, 1) << worse.errors;
+  EXPECT_THAT(worse.errors, HasSubstr(path("out/plan.json") + " stays, a better plan of the same pictures, wood and "
+                                                              "options: the same command goes on where it stopped\n"));
+  EXPECT_TRUE(files() == better);
+
+  // Nothing is known of a plan without its report.
+  fs::remove(path("out/report.json")), fs::remove(path("out/plan.journal"));
+  EXPECT_EQ(interrupted(others).status, 0);
 }
 
 TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {

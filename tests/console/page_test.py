@@ -881,6 +881,27 @@ class Cards(Page):
             return {proposed, fresh, old, size: new URLSearchParams(last.split('?')[1]).get('size_mm'), may: !main.querySelector('#do-plan').disabled}""")
         self.assertEqual(seen, {"proposed": ["190", "14"], "fresh": False, "old": [True, True, True], "size": "150.5", "may": True})
 
+    def test_a_sketch_in_squares_becomes_one_of_the_plans_own_pieces(self):
+        seen = self.does(CELL + MOSAIC + """
+            const sketches = (fine) => window.asked.filter(({path}) => path.includes('/plans/sketch') && path.includes('fine=1') === fine).map(({path}) => new URLSearchParams(path.split('?')[1]));
+            page.enter();
+            await choose('dot.png');
+            await until(() => sheet('#sketch-picture'));
+            const grid = [sketches(true).length, sheet('#sketch-squares')];
+            type('#picture-layout', 'mosaic');
+            await until(() => { draw(); return sketches(true).length === 1; });
+            await until(() => !sheet('#sketch-squares'));
+            const [first] = sketches(true), before = sketches(false).length;
+            // What only the cells follow asks for no squares.
+            window.answers['/plans/sketch'] = {error: {message: 'no wood: scan some'}};
+            await until(() => sheet('#slide-cell_aspect'));
+            type('#slide-cell_aspect', '2');
+            await until(() => { draw(); return sketches(true).length === 2; });
+            const longer = sketches(true)[1];
+            const state = await until(() => { const said = sheet('#sketch-squares'); return said && said.innerText; });
+            return {grid, layout: first.get('layout'), aspect: [first.get('cell_aspect'), longer.get('cell_aspect')], squares: sketches(false).length - before, state}""")
+        self.assertEqual(seen, {"grid": [0, None], "layout": "mosaic", "aspect": [None, "2"], "squares": 0, "state": "This is an earlier sketch."})
+
     def test_the_first_size_follows_the_wood_until_a_picture_is_there(self):
         seen = self.does(CELL + """
             const page = await load('screens/new_picture.js');
@@ -952,7 +973,8 @@ MOSAIC = """
     };
     const type = (css, text) => { const field = sheet(css); field.value = text; field.dispatchEvent(new Event(field.nodeName === 'SELECT' ? 'change' : 'input')); draw(); };
     const press = (css) => { sheet(css).click(); draw(); };
-    const told = (part) => { const last = window.asked.filter(({path}) => path.includes(part)).pop(); return last ? Object.fromEntries(new URLSearchParams(last.path.split('?')[1])) : null; };
+    const ofSketch = (path, part) => part !== '/plans/sketch' || !path.includes('fine=1');  // squares; of finer ones tests ask otherwise
+    const told = (part) => { const last = window.asked.filter(({path}) => path.includes(part) && ofSketch(path, part)).pop(); return last ? Object.fromEntries(new URLSearchParams(last.path.split('?')[1])) : null; };
     const fine = () => until(() => { const canvas = sheet('canvas.cells'); return canvas && canvas.dataset.fine === 'true'; });
     const planned = async () => { const before = window.asked.length; press('#do-plan'); await until(() => window.asked.slice(before).some(({path}) => path.includes('/plans?'))); return told('/plans?'); };
     const curves = () => sheet('canvas.cells').dataset.curves;

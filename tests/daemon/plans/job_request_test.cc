@@ -137,6 +137,9 @@ TEST(JobRequest, TheDrawingIsTheEndOfTheBody) {
   EXPECT_EQ(job->segmentation(), "<svg/>");
   EXPECT_EQ(job->picture().data(), request.body.text().data()) << "nothing is copied on the loop that answers STOP";
   EXPECT_THAT(wants_no_guides(*job, "a sketch").error().message, HasSubstr("segmentation_bytes"));
+  EXPECT_THAT(wants_no_drawing(*job, "a sketch").error().message,
+              HasSubstr("a sketch does not heed segmentation_bytes: leave it out"));
+  EXPECT_TRUE(wants_no_drawing(*read({{"pinned_vertices", "1,2,30,45.5"}, {"layout", "morph"}}), "a sketch").ok());
   const auto again = job_request_again("a face", "a picture", options_json(*job).dump());
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(again->picture(), "a picture") << "a plan that changes another has its layout";

@@ -78,7 +78,7 @@ TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
   add_panel("P-0001", 255);
   const auto sketched = [&] {
     auto reader = database_->open_reader();
-    return service().sketch(small_job(), (*reader)->repositories(), {});
+    return service().sketch(small_job(), false, (*reader)->repositories(), {});
   };
   const auto first = sketched();
   ASSERT_TRUE(first.ok()) << first.error().message;
@@ -101,6 +101,26 @@ TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
   const auto after = sketched();
   ASSERT_TRUE(after.ok()) << after.error().message;
   EXPECT_NE(after->preview, first->preview) << "other wood";
+}
+
+TEST_F(PlanServiceTest, AFineSketchHasThePlansOwnPiecesAndHeedsItsGuides) {
+  add_panel("P-0001", 255);
+  const auto sketched = [&](const JobRequest& wanted, bool fine) {
+    auto reader = database_->open_reader();
+    return service().sketch(wanted, fine, (*reader)->repositories(), {});
+  };
+  JobRequest wanted = small_job();
+  wanted.options.layout = planner::LayoutKind::kMorph;
+  const auto squares = sketched(wanted, false), straight = sketched(wanted, true);
+  ASSERT_TRUE(squares.ok() && straight.ok());
+  EXPECT_EQ(squares->layout, "grid");
+  EXPECT_EQ(straight->layout, "morph");
+  wanted.pinned_vertices = "1,1,3.5,2.6";
+  const auto pinned = sketched(wanted, true);
+  ASSERT_TRUE(pinned.ok()) << pinned.error().message;
+  EXPECT_NE(pinned->preview, straight->preview);
+  wanted.pinned_vertices = "1,1,6,6";
+  EXPECT_THAT(sketched(wanted, true).error().message, ::testing::HasSubstr("too far from where the straight grid"));
 }
 
 // One of a finished picture's pieces is lost; the panel was scanned since, and is full of holes.

@@ -220,6 +220,9 @@ TEST_F(StrictRequests, ASketchIsNoChange) {
     return count;
   };
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/sketch?size_mm=50", "no picture").status, 422) << "the kerf is not known";
+  const std::string pinned = "/api/v1/plans/sketch?size_mm=50&layout=morph&pinned_vertices=1,1,30,40";
+  EXPECT_EQ(ask_raw("POST", pinned, "no picture").status, 400) << "squares have no such vertices";
+  EXPECT_EQ(ask_raw("POST", pinned + "&fine=1", "no picture").status, 422);
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/grid?layout=morph&pinned_vertices=1,1", "no picture").status, 400);
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/mosaic?cell_sizes=2x1:fg", "no picture").status, 400);
   EXPECT_EQ(noted(), 0U);

@@ -163,5 +163,58 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
     EXPECT_TRUE(report["seconds"].contains(name));
 }
 
+TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
+  const fs::path path = folder_ / "report.json";
+  const auto reread = [&](const Plan& plan, const std::string& settings) {
+    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, settings), path).ok());
+    return read_report(path);
+  };
+  EXPECT_FALSE(read_report(path)) << "there is none";
+  Plan plan = small_plan();
+  EXPECT_FALSE(reread(plan, "")) << "of what settings it is, is not told";
+  plan.stopped = true;
+  plan.global = GlobalReport{};
+  plan.global->stopped = true, plan.global->cost = 0.1;
+  const auto told = reread(plan, "these");
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->settings, "these");
+  EXPECT_TRUE(told->figures.stopped);
+  EXPECT_EQ(told->figures.unfilled, unfilled(plan));
+  EXPECT_EQ(told->figures.cost_total, cost_total(plan));
+  ASSERT_TRUE(told->figures.together);
+  EXPECT_TRUE(told->figures.together->stopped);
+  EXPECT_EQ(told->figures.together->cost, 0.1);
+  for (const char* text : {"", "{", "[]", R"({"settings": 3, "stopped": false, "unfilled": 0, "cost_total": 1})"}) {
+    ASSERT_TRUE(write_text(text, path).ok());
+    EXPECT_FALSE(read_report(path)) << text;
+  }
+}
+
+TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
+  const PlanFigures whole{false, 3, 9, {}}, stopped{true, 2, 5, {}};
+  EXPECT_TRUE(is_worse(stopped, whole));
+  EXPECT_FALSE(is_worse(whole, stopped));
+  EXPECT_FALSE(is_worse(stopped, stopped));
+  PlanFigures fuller = stopped;
+  fuller.unfilled = 1, fuller.cost_total = 8;  // more pieces cost more
+  EXPECT_TRUE(is_worse(stopped, fuller));
+  EXPECT_FALSE(is_worse(fuller, stopped));
+  PlanFigures cheaper = stopped;
+  cheaper.cost_total = 4;
+  EXPECT_TRUE(is_worse(stopped, cheaper));
+  EXPECT_FALSE(is_worse(cheaper, stopped));
+
+  // Calmer grain, which makes single pieces dearer, is what choosing together was on its way to.
+  PlanFigures early = stopped, late = stopped;
+  early.together = {true, 7}, late.together = {true, 6}, late.cost_total = 6;
+  EXPECT_TRUE(is_worse(early, late));
+  EXPECT_FALSE(is_worse(late, early));
+  late.together = {false, 6};
+  EXPECT_TRUE(is_worse(early, late));
+  early.together = late.together;  // both have chosen: what follows lowers the pieces' own costs
+  EXPECT_TRUE(is_worse(late, early));
+  EXPECT_FALSE(is_worse(early, late));
+}
+
 }  // namespace
 }  // namespace veneer::planner

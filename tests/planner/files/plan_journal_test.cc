@@ -29,7 +29,8 @@ class Journal : public ::testing::Test {
     options_.priority = Priority::kCentre;
   }
 
-  std::string key() const { return plan_key(artworks_, stock_, options_, "this program"); }
+  std::string key() const { return plan_key(settings(), "this program"); }
+  std::string settings() const { return settings_key(artworks_, stock_, options_); }
   PlanJournal opened() const {
     auto journal = PlanJournal::open(path_, key());
     if (!journal.ok()) throw std::runtime_error(journal.error().message);
@@ -319,7 +320,7 @@ TEST_F(Journal, BeginsAnewForOtherPicturesWoodOrOptions) {
   stock_[0].picture.resolution = ScanResolution::from_dpi(51);
   EXPECT_FALSE(is_kept());
   fill();
-  EXPECT_NE(plan_key(artworks_, stock_, options_, "another program"), key());
+  EXPECT_NE(plan_key(settings(), "another program"), key());
 }
 
 TEST_F(Journal, IsOfOtherWoodOnceLimitsSayWhatAWoodMayTake) {

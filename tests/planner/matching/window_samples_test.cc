@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 namespace veneer::planner {
 namespace {
@@ -58,6 +59,33 @@ TEST(WindowSamples, OfSeveralChannelsAreThoseOfEachAlone) {
           for (std::size_t i = 0; i < one.size(); ++i)
             ASSERT_EQ(together[channels * i + channel], one[i]) << angle << " " << i << " of " << channels;
         }
+      }
+    }
+  }
+}
+
+// Of a patch that does not fill its window only what it covers is sampled.
+TEST(WindowSamples, OfPartsAreThoseOfWholeRowsAndLeaveAloneWhatLiesBeside) {
+  constexpr std::int16_t kAlone = 12345;  // no sample comes to that
+  constexpr int kColumns = 23, kRows = 6;
+  const std::vector<SampledPart> parts{{0, kColumns}, {5, 6}, {7, 7}, {9, 3}, {0, 11}, {13, kColumns}};
+  for (const std::size_t channels : {1U, 2U, 3U, 4U}) {
+    const cv::Mat entries = random_entries(50, 60, static_cast<int>(channels));
+    for (const double angle : {0.0, 48.0, 180.0, 312.0}) {
+      const Lattice lattice(entries.cols, entries.rows, degrees(angle));
+      for (const double x : {-9.5, 20.0, lattice.width() - 8.0}) {  // beyond the panel on either side, and within it
+        const SampleGrid grid{x, 20, 1, 1.5, kColumns, kRows};
+        const std::size_t length = channels * kColumns + 3;  // and rows may lie farther apart
+        std::vector<std::int16_t> whole(length * kRows, kAlone), some = whole;
+        sample(entries, lattice, grid, length, whole.data());
+        sample(entries, lattice, grid, length, some.data(), parts.data());
+        for (std::size_t k = 0; k < parts.size(); ++k)
+          for (std::size_t i = 0; i < length; ++i) {
+            const int column = static_cast<int>(i / channels);
+            const bool is_in = column >= parts[k].first && column < parts[k].last;
+            ASSERT_EQ(some[k * length + i], is_in ? whole[k * length + i] : kAlone)
+                << channels << " channels, " << angle << " degrees, row " << k << ", entry " << i;
+          }
       }
     }
   }

@@ -49,9 +49,10 @@ TEST(PictureSketch, UsesNoWoodTwiceAndNoneThatIsNotFree) {
   EXPECT_THAT(sketch.remarks, IsEmpty());
 }
 
+constexpr double kBand = 0.08;  // of likeness, which lies between 0 and 1
+
 // A person who moves a slider decides by it.
 TEST(PictureSketch, ResemblesThePlanAtFullResolution) {
-  constexpr double kBand = 0.08;  // of likeness, which lies between 0 and 1
   const StockPanel panel = sketched_panel();
   const Artwork artwork = sketched_artwork();
   for (const double w_edge : {0.0, 0.5}) {
@@ -85,6 +86,43 @@ TEST(PictureSketch, SaysThatTheWoodIsShort) {
   EXPECT_THAT(sketch.remarks[0], HasSubstr("of 64 pieces find none"));
 }
 
+// What squares hide is what these layouts are for.
+TEST(PictureSketch, HasThePlansOwnPiecesWhereItIsFine) {
+  const StockPanel panel = sketched_panel();
+  const Artwork artwork = sketched_artwork();
+  for (const LayoutKind layout : {LayoutKind::kMorph, LayoutKind::kMosaic, LayoutKind::kSegmentation}) {
+    PlanOptions options = sketched_options();
+    options.layout = layout, options.rotations = 4;
+    const PictureSketch squares = sketched(artwork, panel, options);
+    EXPECT_EQ(squares.layout, LayoutKind::kGrid);
+    EXPECT_TRUE(squares.plan.layouts.empty());
+    const auto fine = sketch_picture(artwork, {&panel, 1}, options, GridEffort::kFine);
+    ASSERT_TRUE(fine.ok()) << fine.error().message;
+    EXPECT_EQ(fine->layout, layout);
+    ASSERT_EQ(fine->plan.layouts.size(), 1U);
+    EXPECT_EQ(fine->plan.layouts[0].faces.size(), fine->plan.pieces.size());
+    EXPECT_EQ(unfilled(fine->plan), 0U);
+    EXPECT_EQ(fine->preview.size(), squares.preview.size());
+    const Plan plan = test::planned({artwork}, {panel}, options);
+    const auto preview = assemble_preview(plan, 0, {&panel, 1}, ScanResolution::from_dpi(kSketchDpi));
+    ASSERT_TRUE(preview.ok());
+    EXPECT_NEAR(fine->likeness, likeness(preview->pixels, artwork.picture), kBand) << static_cast<int>(layout);
+    EXPECT_GT(cv::norm(fine->preview, squares.preview, cv::NORM_INF), 0);
+    FreeWood wood(panel.free, options.kerf_and_web(), options.margin_and_web());
+    for (const Piece& piece : fine->plan.pieces) {
+      EXPECT_TRUE(wood.admits(piece.panel_outline())) << piece.mark;
+      wood.allocate(piece.panel_outline());
+    }
+  }
+  PlanOptions refined = sketched_options();
+  refined.refine = Refine::kDp;
+  const auto bent = sketch_picture(artwork, {&panel, 1}, refined, GridEffort::kFine);
+  ASSERT_TRUE(bent.ok()) << bent.error().message;
+  ASSERT_TRUE(bent->plan.refined);
+  EXPECT_LT(bent->plan.refined->cost, bent->plan.refined->cost_before);
+  EXPECT_FALSE(sketched(artwork, panel, refined).plan.refined) << "squares stay squares while a hand is on a slider";
+}
+
 // 6400 patches would take a hundred times as long as somebody waits.
 TEST(PictureSketch, DrawsLargerPatchesWhereThereWouldBeTooMany) {
   const StockPanel panel = sketched_panel();
@@ -105,7 +143,7 @@ TEST(PictureSketch, IsTheSameForTheSameQuestionAndEndsWhenItIsStopped) {
   EXPECT_EQ(cv::norm(a.preview, b.preview, cv::NORM_INF), 0);
   std::stop_source stop;
   stop.request_stop();
-  const auto stopped = sketch_picture(artwork, {&panel, 1}, sketched_options(), stop.get_token());
+  const auto stopped = sketch_picture(artwork, {&panel, 1}, sketched_options(), GridEffort::kCoarse, stop.get_token());
   ASSERT_FALSE(stopped.ok());
   EXPECT_EQ(stopped.error().code, ErrorCode::kCancelled);
 }
