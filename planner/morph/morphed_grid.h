@@ -25,8 +25,8 @@ struct MorphOptions {
   int threads = 1;
   LayoutGuides guides{};
   bool triangles = false;  // cells are split where an edge runs along a diagonal (split_cells.h)
-  EdgeFinder edges = all_edges;
   double fineness = 1;     // PlanOptions::layout_fineness
+  EdgeFinder edges = all_edges;
 };
 
 struct MorphFigures {
