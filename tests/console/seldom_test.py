@@ -183,7 +183,7 @@ class Seldom(Page):
             answer({'/panels/P-0001/registration': {panel: 'P-0001', rms_mm: .0123, max_mm: .05, scans: [one(1, 'show', null, null), one(4, 'back', .0123, .05)], next: null}});
             window.answers['/panels/P-0001'] = {...panel, fiducials: [['tag', 'show'], ['tag', 'show'], ['hole', 'show'], ['tag', 'back']].map(([kind, face]) => ({kind, face, tag_id: 1, centre_mm: [1, 1], corners_mm: [[1, 1]]}))};
             await enter('panels', 'P-0001');
-            return main.querySelector('[data-key="fit-P-0001"]').innerText""")
+            return until(() => { draw(); const fit = main.querySelector('[data-key="fit-P-0001"]').innerText; return !fit.includes('asked for') && fit; })""")
         self.assertRegex(told, r"(?s)2 tags, 1 hole.*1 tag.*Scan 4, .*0\.012 mm on average, 0\.050 mm at worst.*Scan 1, .*nothing to compare it with")
 
     MARKS = """
