@@ -364,6 +364,52 @@ class Seldom(Page):
             return {same, then: one('#outline-mask').innerText}""")
         self.assertEqual(told, {"same": True, "then": "▲ The mask was changed since you began this outline: version 3 then, 4 now. Look at the panel as it is now: does the outline still fit?"})
 
+    # The cell tells every page of a change before it answers whoever asked for it. `path`: of what was asked; `changed`: of the panel.
+    TOLD_BEFORE_ANSWERED = """
+            let socket, reply;
+            window.WebSocket = class { constructor() { socket = this; } };
+            answer({'/session': {role: 'admin', who: 'anna', user: 'anna', accounts: true, expires_at: at}});
+            (await load('model.js')).begin();
+            await until(() => socket && socket.onmessage);
+            const outlining = () => one('.map').classList.contains('outlining');
+            const ask = window.fetch, hold = (path) => {
+              window.fetch = async (asked, how = {}) => {
+                if (how.method === 'POST' && String(asked).endsWith(path)) await new Promise((go) => { reply = go; });
+                return ask(asked, how);
+              };
+            };
+            const tell = async (changed) => {
+              await until(() => reply);
+              const before = window.asked.length;
+              window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120)], ...changed};
+              socket.onmessage({data: JSON.stringify({type: 'panel', seq: 1})});
+              await until(() => { draw(); return window.asked.slice(before).some((one) => one.path.endsWith('/panels/P-0001')); });
+              await settled(); await settled(); draw();
+            };
+            """
+
+    def test_news_of_an_outline_that_is_being_kept_is_no_news_to_who_keeps_it(self):
+        told = self.outlined("const drawn = {panel: 'P-0001', zone: 3, zones: [strip(1, 0), strip(2, 120), strip(3, 60, 2)]}; answer({'/panels/P-0001/zones': drawn});" + self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            hold('/zones');
+            one('#outline-keep').click();
+            await tell({zones: drawn.zones});
+            const read = main.querySelectorAll('#outline-zone option').length, meanwhile = [one('#outline-strips'), one('#outline-fits')].map(Boolean);
+            reply();
+            await until(() => { draw(); return one('#outline-kept'); });
+            return {read, meanwhile, after: [Boolean(one('#outline-strips')), outlining()]}""")
+        self.assertEqual(told, {"read": 4, "meanwhile": [False, False], "after": [False, True]})
+
+    def test_an_outline_that_is_refused_after_the_panel_is_another_one_asks_for_a_look(self):
+        told = self.outlined(self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            hold('/zones');
+            one('#outline-keep').click();
+            await tell({zones: [strip(1, 0), strip(2, 120, 2)]});
+            const meanwhile = Boolean(one('#outline-strips'));
+            reply();
+            await until(() => { draw(); return one('#outline-fault'); });
+            return [meanwhile, Boolean(one('#outline-strips')), outlining(), one('#outline-fits').disabled]""", refused="'it came too late'")
+        self.assertEqual(told, [False, True, False, False], "somebody else drew")
+
     def test_the_outline_of_a_strip_that_is_gone_becomes_no_other_one(self):
         told = self.outlined("""
             await press('#outline');
