@@ -12,7 +12,8 @@ const kMostCorners = 1500;  // that the cell takes
 const kKeepMs = 60000;
 
 let of = "", map = null, on = false, said = "", fault = "", kept = 0;
-let keeping = null;  // the sheet that is on its way to the cell
+let keeping = null;     // the sheet that is on its way to the cell
+let heldMoved = false;  // as the map's hand was last told
 // By panel: {corners: [[x, y]] in mm, zone: which strip, 0 = a further one; drawn: {mask, strips}, the versions that were shown when
 // it was begun; seen: those that this page knows of}
 const sheets = new Map();
@@ -22,12 +23,10 @@ const sheetOf = (panel) => {
   return sheets.get(panel);
 };
 const newest = (strips) => Math.max(1, ...(strips || []).map(({version}) => version));
-// Whether it is news. What this page knows is never older than that: a list may come late.
+// What this page knows is never older than that: a list may come late.
 function see(sheet, mask, strips) {
   const before = sheet.seen || {mask: 0, strips: 0};
-  if (mask <= before.mask && strips <= before.strips) return false;
   sheet.seen = {mask: Math.max(mask, before.mask), strips: Math.max(strips, before.strips)};
-  return true;
 }
 const movedMask = ({corners, drawn, seen}) => corners.length > 0 && byThisHand(of, drawn.mask) < seen.mask;
 const movedStrips = ({corners, drawn, seen}) => corners.length > 0 && drawn.strips !== seen.strips;
@@ -49,8 +48,9 @@ export function putOutlineAway() {
 function hold() {
   if (!map) return;
   const sheet = sheetOf(of);
+  heldMoved = isMoved(sheet);
   map.corners(on ? sheet.corners : []);
-  map.outline(on && !keeping && !isMoved(sheet) ? {onCorner: (place, apart) => add(sheet, place, apart), onBack: () => back(sheet), onAway: () => { putOutlineAway(); changed(); },
+  map.outline(on && !keeping && !heldMoved ? {onCorner: (place, apart) => add(sheet, place, apart), onBack: () => back(sheet), onAway: () => { putOutlineAway(); changed(); },
     onCross: ([x, y]) => { said = t("brush.at", {x: x.toFixed(1), y: y.toFixed(1)}); changed(); }} : null);
 }
 
@@ -126,8 +126,9 @@ function movedWords({drawn, seen}, words) {
 // when the panel has to be asked for anew.
 export function outlineTools(opened, panel, taken, renew) {
   const sheet = sheetOf(panel.id), {corners} = sheet, strips = panel.zones || [];
-  const isNew = see(sheet, panel.mask_version, newest(strips));
-  if (of !== panel.id || map !== opened || isNew) {
+  see(sheet, panel.mask_version, newest(strips));
+  // A change may turn out to be this hand's own once the cell has answered.
+  if (of !== panel.id || map !== opened || heldMoved !== isMoved(sheet)) {
     of = panel.id;
     map = opened;
     hold();

@@ -410,6 +410,22 @@ class Seldom(Page):
             return [meanwhile, Boolean(one('#outline-strips')), outlining(), one('#outline-fits').disabled]""", refused="'it came too late'")
         self.assertEqual(told, [False, True, False, False], "somebody else drew")
 
+    def test_the_map_is_in_the_outlines_hand_again_once_the_strokes_are_this_hands(self):
+        told = self.outlined(self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            answer({'/panels/P-0001/mask-edits': {panel: 'P-0001', version: 3, number: 1}});
+            await press('#brush');
+            key(' ');
+            hold('/mask-edits');
+            one('#brush-save').click();
+            await press('#outline');
+            await tell({mask_version: 3});
+            reply();
+            await until(() => { draw(); return one('#brush-undo') === null; });
+            key('ArrowDown'); key(' ');
+            return [Boolean(one('#outline-mask')), outlining(), said()]""")
+        self.assertEqual(told[:2], [False, True])
+        self.assertRegex(told[2], r"4 corners are set\.$")
+
     def test_the_outline_of_a_strip_that_is_gone_becomes_no_other_one(self):
         told = self.outlined("""
             await press('#outline');
