@@ -144,8 +144,8 @@ export function outlineTools(opened, panel, taken, renew) {
   const may = Boolean(map) && mayChange() && !keeping, moved = isMoved(sheet);
   return h("div.brush", {"data-key": "outline-tools"},
     h("div.commands", {}, button(t(on ? "outline.off" : "outline.on"), toggle, {wide: true, id: "outline", disabled: !map || (!on && !mayChange()), "aria-pressed": String(on)})),
-    moved && movedMask(sheet) && movedWords(sheet, "mask"), moved && movedStrips(sheet) && movedWords(sheet, "strips"),
-    on && [
+    on && [  // nothing is asked of an outline that is not shown
+      moved && movedMask(sheet) && movedWords(sheet, "mask"), moved && movedStrips(sheet) && movedWords(sheet, "strips"),
       h("p.dim", {role: "status", id: "outline-said"}, said),
       h("p.dim", {}, t("outline.about")),
       h("p.dim.keys", {id: "outline-keys"}, t("outline.keys")),

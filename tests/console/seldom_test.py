@@ -323,6 +323,17 @@ class Seldom(Page):
             self.assertEqual(told["strips"], [strips, True, True])
             self.assertEqual(told["sent"], [{"outline_mm": [120, 80, 125, 80, 125, 85], "mask_version": 3, "zones_version": 4}], "the corners are kept, and none was added before the look")
 
+    def test_whether_an_outline_still_fits_is_asked_where_it_is_shown(self):
+        told = self.outlined(self.THREE_CORNERS + """
+            key('Escape');
+            await become({mask_version: 3, zones: [strip(1, 0), strip(2, 120, 4)]}, () => main.innerText.includes('100 cm²'));
+            await settled(); draw();
+            const asked = () => ['#outline-mask', '#outline-strips', '#outline-fits', '#outline-drop'].map((css) => Boolean(one(css)));
+            const off = asked();
+            await press('#outline');
+            return [off, asked()]""")
+        self.assertEqual(told, [[False] * 4, [True] * 4])
+
     def test_an_outline_that_came_too_late_stays_and_the_panel_is_read_anew(self):
         for language, fault in (
                 ("en", "▲ This outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again."),
@@ -359,6 +370,7 @@ class Seldom(Page):
             key(' ');
             await press('#brush-save');
             await become({mask_version: 3}, () => sent('/mask-edits').length === 1 && one('#brush-save') && one('#brush-save').disabled);
+            await press('#outline');
             const same = one('#outline-mask') === null;
             await become({mask_version: 4}, () => one('#outline-mask'));
             return {same, then: one('#outline-mask').innerText}""")
