@@ -336,8 +336,8 @@ class Seldom(Page):
 
     def test_an_outline_that_came_too_late_stays_and_the_panel_is_read_anew(self):
         for language, fault in (
-                ("en", "▲ This outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again."),
-                ("de", "▲ Dieser Umriss wurde über Fassung 1 der Streifen von Platte P-0001 gezeichnet, und jetzt gilt Fassung 2: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal.")):
+                ("en", "▲ This outline was drawn over version 1 of the outlines on panel P-0001, and version 2 counts by now: look whether it still fits, then send it again with `zones_version` 2."),
+                ("de", "▲ Dieser Umriss wurde über Fassung 1 der Streifen von Platte P-0001 gezeichnet, und jetzt gilt Fassung 2: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal, mit `zones_version` 2.")):
             told = self.outlined(self.THREE_CORNERS + """
                 window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120, 2)]};  // nobody has told the page
                 await press('#outline-keep');
@@ -348,7 +348,7 @@ class Seldom(Page):
                 const looked = one('#outline-fault') === null;
                 await press('#outline-keep');
                 await until(() => { draw(); return one('#outline-kept'); });
-                return {fault, looked, sent: sent('/zones')}""", refused="'this outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again'", language=language)
+                return {fault, looked, sent: sent('/zones')}""", refused="'this outline was drawn over version 1 of the outlines on panel P-0001, and version 2 counts by now: look whether it still fits, then send it again with `zones_version` 2'", language=language)
             corners = [120, 80, 125, 80, 125, 85]
             self.assertEqual(told, {"fault": fault, "looked": True, "sent": [{"outline_mm": corners, "mask_version": 2, "zones_version": version} for version in (1, 2)]})
 
