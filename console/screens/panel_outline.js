@@ -11,7 +11,9 @@ import {byThisHand} from "./panel_brush.js";
 const kMostCorners = 1500;  // that the cell takes
 const kKeepMs = 60000;
 
-let of = "", map = null, on = false, said = "", fault = "", kept = 0, busy = false;
+let of = "", map = null, on = false, said = "", fault = "", kept = 0;
+let keeping = null;     // the sheet that is on its way to the cell
+let heldMoved = false;  // as the map's hand was last told
 // By panel: {corners: [[x, y]] in mm, zone: which strip, 0 = a further one; drawn: {mask, strips}, the versions that were shown when
 // it was begun; seen: those that this page knows of}
 const sheets = new Map();
@@ -21,16 +23,15 @@ const sheetOf = (panel) => {
   return sheets.get(panel);
 };
 const newest = (strips) => Math.max(1, ...(strips || []).map(({version}) => version));
-// Whether it is news. What this page knows is never older than that: a list may come late.
+// What this page knows is never older than that: a list may come late.
 function see(sheet, mask, strips) {
   const before = sheet.seen || {mask: 0, strips: 0};
-  if (mask <= before.mask && strips <= before.strips) return false;
   sheet.seen = {mask: Math.max(mask, before.mask), strips: Math.max(strips, before.strips)};
-  return true;
 }
 const movedMask = ({corners, drawn, seen}) => corners.length > 0 && byThisHand(of, drawn.mask) < seen.mask;
 const movedStrips = ({corners, drawn, seen}) => corners.length > 0 && drawn.strips !== seen.strips;
-const isMoved = (sheet) => movedMask(sheet) || movedStrips(sheet);
+// The cell tells of what it is asked to keep before it answers: that is no news to who asked.
+const isMoved = (sheet) => sheet !== keeping && (movedMask(sheet) || movedStrips(sheet));
 
 export function enterOutline() {
   on = false;
@@ -47,8 +48,9 @@ export function putOutlineAway() {
 function hold() {
   if (!map) return;
   const sheet = sheetOf(of);
+  heldMoved = isMoved(sheet);
   map.corners(on ? sheet.corners : []);
-  map.outline(on && !busy && !isMoved(sheet) ? {onCorner: (place, apart) => add(sheet, place, apart), onBack: () => back(sheet), onAway: () => { putOutlineAway(); changed(); },
+  map.outline(on && !keeping && !heldMoved ? {onCorner: (place, apart) => add(sheet, place, apart), onBack: () => back(sheet), onAway: () => { putOutlineAway(); changed(); },
     onCross: ([x, y]) => { said = t("brush.at", {x: x.toFixed(1), y: y.toFixed(1)}); changed(); }} : null);
 }
 
@@ -65,7 +67,7 @@ function add(sheet, [x, y], apart) {
   changed();
 }
 function back(sheet) {
-  if (!sheet.corners.length || busy) return;
+  if (!sheet.corners.length || keeping) return;
   sheet.corners.pop();
   fault = "";
   said = t("outline.left", {n: sheet.corners.length});
@@ -74,7 +76,7 @@ function back(sheet) {
 }
 
 function drop(sheet) {
-  if (busy) return;
+  if (keeping) return;
   Object.assign(sheet, {corners: [], zone: 0});
   fault = said = "";
   hold();
@@ -84,14 +86,14 @@ function drop(sheet) {
 // To the panel it is of, whichever is shown by then.
 async function keep(renew) {
   const panel = of, sheet = sheetOf(panel), {drawn} = sheet;
-  busy = true;
+  keeping = sheet;
   fault = "";
   hold();
   changed();
   let refused = "";
   const body = {...(sheet.zone ? {zone: sheet.zone} : {}), outline_mm: sheet.corners.flat(), mask_version: byThisHand(panel, drawn.mask), zones_version: drawn.strips};
   const told = await command(`/panels/${encodeURIComponent(panel)}/zones`, {body, timeoutMs: kKeepMs, refused: (sentence) => { refused = sentence; }});
-  busy = false;
+  keeping = null;
   if (told) {
     Object.assign(sheet, {corners: [], zone: 0});
     see(sheet, 0, newest(told.zones));
@@ -124,8 +126,9 @@ function movedWords({drawn, seen}, words) {
 // when the panel has to be asked for anew.
 export function outlineTools(opened, panel, taken, renew) {
   const sheet = sheetOf(panel.id), {corners} = sheet, strips = panel.zones || [];
-  const isNew = see(sheet, panel.mask_version, newest(strips));
-  if (of !== panel.id || map !== opened || isNew) {
+  see(sheet, panel.mask_version, newest(strips));
+  // A change may turn out to be this hand's own once the cell has answered.
+  if (of !== panel.id || map !== opened || heldMoved !== isMoved(sheet)) {
     of = panel.id;
     map = opened;
     hold();
@@ -138,11 +141,11 @@ export function outlineTools(opened, panel, taken, renew) {
     hold();
     changed();
   };
-  const may = Boolean(map) && mayChange() && !busy, moved = isMoved(sheet);
+  const may = Boolean(map) && mayChange() && !keeping, moved = isMoved(sheet);
   return h("div.brush", {"data-key": "outline-tools"},
     h("div.commands", {}, button(t(on ? "outline.off" : "outline.on"), toggle, {wide: true, id: "outline", disabled: !map || (!on && !mayChange()), "aria-pressed": String(on)})),
-    movedMask(sheet) && movedWords(sheet, "mask"), movedStrips(sheet) && movedWords(sheet, "strips"),
-    on && [
+    on && [  // nothing is asked of an outline that is not shown
+      moved && movedMask(sheet) && movedWords(sheet, "mask"), moved && movedStrips(sheet) && movedWords(sheet, "strips"),
       h("p.dim", {role: "status", id: "outline-said"}, said),
       h("p.dim", {}, t("outline.about")),
       h("p.dim.keys", {id: "outline-keys"}, t("outline.keys")),
@@ -153,8 +156,8 @@ export function outlineTools(opened, panel, taken, renew) {
       gone && h("p.warn", {id: "outline-gone", role: "status"}, `▲ ${t("outline.is_gone", {n: sheet.zone})}`),
       fault && h("p.fault", {id: "outline-fault", role: "alert"}, "▲ ", cellSays(asSentence(fault))),
       h("div.commands", {},
-        button(t("outline.undo"), () => back(sheet), {id: "outline-undo", disabled: !corners.length || busy}),
-        button(t("outline.drop"), () => drop(sheet), {id: "outline-drop", disabled: !corners.length || busy}),
+        button(t("outline.undo"), () => back(sheet), {id: "outline-undo", disabled: !corners.length || Boolean(keeping)}),
+        button(t("outline.drop"), () => drop(sheet), {id: "outline-drop", disabled: !corners.length || Boolean(keeping)}),
         moved ? button(t("outline.fits"), () => fits(sheet), {id: "outline-fits", next: true, disabled: !may})
           : button(sheet.zone ? t("outline.keep", {n: sheet.zone}) : t("outline.add"), () => keep(renew), {id: "outline-keep", next: corners.length > 2 && !gone, disabled: corners.length < 3 || gone || !may || isStale()}))],
     kept > 0 && h("p", {id: "outline-kept", role: "status"}, t("outline.kept", {n: kept})));

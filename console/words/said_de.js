@@ -293,8 +293,8 @@ export const said = {
 
   // What was drawn on a panel that is another one by now
   "this was painted on version {1} of the mask of panel {2}, and version {3} counts by now: look whether it still fits, then save it again": "das wurde auf Fassung {1} der Maske von Platte {2} gemalt, und jetzt gilt Fassung {3}: Sehen Sie nach, ob es noch passt, dann sichern Sie es noch einmal",
-  "this outline was drawn on version {1} of the mask of panel {2}, and version {3} counts by now: look whether it still fits, then send it again": "dieser Umriss wurde auf Fassung {1} der Maske von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal",
-  "this outline was drawn over version {1} of the zones of panel {2}, and version {3} counts by now: look whether it still fits, then send it again": "dieser Umriss wurde über Fassung {1} der Streifen von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal",
+  "this outline was drawn on version {1} of the mask of panel {2}, and version {3} counts by now: look whether it still fits, then send it again with `mask_version` {4}": "dieser Umriss wurde auf Fassung {1} der Maske von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal, mit `mask_version` {4}",
+  "this outline was drawn over version {1} of the outlines on panel {2}, and version {3} counts by now: look whether it still fits, then send it again with `zones_version` {4}": "dieser Umriss wurde über Fassung {1} der Streifen von Platte {2} gezeichnet, und jetzt gilt Fassung {3}: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal, mit `zones_version` {4}",
 
   // What a scan is doubted for
   "the sheet measures {1} x {2} mm, which is not round, as of a sheet that was sawn by hand": "die Platte misst {1} x {2} mm: kein rundes Maß, wie bei einer von Hand gesägten",

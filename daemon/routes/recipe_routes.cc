@@ -108,29 +108,31 @@ void set_material(const RecipeServices& s, const ApiRequest& request, const Repl
       reply);
 }
 
-// Whoever draws looks at the panel as it was shown. `mask`, `strips`: the versions that were, where they are told.
+// Whoever draws looks at the panel as it was shown. `mask_version`, `zones_version`: those that were, where they are
+// told. The page shows these sentences where it calls zones strips, so they say "outlines".
 Status still_as_drawn_on(const db::PanelRecord& panel, const std::vector<db::ZoneRecord>& zones,
-                         std::optional<std::int64_t> mask, std::optional<std::int64_t> strips) {
-  if (mask && *mask != panel.mask_version)
+                         std::optional<std::int64_t> mask_version, std::optional<std::int64_t> zones_version) {
+  if (mask_version && *mask_version != panel.mask_version)
     return Error{ErrorCode::kConflict,
                  fmt::format("this outline was drawn on version {} of the mask of panel {}, and version {} counts by "
-                             "now: look whether it still fits, then send it again",
-                             *mask, panel.id.value, panel.mask_version)};
+                             "now: look whether it still fits, then send it again with `mask_version` {}",
+                             *mask_version, panel.id.value, panel.mask_version, panel.mask_version)};
   int newest = 1;
   for (const auto& zone : zones) newest = std::max(newest, zone.version);
-  if (strips && *strips != newest)
-    return Error{ErrorCode::kConflict,
-                 fmt::format("this outline was drawn over version {} of the zones of panel {}, and version {} counts "
-                             "by now: look whether it still fits, then send it again",
-                             *strips, panel.id.value, newest)};
+  if (zones_version && *zones_version != newest)
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("this outline was drawn over version {} of the outlines on panel {}, and version {} counts "
+                    "by now: look whether it still fits, then send it again with `zones_version` {}",
+                    *zones_version, panel.id.value, newest, newest)};
   return Ok();
 }
 
 void draw_zone(const RecipeServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
   const auto asked_zone = body.whole("zone", ranges::kZone);
-  const auto mask = body.whole("mask_version", ranges::kMaskVersion);
-  const auto strips = body.whole("zones_version", ranges::kMaskVersion);
+  const auto mask_version = body.whole("mask_version", ranges::kMaskVersion);
+  const auto zones_version = body.whole("zones_version", ranges::kMaskVersion);
   const auto numbers = body.numbers("outline_mm", ranges::kPlace);
   body.require("outline_mm");
   Ring<PanelFrame> corners;
@@ -146,13 +148,14 @@ void draw_zone(const RecipeServices& s, const ApiRequest& request, const Reply& 
   const std::optional<int> zone = asked_zone ? std::optional(static_cast<int>(*asked_zone)) : std::nullopt;
   reply_from_database(
       s.database,
-      [s, id = PanelId{request.path_param("id")}, zone, mask, strips, drawn = *drawn,
+      [s, id = PanelId{request.path_param("id")}, zone, mask_version, zones_version, drawn = *drawn,
        who = request.caller.who](Repositories& r) -> Result<json> {
         const auto panel = r.panels.find(id);
         if (!panel) return panel.error();
         const auto before = r.materials.zones(id);
         if (!before) return before.error();
-        if (const Status same = still_as_drawn_on(*panel, *before, mask, strips); !same) return same.error();
+        if (const Status same = still_as_drawn_on(*panel, *before, mask_version, zones_version); !same)
+          return same.error();
         const auto shape = intersect(drawn, whole_panel(panel->width, panel->height));
         if (shape.empty())
           return Error{ErrorCode::kInvalidArgument,

@@ -323,10 +323,21 @@ class Seldom(Page):
             self.assertEqual(told["strips"], [strips, True, True])
             self.assertEqual(told["sent"], [{"outline_mm": [120, 80, 125, 80, 125, 85], "mask_version": 3, "zones_version": 4}], "the corners are kept, and none was added before the look")
 
+    def test_whether_an_outline_still_fits_is_asked_where_it_is_shown(self):
+        told = self.outlined(self.THREE_CORNERS + """
+            key('Escape');
+            await become({mask_version: 3, zones: [strip(1, 0), strip(2, 120, 4)]}, () => main.innerText.includes('100 cm²'));
+            await settled(); draw();
+            const asked = () => ['#outline-mask', '#outline-strips', '#outline-fits', '#outline-drop'].map((css) => Boolean(one(css)));
+            const off = asked();
+            await press('#outline');
+            return [off, asked()]""")
+        self.assertEqual(told, [[False] * 4, [True] * 4])
+
     def test_an_outline_that_came_too_late_stays_and_the_panel_is_read_anew(self):
         for language, fault in (
-                ("en", "▲ This outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again."),
-                ("de", "▲ Dieser Umriss wurde über Fassung 1 der Streifen von Platte P-0001 gezeichnet, und jetzt gilt Fassung 2: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal.")):
+                ("en", "▲ This outline was drawn over version 1 of the outlines on panel P-0001, and version 2 counts by now: look whether it still fits, then send it again with `zones_version` 2."),
+                ("de", "▲ Dieser Umriss wurde über Fassung 1 der Streifen von Platte P-0001 gezeichnet, und jetzt gilt Fassung 2: Sehen Sie nach, ob er noch passt, dann senden Sie ihn noch einmal, mit `zones_version` 2.")):
             told = self.outlined(self.THREE_CORNERS + """
                 window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120, 2)]};  // nobody has told the page
                 await press('#outline-keep');
@@ -337,7 +348,7 @@ class Seldom(Page):
                 const looked = one('#outline-fault') === null;
                 await press('#outline-keep');
                 await until(() => { draw(); return one('#outline-kept'); });
-                return {fault, looked, sent: sent('/zones')}""", refused="'this outline was drawn over version 1 of the zones of panel P-0001, and version 2 counts by now: look whether it still fits, then send it again'", language=language)
+                return {fault, looked, sent: sent('/zones')}""", refused="'this outline was drawn over version 1 of the outlines on panel P-0001, and version 2 counts by now: look whether it still fits, then send it again with `zones_version` 2'", language=language)
             corners = [120, 80, 125, 80, 125, 85]
             self.assertEqual(told, {"fault": fault, "looked": True, "sent": [{"outline_mm": corners, "mask_version": 2, "zones_version": version} for version in (1, 2)]})
 
@@ -359,10 +370,73 @@ class Seldom(Page):
             key(' ');
             await press('#brush-save');
             await become({mask_version: 3}, () => sent('/mask-edits').length === 1 && one('#brush-save') && one('#brush-save').disabled);
+            await press('#outline');
             const same = one('#outline-mask') === null;
             await become({mask_version: 4}, () => one('#outline-mask'));
             return {same, then: one('#outline-mask').innerText}""")
         self.assertEqual(told, {"same": True, "then": "▲ The mask was changed since you began this outline: version 3 then, 4 now. Look at the panel as it is now: does the outline still fit?"})
+
+    # The cell tells every page of a change before it answers whoever asked for it. `path`: of what was asked; `changed`: of the panel.
+    TOLD_BEFORE_ANSWERED = """
+            let socket, reply;
+            window.WebSocket = class { constructor() { socket = this; } };
+            answer({'/session': {role: 'admin', who: 'anna', user: 'anna', accounts: true, expires_at: at}});
+            (await load('model.js')).begin();
+            await until(() => socket && socket.onmessage);
+            const outlining = () => one('.map').classList.contains('outlining');
+            const ask = window.fetch, hold = (path) => {
+              window.fetch = async (asked, how = {}) => {
+                if (how.method === 'POST' && String(asked).endsWith(path)) await new Promise((go) => { reply = go; });
+                return ask(asked, how);
+              };
+            };
+            const tell = async (changed) => {
+              await until(() => reply);
+              const before = window.asked.length;
+              window.answers['/panels/P-0001'] = {...panel, zones: [strip(1, 0), strip(2, 120)], ...changed};
+              socket.onmessage({data: JSON.stringify({type: 'panel', seq: 1})});
+              await until(() => { draw(); return window.asked.slice(before).some((one) => one.path.endsWith('/panels/P-0001')); });
+              await settled(); await settled(); draw();
+            };
+            """
+
+    def test_news_of_an_outline_that_is_being_kept_is_no_news_to_who_keeps_it(self):
+        told = self.outlined("const drawn = {panel: 'P-0001', zone: 3, zones: [strip(1, 0), strip(2, 120), strip(3, 60, 2)]}; answer({'/panels/P-0001/zones': drawn});" + self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            hold('/zones');
+            one('#outline-keep').click();
+            await tell({zones: drawn.zones});
+            const read = main.querySelectorAll('#outline-zone option').length, meanwhile = [one('#outline-strips'), one('#outline-fits')].map(Boolean);
+            reply();
+            await until(() => { draw(); return one('#outline-kept'); });
+            return {read, meanwhile, after: [Boolean(one('#outline-strips')), outlining()]}""")
+        self.assertEqual(told, {"read": 4, "meanwhile": [False, False], "after": [False, True]})
+
+    def test_an_outline_that_is_refused_after_the_panel_is_another_one_asks_for_a_look(self):
+        told = self.outlined(self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            hold('/zones');
+            one('#outline-keep').click();
+            await tell({zones: [strip(1, 0), strip(2, 120, 2)]});
+            const meanwhile = Boolean(one('#outline-strips'));
+            reply();
+            await until(() => { draw(); return one('#outline-fault'); });
+            return [meanwhile, Boolean(one('#outline-strips')), outlining(), one('#outline-fits').disabled]""", refused="'it came too late'")
+        self.assertEqual(told, [False, True, False, False], "somebody else drew")
+
+    def test_the_map_is_in_the_outlines_hand_again_once_the_strokes_are_this_hands(self):
+        told = self.outlined(self.TOLD_BEFORE_ANSWERED + self.THREE_CORNERS + """
+            answer({'/panels/P-0001/mask-edits': {panel: 'P-0001', version: 3, number: 1}});
+            await press('#brush');
+            key(' ');
+            hold('/mask-edits');
+            one('#brush-save').click();
+            await press('#outline');
+            await tell({mask_version: 3});
+            reply();
+            await until(() => { draw(); return one('#brush-undo') === null; });
+            key('ArrowDown'); key(' ');
+            return [Boolean(one('#outline-mask')), outlining(), said()]""")
+        self.assertEqual(told[:2], [False, True])
+        self.assertRegex(told[2], r"4 corners are set\.$")
 
     def test_the_outline_of_a_strip_that_is_gone_becomes_no_other_one(self):
         told = self.outlined("""

@@ -335,12 +335,17 @@ TEST_F(ProposalRoutes, AnOutlineBelongsToThePanelAsItWasDrawnOn) {
   const auto zones = get("/panels/P-0001")["zones"].size();
   const ApiReply beside = drawn(8, 1, 1);
   EXPECT_EQ(beside.status, 409) << beside.body;
-  EXPECT_THAT(beside.body, HasSubstr("drawn over version 1 of the zones of panel P-0001, and version 2 counts by now"));
+  EXPECT_THAT(
+      beside.body,
+      HasSubstr("drawn over version 1 of the outlines on panel P-0001, and version 2 counts by now: look whether "
+                "it still fits, then send it again with `zones_version` 2"));
   const json withheld = {{"kind", "withhold"}, {"outline_mm", {2, 10, 10, 10, 10, 14}}};
   ASSERT_EQ(post("/panels/P-0001/mask-edits", withheld).status, 200);
   const ApiReply late = drawn(8, 1, 2);
   EXPECT_EQ(late.status, 409) << late.body;
-  EXPECT_THAT(late.body, HasSubstr("drawn on version 1 of the mask of panel P-0001, and version 2 counts by now"));
+  EXPECT_THAT(late.body,
+              HasSubstr("drawn on version 1 of the mask of panel P-0001, and version 2 counts by now: look whether it "
+                        "still fits, then send it again with `mask_version` 2"));
   EXPECT_EQ(get("/panels/P-0001")["zones"].size(), zones);
   EXPECT_EQ(newest(), 2) << "nothing of what was refused is drawn";
   EXPECT_EQ(drawn(8, 2, 2).status, 200) << "once somebody has looked";
