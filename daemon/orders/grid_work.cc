@@ -46,7 +46,8 @@ Result<GridDrawn> draw_grid(const DrawGrid& order, const std::filesystem::path&,
     return guided.error();
   const auto options = options_of(order.options);
   if (!options) return options.error();
-  const auto made = planner::sketch_grid(*artwork, *options, effort_of(order.fine), {}, kept_edges(order.kept_dir));
+  const auto effort = effort_of(order.fine);
+  const auto made = planner::sketch_grid(*artwork, *options, effort, {}, kept_edges(order.kept_dir, effort));
   if (!made) return made.error();
   GridDrawn out{artwork->width.count(), artwork->height.count(), made->size.rows, made->size.columns, {},
                 places_of(made->lines)};

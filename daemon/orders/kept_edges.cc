@@ -26,18 +26,19 @@ std::string key_of(cv::Mat& pixels, double spacing) {
 
 }  // namespace
 
-planner::EdgeFinder kept_edges(const std::string& folder, const planner::EdgeFinder& from) {
-  return [folder, from](const cv::Mat& bgr, double spacing, int threads) {
+planner::EdgeFinder kept_edges(const std::string& folder, planner::GridEffort effort, const planner::EdgeFinder& from) {
+  return [folder, effort, from](const cv::Mat& bgr, double spacing, int threads) {
     const auto cache = planner::IndexCache::open(folder);
     if (!cache) return from(bgr, spacing, threads);
     cv::Mat pixels = bgr.isContinuous() ? bgr : bgr.clone();
     const std::string key = key_of(pixels, spacing);
-    const std::string name = planner::IndexCache::entry_name(kOwner, std::hash<std::string>{}(key) % kKeptEdges, 0);
+    const std::string name = planner::IndexCache::entry_name(kOwner, std::hash<std::string>{}(key) % kKeptEdges,
+                                                             0 * static_cast<int>(effort));
     cv::Mat edges(bgr.size(), CV_8UC1);
     if (const auto found = cache->load(name, key, {bytes_of(edges)}); found && *found) return edges;
     edges = from(bgr, spacing, threads);
-    // What cannot be written is found again.
-    if (cache->store(name, key, {bytes_of(edges)})) cache->keep_only({kOwner});  // and what a killed one has left goes
+    cache->keep_only({kOwner});  // what a killed one has left goes first: it may be what fills the disk
+    if (!cache->store(name, key, {bytes_of(edges)})) return edges;  // and is found again
     return edges;
   };
 }

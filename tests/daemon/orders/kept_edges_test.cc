@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
@@ -19,11 +20,18 @@ namespace fs = std::filesystem;
 class KeptEdges : public ::testing::Test {
  protected:
   // Counts how often edges are found.
-  cv::Mat edges_of(const cv::Mat& bgr, double spacing) {
-    return kept_edges(folder_ / "edges", [this](const cv::Mat& pixels, double of, int threads) {
+  cv::Mat edges_of(const cv::Mat& bgr, double spacing, planner::GridEffort effort = planner::GridEffort::kFine) {
+    return kept_edges(folder_ / "edges", effort, [this](const cv::Mat& pixels, double of, int threads) {
       ++found_;
       return planner::all_edges(pixels, of, threads);
     })(bgr, spacing, 1);
+  }
+  // Of no look at the pixels.
+  planner::EdgeFinder kept(planner::GridEffort effort) {
+    return kept_edges(folder_ / "edges", effort, [this](const cv::Mat& pixels, double, int) {
+      ++found_;
+      return cv::Mat(pixels.size(), CV_8UC1, cv::Scalar(planner::kLargeLevel));
+    });
   }
   std::vector<fs::path> files() const {
     std::vector<fs::path> out;
@@ -79,13 +87,45 @@ TEST_F(KeptEdges, ThatWereSpoiltAreFoundAnew) {
 }
 
 TEST_F(KeptEdges, TakeNoMoreRoomHoweverManyPicturesThereWere) {
-  const auto kept = kept_edges(folder_ / "edges", [this](const cv::Mat& pixels, double, int) {
-    ++found_;
-    return cv::Mat(pixels.size(), CV_8UC1, cv::Scalar(planner::kLargeLevel));
-  });
-  for (int n = 0; n < 100; ++n) kept(picture_, 8 + n, 1);
+  for (int n = 0; n < 100; ++n) {
+    kept(planner::GridEffort::kCoarse)(picture_, 8 + n, 1);
+    kept(planner::GridEffort::kFine)(picture_, 8 + n, 1);
+  }
   EXPECT_LE(files().size(), kKeptEdges);
-  EXPECT_EQ(found_, 100);
+}
+
+// As New picture asks: the coarse grid while a hand moves, the fine one once it rests.
+TEST_F(KeptEdges, OfTheCoarseGridLeaveThoseOfTheFineOneWhereTheyAre) {
+  const cv::Mat small = picture_(cv::Rect(0, 0, 60, 45)).clone();
+  for (int n = 0; n < 100; ++n) {
+    found_ = 0;
+    for (int time = 0; time < 2; ++time) {
+      kept(planner::GridEffort::kCoarse)(small, 4 + n, 1);
+      kept(planner::GridEffort::kFine)(picture_, 8 + n, 1);
+    }
+    EXPECT_EQ(found_, 2) << n;
+  }
+}
+
+// As on a full disk: what makes room is wanted there most.
+TEST_F(KeptEdges, WhatAKilledOneLeftGoesAlsoWhereNothingIsStored) {
+  edges_of(picture_, 12);
+  ASSERT_EQ(files().size(), 1U);
+  const fs::path name = files().front();
+  fs::remove(name);
+  fs::create_directories(name / "in the way");
+  const auto leave = [&](const char* process, std::chrono::minutes age) {
+    const fs::path left = fs::path(name) += process;
+    std::ofstream(left) << "half";
+    fs::last_write_time(left, fs::file_time_type::clock::now() - age);
+    return left;
+  };
+  const fs::path old = leave(".1", std::chrono::minutes(61)), recent = leave(".2", std::chrono::minutes(59));
+  edges_of(picture_, 12);
+  ASSERT_EQ(found_, 2);
+  ASSERT_TRUE(fs::is_directory(name)) << "so that nothing was stored";
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(recent)) << "somebody may be writing it";
 }
 
 TEST_F(KeptEdges, AreFoundEachTimeWhereNothingCanBeKept) {

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <span>
 #include <string>
@@ -87,8 +88,23 @@ TEST(EdgeImage, CountsWhereItsMasksSay) {
   EXPECT_EQ(count({left, left}), (Counts{{1, 0, 1, 0}, {0, 1, 0, 1}}));
 }
 
-// Edges are kept from one program to the next (daemon/orders/kept_edges.h), and asked for by this number.
+constexpr bool kIsX86 =
+#ifdef __x86_64__
+    true;
+#else
+    false;
+#endif
+
+// Edges are kept from one program to the next (daemon/orders/kept_edges.h), and asked for by this number. What OpenCV
+// makes of a pixel may be another thing by a bit in another version of it or on another processor, with the same
+// filters: so the hash is one of the version and the architecture that it was written down on, and compared only there.
 TEST(EdgeImage, OtherFiltersHaveAnotherNumber) {
+  ASSERT_EQ(kEdgeFilters, 1) << "the number that the hash below was written down for";
+  constexpr const char* kOpenCv = "4.6.0";
+  if (cv::getVersionString() != kOpenCv || !kIsX86)
+    GTEST_SKIP() << "the hash was written down for OpenCV " << kOpenCv << " on x86-64, and this is OpenCV "
+                 << cv::getVersionString() << (kIsX86 ? "" : " on another architecture")
+                 << ": whether the edges are the same is not tested here";
   cv::Mat picture = step(72, 88);
   for (int n = 0; n < 12; ++n) picture(cv::Rect(8 + 15 * n, 150, 3 + n, 3 + n)).setTo(cv::Scalar::all(20 * n));
   const cv::Mat all = all_edges(picture, 20, 1);
@@ -96,7 +112,6 @@ TEST(EdgeImage, OtherFiltersHaveAnotherNumber) {
   EXPECT_EQ(sha256_hex(std::as_bytes(std::span(all.data, all.total()))),
             "aa5a321ca9a6d1f3be1ef117950bb77bcb1f505d135b6957b564ce9d32d79956")
       << "if these edges are meant, give kEdgeFilters another number, and write it and them down here";
-  EXPECT_EQ(kEdgeFilters, 1);
 }
 
 TEST(SpringGrid, VerticesGoToTheEdgeAndThoseOfTheBorderSlideAlongIt) {
