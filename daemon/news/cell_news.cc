@@ -66,6 +66,7 @@ void CellNews::look() {
 
 // Whoever waits for a job's end may begin the next one before anything is looked at.
 void CellNews::unit_changed() {
+  if (!p_.unit.view().job) told_done_.reset();
   if (p_.unit.view().state == CellState::kComplete) return look_for_notices();
   if (noticed_ == CellState::kComplete) noticed_ = CellState::kStopped;
 }
@@ -88,7 +89,8 @@ void CellNews::look_for_notices() {
   const CellView& view = p_.unit.view();
   if (std::exchange(noticed_, view.state) == view.state) return;
   const auto job = view.job ? std::optional(view.job->id.value) : std::nullopt;
-  if (view.state == CellState::kComplete && view.job)
+  // It is Complete again after a recut, or where that was refused.
+  if (view.state == CellState::kComplete && view.job && std::exchange(told_done_, view.job->id) != view.job->id)
     notify({Notice::What::kJobDone, false,
             fmt::format("job {} ({}) is done: {} of {} pieces are cut{}", view.job->id.value, view.job->name,
                         view.job->cut, view.job->pieces,

@@ -322,6 +322,32 @@ TEST_F(CellNewsTest, WhoIsAwayHearsOfAJobThatIsDoneHoweverSoonTheNextOneBegins) 
                                                          "urgent alarm: the laser stopped answering"));
 }
 
+// The unit is Unsuspending and Completing meanwhile, however short it is, and where it was refused.
+TEST_F(CellNewsTest, AJobThatWasDoneIsNotToldAgainAfterARecut) {
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 12, 12, 0, {}, 0}; });
+  become(CellState::kExecute);
+  become(CellState::kComplete), look();
+  become(CellState::kUnsuspending), become(CellState::kCompleting), become(CellState::kComplete), look();
+  become(CellState::kUnsuspending), look(), become(CellState::kComplete), look();
+  become(CellState::kAborted, "the laser stopped answering"), look();
+  EXPECT_THAT(others_.up_to("urgent alarm"), ElementsAre("job: job 3 (portrait) is done: 12 of 12 pieces are cut",
+                                                         "urgent alarm: the laser stopped answering"));
+}
+
+// As after a piece of it was made again.
+TEST_F(CellNewsTest, AJobThatIsDoneOnceMoreAfterResetIsToldOnceMore) {
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 12, 12, 0, {}, 0}; });
+  become(CellState::kComplete);
+  on([this] { desk_->unit.now.job.reset(); });
+  become(CellState::kResetting);
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 13, 13, 0, {}, 0}; });
+  become(CellState::kSuspending), become(CellState::kExecute), become(CellState::kComplete);
+  become(CellState::kAborted, "the laser stopped answering"), look();
+  EXPECT_THAT(others_.up_to("urgent alarm"), ElementsAre("job: job 3 (portrait) is done: 12 of 12 pieces are cut",
+                                                         "job: job 3 (portrait) is done: 13 of 13 pieces are cut",
+                                                         "urgent alarm: the laser stopped answering"));
+}
+
 TEST_F(CellNewsTest, ATryReachesWhoeverIsToldOrSaysThatNobodyIs) {
   const auto task = on([this] { return desk_->news->try_notices(); });
   ASSERT_TRUE(task.ok());
