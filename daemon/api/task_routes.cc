@@ -7,18 +7,15 @@ namespace {
 
 using Strike = std::function<void(nlohmann::json&)>;
 
+bool is_told_less(const Caller& caller, const Strike& strike) { return strike && caller.role < Role::kOperator; }
+
 // As this caller may read it.
 TaskView shown_to(const Caller& caller, const TaskView& task, const Strike& strike) {
-  TaskView out = task;
-  if (!strike || caller.role >= Role::kOperator) return out;
-  nlohmann::json told = {out.text, out.error ? out.error->message : ""};
-  strike(told);
-  out.text = told[0];
-  if (out.error) out.error->message = told[1];
-  return out;
+  return is_told_less(caller, strike) ? shown_to_viewers(task, strike) : task;
 }
 
-// What is done does not change any more: whoever has its result already is not sent it again.
+// What is done does not change any more: whoever has its result already is not sent it again, unless he may read more
+// of it by now.
 void answer_task(TaskRegistry& tasks, std::int64_t id, const ApiRequest& request, const Strike& strike,
                  const Reply& reply) {
   const TaskView* task = tasks.find(id);
@@ -27,7 +24,8 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const ApiRequest& request
         Error{ErrorCode::kNotFound, "there is no task " + std::to_string(id) + ", or it is long over"}));
     return;
   }
-  const std::string etag = task->result ? "\"" + std::to_string(id) + "-" + task->result->hash + "\"" : "";
+  const std::string whose = is_told_less(request.caller, strike) ? "-viewer\"" : "\"";
+  const std::string etag = task->result ? "\"" + std::to_string(id) + "-" + task->result->hash + whose : "";
   if (!etag.empty() && etag_matches(request.if_none_match, etag)) return reply(ApiReply::not_modified(etag));
   ApiReply told =
       ApiReply::bytes(to_text(shown_to(request.caller, *task, strike), {{"schema_version", 1}}), "application/json");

@@ -1,10 +1,12 @@
 #include "daemon/api/tasks.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/post.hpp>
 #include <mutex>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "base/hash.h"
 #include "daemon/api/api_message.h"
@@ -41,10 +43,41 @@ std::string brief_of(const nlohmann::json& result) {
   return text_of(out);
 }
 
+// What says where a device is plugged in or where a file lies: in the results of this kind of work, the field of this
+// name.
+using PlaceField = std::pair<std::string_view, std::string_view>;
+constexpr std::array kPlaceFields{PlaceField{"integrity check", "file"}, PlaceField{"backup", "folder"},
+                                  PlaceField{"find cameras", "device"},  PlaceField{"find cameras", "node"},
+                                  PlaceField{"find cameras", "problem"}, PlaceField{"try camera", "device"},
+                                  PlaceField{"find scanners", "name"},   PlaceField{"find scanners", "problem"}};
+
+// However deep. What is empty names no place.
+void strike_places(nlohmann::json& told, std::string_view kind) {
+  if (!told.is_structured()) return;
+  for (auto part = told.begin(); part != told.end(); ++part) {
+    const bool is_place = told.is_object() && part->is_string() &&
+                          std::ranges::find(kPlaceFields, PlaceField{kind, part.key()}) != kPlaceFields.end();
+    if (!is_place)
+      strike_places(*part, kind);
+    else if (*part != "")
+      *part = "(an operator is told where)";
+  }
+}
+
+std::shared_ptr<const TaskResult> without_places(const nlohmann::json& result, std::string_view kind) {
+  if (std::ranges::find(kPlaceFields, kind, &PlaceField::first) == kPlaceFields.end()) return nullptr;
+  nlohmann::json less = result;
+  strike_places(less, kind);
+  return less == result ? nullptr : std::make_shared<const TaskResult>(less);
+}
+
 }  // namespace
 
-TaskResult::TaskResult(const nlohmann::json& result)
-    : json(text_of(result)), brief(brief_of(result)), hash(sha256_hex(std::as_bytes(std::span(json))).substr(0, 32)) {}
+TaskResult::TaskResult(const nlohmann::json& result, std::string_view kind)
+    : json(text_of(result)),
+      brief(brief_of(result)),
+      hash(sha256_hex(std::as_bytes(std::span(json))).substr(0, 32)),
+      to_viewers(without_places(result, kind)) {}
 
 const char* to_string(TaskState state) {
   switch (state) {
@@ -58,6 +91,16 @@ const char* to_string(TaskState state) {
       return "cancelled";
   }
   return "failed";
+}
+
+TaskView shown_to_viewers(const TaskView& task, const std::function<void(nlohmann::json&)>& strike) {
+  TaskView out = task;
+  nlohmann::json told = {out.text, out.error ? out.error->message : ""};
+  strike(told);
+  out.text = told[0];
+  if (out.error) out.error->message = told[1];
+  if (out.result && out.result->to_viewers) out.result = out.result->to_viewers;
+  return out;
 }
 
 nlohmann::json to_list_json(const TaskView& task) {
@@ -107,10 +150,12 @@ struct TaskGate {
 // What worker and registry both hold. Everything mutable is guarded by `mutex`; the registry takes it over on the
 // reactor, at most one posted take() being under way.
 struct TaskReporter::Shared : std::enable_shared_from_this<TaskReporter::Shared> {
-  Shared(std::shared_ptr<TaskGate> gate_in, std::int64_t id_in) : gate(std::move(gate_in)), id(id_in) {}
+  Shared(std::shared_ptr<TaskGate> gate_in, std::int64_t id_in, std::string kind_in)
+      : gate(std::move(gate_in)), id(id_in), kind(std::move(kind_in)) {}
 
   const std::shared_ptr<TaskGate> gate;
   const std::int64_t id;
+  const std::string kind;
   std::stop_source stop;
 
   std::mutex mutex;
@@ -140,7 +185,7 @@ struct TaskReporter::Shared : std::enable_shared_from_this<TaskReporter::Shared>
   }
   void report_end(const Result<nlohmann::json>& how) {
     // On whose thread it was made, without the lock.
-    auto written = how ? Result<std::shared_ptr<const TaskResult>>(std::make_shared<const TaskResult>(*how))
+    auto written = how ? Result<std::shared_ptr<const TaskResult>>(std::make_shared<const TaskResult>(*how, kind))
                        : Result<std::shared_ptr<const TaskResult>>(how.error());
     report([&] {
       end = std::move(written);
@@ -209,7 +254,7 @@ void TaskRegistry::go_on(std::int64_t last_id, std::vector<TaskView> before) {
 }
 
 TaskReporter TaskRegistry::start(std::string kind, std::string text) {
-  auto shared = std::make_shared<TaskReporter::Shared>(gate_, ++last_id_);
+  auto shared = std::make_shared<TaskReporter::Shared>(gate_, ++last_id_, kind);
   shared->text = text;
   auto entry = std::make_unique<Entry>();
   entry->view.id = shared->id;

@@ -11,6 +11,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/clock.h"
@@ -24,12 +25,16 @@ struct TaskGate;
 enum class TaskState { kRunning, kDone, kFailed, kCancelled };
 const char* to_string(TaskState state);
 
-// What a task was done for. It may be megabytes: serialised once, by the worker that reports it, and shared.
+// What a task of this kind was done for. It may be megabytes: serialised once, by the worker that reports it, and
+// shared.
 struct TaskResult {
-  explicit TaskResult(const nlohmann::json& result);
+  explicit TaskResult(const nlohmann::json& result, std::string_view kind = {});
   const std::string json;
   const std::string brief;  // its numbers, names and short lists alone, as JSON (at most 4 kB); "" when it is no object
   const std::string hash;
+  // The same without ports and paths; null where it has none. Only the fields that hold them are struck: what people
+  // typed is told to all.
+  const std::shared_ptr<const TaskResult> to_viewers;
 };
 
 struct TaskView {
@@ -42,6 +47,9 @@ struct TaskView {
   std::optional<Error> error;                // of a failed or cancelled one
   bool shortened = false;                    // of `result` only what is short outlived the daemon that made it
 };
+
+// As whoever only looks on is told of it: `strike` leaves out of sentences what he is not told.
+TaskView shown_to_viewers(const TaskView& task, const std::function<void(nlohmann::json&)>& strike);
 
 // {"id", "kind", "state", "progress", "text", "error": error_json(), "shortened": true}: without the result, as it
 // stands in a list.

@@ -7,27 +7,15 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/devices/device_places.h"
 #include "daemon/news/cell_alarms.h"
 #include "daemon/news/kept_alarms.h"
 #include "daemon/news/kept_tasks.h"
+#include "daemon/news/left_out_places.h"
 #include "daemon/store/backup.h"
 
 namespace veneer::daemon {
 
 using nlohmann::json;
-
-namespace {
-
-// What went wrong may name a port or a file.
-std::string without_places(const std::string& event, const LaserConfig& laser) {
-  const json all = json::parse(event, nullptr, false);
-  json less = all;
-  strike_places(less, laser);
-  return less == all ? event : less.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-}  // namespace
 
 CellNews::CellNews(Parts parts, std::function<void()> on_alarms, Logger log)
     : p_(std::move(parts)),
@@ -66,6 +54,7 @@ void CellNews::look() {
 
 // Whoever waits for a job's end may begin the next one before anything is looked at.
 void CellNews::unit_changed() {
+  if (!p_.unit.view().job) told_done_.reset();
   if (p_.unit.view().state == CellState::kComplete) return look_for_notices();
   if (noticed_ == CellState::kComplete) noticed_ = CellState::kStopped;
 }
@@ -88,7 +77,8 @@ void CellNews::look_for_notices() {
   const CellView& view = p_.unit.view();
   if (std::exchange(noticed_, view.state) == view.state) return;
   const auto job = view.job ? std::optional(view.job->id.value) : std::nullopt;
-  if (view.state == CellState::kComplete && view.job)
+  // It is Complete again after a recut, or where that was refused.
+  if (view.state == CellState::kComplete && view.job && std::exchange(told_done_, view.job->id) != view.job->id)
     notify({Notice::What::kJobDone, false,
             fmt::format("job {} ({}) is done: {} of {} pieces are cut{}", view.job->id.value, view.job->name,
                         view.job->cut, view.job->pieces,
@@ -181,7 +171,9 @@ void CellNews::tell_of(const TaskView& task) {
   const bool is_over = task.state != TaskState::kRunning;
   if (!is_over && p_.hub.clients() == 0) return;
   const std::string event = task_event(task);
-  std::string to_viewers = without_places(event, p_.config.laser);
+  std::string to_viewers = task_event(shown_to_viewers(task, [this](json& told) {
+    leave_out_places(told, p_.laser.status().why_not_connected, p_.alarms, p_.config.laser);
+  }));
   is_over ? p_.hub.broadcast_text(event, std::move(to_viewers))
           : p_.hub.broadcast_passing_text(event, std::move(to_viewers));
 }

@@ -93,6 +93,7 @@ class CellNews {
   UntoldFailures untold_;
   KeptFile kept_alarms_, kept_tasks_;
   std::int64_t last_kept_ = 0;               // the newest task that is
+  std::optional<JobId> told_done_;           // the unit's job, once it was told that it is done
   CellState noticed_ = CellState::kStopped;  // the unit's state when it was looked whether somebody is to be told
   std::unique_ptr<Notifier> notifier_;
 };

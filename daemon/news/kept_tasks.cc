@@ -36,7 +36,7 @@ TaskView task_from_json(const json& one) {
   if (state == to_string(TaskState::kDone)) {
     task.state = TaskState::kDone;
     task.progress = 1;
-    task.result = std::make_shared<const TaskResult>(one.at("result"));
+    task.result = std::make_shared<const TaskResult>(one.at("result"), task.kind);
     task.shortened = one.at("shortened");
     return task;
   }

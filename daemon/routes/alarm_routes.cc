@@ -6,7 +6,7 @@
 
 #include "base/clock.h"
 #include "daemon/api/page.h"
-#include "daemon/devices/device_places.h"
+#include "daemon/news/left_out_places.h"
 #include "daemon/routes/cell_routes.h"
 
 namespace veneer::daemon {
@@ -46,19 +46,12 @@ json list_json(const AlarmBook& book, const Page& page) {
   return {{"alarms", std::move(list)}, {"next", std::move(next)}};
 }
 
-// "laser" is that it is not connected; an abort may have had that for its reason.
-void leave_out_places(json& alarms, const AlarmBook& book, const LaserConfig& laser) {
-  for (const Alarm& alarm : book.alarms())
-    if (alarm.what.key == "laser") strike_why(alarms, alarm.what.sentence);
-  strike_places(alarms, laser);
-}
-
 void list_alarms(const AlarmServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const Page page = read_page(query);
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
   json list = list_json(s.book, page);
-  if (request.caller.role < Role::kOperator) leave_out_places(list["alarms"], s.book, s.config.laser);
+  if (request.caller.role < Role::kOperator) leave_out_places(list["alarms"], "", s.book, s.config.laser);
   reply(ApiReply::json(list));
 }
 

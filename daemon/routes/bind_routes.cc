@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/task_routes.h"
-#include "daemon/devices/device_places.h"
+#include "daemon/news/left_out_places.h"
 #include "daemon/routes/cell_routes.h"
 
 namespace veneer::daemon {
@@ -83,7 +83,9 @@ void bind_routes(Router& router, Cell& cell) {
   bind_history_routes(router, *c.queries, c.config.laser);
   bind_task_routes(
       router, c.tasks, [&c](const TaskView& task, const Caller& by) { c.news->told(task, by); },
-      [&c](nlohmann::json& told) { strike_places(told, c.config.laser); });
+      [&c](nlohmann::json& told) {
+        leave_out_places(told, c.devices.laser->status().why_not_connected, c.alarms, c.config.laser);
+      });
 }
 
 }  // namespace veneer::daemon

@@ -178,9 +178,9 @@ class Activity {
     static_cast<void>(at_rest), static_cast<void>(who);
     return false;
   }
-  // It is over before its end, beam off. Gives what is to be written down; nothing where no wood of the stock can
-  // have been touched. `remark` gets what a person must know of it.
-  virtual std::optional<BrokenRun> broken_off(std::string& remark) = 0;
+  // It is over before its end, beam off; `who` broke it off, "": nobody did. Gives what is to be written down; nothing
+  // where no wood of the stock can have been touched. `remark` gets what a person must know of it.
+  virtual std::optional<BrokenRun> broken_off(const std::string& who, std::string& remark) = 0;
   // The end of all of it, for whoever waits for that. Said once.
   virtual void over(const Status& status) { static_cast<void>(status); }
   // kCancelled, with a sentence, when nobody wants the rest of it any more. The host asks after each proof, with a look

@@ -64,7 +64,7 @@ void FrameTrace::go_on() {
 
 void FrameTrace::burnt(const std::string&) { host_.ended(Afterwards::kBack, "the frame is traced"); }
 
-std::optional<BrokenRun> FrameTrace::broken_off(std::string&) {
+std::optional<BrokenRun> FrameTrace::broken_off(const std::string&, std::string&) {
   if (!burns_) return std::nullopt;
   return BrokenRun{{}, {}, pose_, {}, {}, {}, {}, Millimetres(0), {}};
 }

@@ -30,7 +30,7 @@ class FrameTrace final : public Activity {
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;
-  std::optional<BrokenRun> broken_off(std::string& remark) override;
+  std::optional<BrokenRun> broken_off(const std::string& who, std::string& remark) override;
   void over(const Status& status) override { over_(status); }
 
  private:

@@ -287,7 +287,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   auto activity = retire();
   std::string remark;
   std::optional<BrokenRun> broken;
-  if (activity) broken = activity->broken_off(remark);
+  if (activity) broken = activity->broken_off(who, remark);
   const std::string why_aborted = reason + remark;
   enter(CellState::kAborting, why_aborted);
   if (!was_at_rest) owe_clear(why_aborted, who);

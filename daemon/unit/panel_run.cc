@@ -119,11 +119,12 @@ void PanelRun::start_run(db::RunFacts facts, Reply ready) {
         if (const Status as_drawn = check_drawn_pieces(r, drawn); !as_drawn) return as_drawn.error();
         return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp(), facts);
       },
-      [this, &database, moment = host_.moment(), ready = std::move(ready)](Result<db::RunId> run) {
+      [this, &database, moment = host_.moment(), broken_by = broken_by_,
+       ready = std::move(ready)](Result<db::RunId> run) {
         if (!moment.is_current()) {  // broken off meanwhile: nothing of it was cut
           if (run)
-            database.owe([id = *run](Repositories& r) {
-              return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp());
+            database.owe([id = *run, who = *broken_by](Repositories& r) {
+              return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp(), {}, who);
             });
           return;
         }
@@ -236,7 +237,8 @@ const PieceBurn* PanelRun::begun() const {
   return noted_ == Noted::kNo ? nullptr : &burns_[next_];
 }
 
-std::optional<BrokenRun> PanelRun::broken_off(std::string& remark) {
+std::optional<BrokenRun> PanelRun::broken_off(const std::string& who, std::string& remark) {
+  *broken_by_ = who;
   if (!run_) return std::nullopt;
   if (const PieceBurn* burn = begun()) remark = fmt::format("; piece {} is suspect", burn->mark);
   BrokenRun broken{*run_, {}, pose_, {}, unbooked_, doubted_, {}, Millimetres(0), {}};

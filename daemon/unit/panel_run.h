@@ -10,6 +10,7 @@
 // look owes it (owed_proof.h).
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,7 @@ class PanelRun final : public Activity {
   bool not_begun() override;
   bool ends_unproven() const override { return !since_proof_.empty() && !ends_as_it_is_; }
   bool end_early(bool at_rest, const std::string& who) override;
-  std::optional<BrokenRun> broken_off(std::string& remark) override;
+  std::optional<BrokenRun> broken_off(const std::string& who, std::string& remark) override;
 
  private:
   enum class Noted { kNo, kUnderWay, kYes };
@@ -75,6 +76,8 @@ class PanelRun final : public Activity {
   bool ends_as_it_is_ = false;    // the operator ends it without another look
   bool stop_ = false;             // asked by the operator: end after the piece under way
   std::string stopped_by_;        // who asked that first
+  // Who broke it off. Outlives it: what was being written of its beginning then is ended in that name.
+  const std::shared_ptr<std::string> broken_by_ = std::make_shared<std::string>();
 };
 
 }  // namespace veneer::daemon

@@ -31,7 +31,8 @@ class PatternBurn final : public Activity {
   void go_on() override;
   void burnt(const std::string& remark) override;
   Status still_wanted() const override;
-  std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }  // scrap is nobody's
+  // Scrap is nobody's.
+  std::optional<BrokenRun> broken_off(const std::string&, std::string&) override { return std::nullopt; }
   void over(const Status& status) override { reply_(status); }
 
  private:

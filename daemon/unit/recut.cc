@@ -87,7 +87,7 @@ bool Recut::not_begun() {
   return true;
 }
 
-std::optional<BrokenRun> Recut::broken_off(std::string& remark) {
+std::optional<BrokenRun> Recut::broken_off(const std::string&, std::string& remark) {
   if (next_ > 0) remark = fmt::format("; piece {} was being cut again: look at it", burns_[next_ - 1].mark);
   return BrokenRun{{}, {}, pose_, {}, {}, {}, {}, Millimetres(0), {}};
 }

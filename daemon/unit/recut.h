@@ -24,7 +24,7 @@ class Recut final : public Activity {
   void go_on() override;
   void burnt(const std::string&) override { host_.next(); }
   bool not_begun() override;
-  std::optional<BrokenRun> broken_off(std::string& remark) override;
+  std::optional<BrokenRun> broken_off(const std::string& who, std::string& remark) override;
 
  private:
   void look_at_bed(const Reply& reply);

@@ -257,5 +257,42 @@ TEST_F(Tasks, AResultIsSentOnceToWhoeverKeepsIt) {
   EXPECT_EQ(ask(whole.etag).body, "");
 }
 
+// What a viewer keeps of it is not what an operator is told.
+TEST_F(Tasks, AResultTellsViewersWhatWasFoundAndNotInWhichFile) {
+  Router router;
+  bind_task_routes(router, *registry_, {}, [](nlohmann::json&) {});
+  const auto ask = [&](std::int64_t task, Role role, const std::string& known = "") {
+    const Router::Match match = router.match("GET", "/api/v1/tasks/" + std::to_string(task));
+    ApiRequest request;
+    request.path_params = match.path_params;
+    request.if_none_match = known;
+    request.caller.role = role;
+    ApiReply answer;
+    match.route->handler(request, [&answer](ApiReply reply) { answer = std::move(reply); });
+    return answer;
+  };
+  const auto result_of = [](const ApiReply& told) { return nlohmann::json::parse(told.body)["result"]; };
+  registry_->start("integrity check", "reading").done({{"file", "/var/lib/v/v.db"}, {"seconds", 2.5}, {"sound", true}});
+  registry_->start("find cameras", "looking")
+      .done({{"cameras",
+              {{{"device", "/dev/v4l/by-id/usb-A"}, {"node", "/dev/video0"}, {"name", "A"}, {"problem", ""}}}}});
+  registry_->start("plan", "matching").done({{"name", "/oak"}, {"file", "/typed"}});
+  run();
+  const ApiReply whole = ask(1, Role::kOperator), less = ask(1, Role::kViewer);
+  EXPECT_EQ(result_of(whole)["file"], "/var/lib/v/v.db");
+  EXPECT_EQ(result_of(less),
+            nlohmann::json({{"file", "(an operator is told where)"}, {"seconds", 2.5}, {"sound", true}}));
+  EXPECT_NE(whole.etag, less.etag);
+  EXPECT_EQ(ask(1, Role::kOperator, less.etag).status, 200) << "who was a viewer before is told all";
+  EXPECT_EQ(ask(1, Role::kViewer, whole.etag).status, 200);
+  EXPECT_EQ(ask(1, Role::kViewer, less.etag).status, 304);
+  const auto camera = result_of(ask(2, Role::kViewer))["cameras"][0];
+  EXPECT_EQ(camera["device"], "(an operator is told where)");
+  EXPECT_EQ(camera["node"], "(an operator is told where)");
+  EXPECT_EQ(camera["name"], "A");
+  EXPECT_EQ(camera["problem"], "") << "it could be asked";
+  EXPECT_EQ(result_of(ask(3, Role::kViewer)), nlohmann::json({{"name", "/oak"}, {"file", "/typed"}}));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

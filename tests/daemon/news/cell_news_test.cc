@@ -146,6 +146,18 @@ class CellNewsTest : public ::testing::Test {
     }
     return out;
   }
+  // What the event of the next task that is done tells of its result.
+  static json summary_of_done(testing::EventListener& client) {
+    for (json event = client.next();; event = client.next())
+      if (event["type"] == "task" && event["task"]["state"] == "done") return event["task"].value("summary", json());
+  }
+  void become_unconnected(const std::string& why) {
+    on([&] {
+      desk_->laser.says_why = true, desk_->laser.present = false;
+      desk_->laser.absence = why;
+      desk_->laser.connect([](const LaserEvent&) {});
+    });
+  }
   TaskReporter start(const std::string& kind) {
     return on([&] { return desk_->cell.tasks.start(kind, "going on"); });
   }
@@ -294,6 +306,43 @@ TEST_F(CellNewsTest, ViewersAreToldOfAFailureWithoutPortsAndPaths) {
   EXPECT_THAT(missed, Not(Contains(HasSubstr("ttyUSB7"))));
 }
 
+// Boards that are found are named by their sockets, which no configuration knows.
+TEST_F(CellNewsTest, ViewersAreToldNoSocketsOfBoardsThatAreNotTheLaser) {
+  const std::string why =
+      "no laser is plugged in at usb:1-9; boards of its kind answer at usb:1-2.4 and usb:1-3: name one as `port`";
+  testing::EventListener looks(server_.port()), works(server_.port(), server_.console_session());
+  looks.next(), works.next();
+  become_unconnected(why);
+  start("laser run").fail({ErrorCode::kUnavailable, why});
+  settle();
+  EXPECT_THAT(heard(works), Contains(HasSubstr(why)));
+  const auto less = heard(looks);
+  EXPECT_THAT(less, Contains(HasSubstr("an operator is told why")));
+  EXPECT_THAT(less, Not(Contains(HasSubstr("usb:1-"))));
+}
+
+TEST_F(CellNewsTest, ViewersAreToldWhatPeopleTypedAsTheyTypedIt) {
+  testing::EventListener looks(server_.port());
+  looks.next();
+  start("plan").done({{"plan", 7}, {"name", "oak =/left/ (/2)"}, {"panels", {"P-0001 /top", "/dev"}}});
+  settle();
+  const json summary = summary_of_done(looks);
+  EXPECT_EQ(summary["name"], "oak =/left/ (/2)");
+  EXPECT_EQ(summary["panels"], json({"P-0001 /top", "/dev"}));
+}
+
+TEST_F(CellNewsTest, ViewersAreNotToldWhichFileWasChecked) {
+  testing::EventListener looks(server_.port()), works(server_.port(), server_.console_session());
+  looks.next(), works.next();
+  start("integrity check").done({{"file", "/var/lib/veneerd/veneerd.db"}, {"seconds", 2.5}, {"sound", true}});
+  settle();
+  EXPECT_EQ(summary_of_done(works)["file"], "/var/lib/veneerd/veneerd.db");
+  const json less = summary_of_done(looks);
+  EXPECT_EQ(less["file"], "(an operator is told where)");
+  EXPECT_EQ(less["seconds"], 2.5);
+  EXPECT_EQ(less["sound"], true);
+}
+
 TEST_F(CellNewsTest, WhoIsAwayHearsOnceThatAJobIsDoneAndThatSomebodyIsNeeded) {
   on([this] {
     desk_->unit.now.job = JobView{JobId{3}, "portrait", 12, 11, 1, {}, 0};
@@ -319,6 +368,32 @@ TEST_F(CellNewsTest, WhoIsAwayHearsOfAJobThatIsDoneHoweverSoonTheNextOneBegins) 
   look();
   become(CellState::kAborted, "the laser stopped answering"), look();
   EXPECT_THAT(others_.up_to("urgent alarm"), ElementsAre("job: job 3 (portrait) is done: 12 of 12 pieces are cut",
+                                                         "urgent alarm: the laser stopped answering"));
+}
+
+// The unit is Unsuspending and Completing meanwhile, however short it is, and where it was refused.
+TEST_F(CellNewsTest, AJobThatWasDoneIsNotToldAgainAfterARecut) {
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 12, 12, 0, {}, 0}; });
+  become(CellState::kExecute);
+  become(CellState::kComplete), look();
+  become(CellState::kUnsuspending), become(CellState::kCompleting), become(CellState::kComplete), look();
+  become(CellState::kUnsuspending), look(), become(CellState::kComplete), look();
+  become(CellState::kAborted, "the laser stopped answering"), look();
+  EXPECT_THAT(others_.up_to("urgent alarm"), ElementsAre("job: job 3 (portrait) is done: 12 of 12 pieces are cut",
+                                                         "urgent alarm: the laser stopped answering"));
+}
+
+// As after a piece of it was made again.
+TEST_F(CellNewsTest, AJobThatIsDoneOnceMoreAfterResetIsToldOnceMore) {
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 12, 12, 0, {}, 0}; });
+  become(CellState::kComplete);
+  on([this] { desk_->unit.now.job.reset(); });
+  become(CellState::kResetting);
+  on([this] { desk_->unit.now.job = JobView{JobId{3}, "portrait", 13, 13, 0, {}, 0}; });
+  become(CellState::kSuspending), become(CellState::kExecute), become(CellState::kComplete);
+  become(CellState::kAborted, "the laser stopped answering"), look();
+  EXPECT_THAT(others_.up_to("urgent alarm"), ElementsAre("job: job 3 (portrait) is done: 12 of 12 pieces are cut",
+                                                         "job: job 3 (portrait) is done: 13 of 13 pieces are cut",
                                                          "urgent alarm: the laser stopped answering"));
 }
 

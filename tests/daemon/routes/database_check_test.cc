@@ -163,6 +163,17 @@ TEST_F(AfterACleanEnd, ACheckCanBeAskedForAndIsAudited) {
   EXPECT_TRUE(is("api.checkIntegrity.done"));
 }
 
+TEST_F(AfterACleanEnd, AViewerReadsThatTheDatabaseIsSoundAndNotWhereItIs) {
+  const std::string task = "/api/v1/tasks/" + std::to_string(checked_on_demand().id);
+  const auto all = body_of(ask("GET", task))["result"];
+  EXPECT_EQ(all["file"], (config.store.data_dir / "veneerd.db").string());
+  role = Role::kViewer;
+  const ApiReply less = ask("GET", task);
+  EXPECT_EQ(body_of(less)["result"]["sound"], true);
+  EXPECT_EQ(body_of(less)["result"]["seconds"], all["seconds"]);
+  EXPECT_THAT(less.body, ::testing::Not(HasSubstr(directory.path().string())));
+}
+
 // The wood is known without it, so the cell works on.
 TEST_F(AfterACleanEnd, ACheckNamesThePlanFileThatIsMissing) {
   const auto plan = cell->database->call([](Repositories& r) {

@@ -46,6 +46,17 @@ class StopAuditTest : public JobRunnerTest {
         command, [](const Status& taken) { EXPECT_TRUE(taken.ok()) << taken.error().message; }, who);
     settle();
   }
+  // Anna gives the word when all of the run is ready but its row in the database.
+  void give_while_a_run_is_written(CellCommand word) {
+    load_first_panel();
+    const SlowDatabase slow(*database_);
+    tell(CellCommand::kUnsuspend);
+    for (int i = 0; i < 20; ++i) poll();
+    ASSERT_EQ(state(), CellState::kUnsuspending);
+    tell(
+        word, [](const Status& taken) { EXPECT_TRUE(taken.ok()) << taken.error().message; }, "anna");
+    poll();
+  }
   std::ptrdiff_t aborts() const { return std::count(laser_.calls.begin(), laser_.calls.end(), "abort"); }
   int answered_ = 0;
 };
@@ -186,6 +197,17 @@ TEST_F(StopAuditTest, NobodyStoppedWhatTheLaserBrokeOff) {
   const auto told = happened();
   EXPECT_THAT(told, ::testing::Contains("job aborted by "));
   EXPECT_THAT(told, ::testing::Contains(AllOf(HasSubstr("the link was lost"), EndsWith("by veneerd"))));
+}
+
+// It was not in the database yet when the word was given.
+TEST_F(StopAuditTest, WhoPressesStopWhileARunIsBeingWrittenStandsWithTheJob) {
+  give_while_a_run_is_written(CellCommand::kAbort);
+  EXPECT_THAT(happened(), UnorderedElementsAre("cell STOP by anna by anna", "job aborted by anna"));
+}
+
+TEST_F(StopAuditTest, WhoStopsARunThatIsBeingWrittenStandsWithTheJob) {
+  give_while_a_run_is_written(CellCommand::kStop);
+  EXPECT_THAT(happened(), UnorderedElementsAre("cell stopped by the operator by anna", "job aborted by anna"));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Recorded : virtual Forgetful {
   std::string recorded() const override { return "while nothing was done"; }
 };
 struct BrokenOff : virtual Forgetful {
-  std::optional<BrokenRun> broken_off(std::string&) override { return std::nullopt; }
+  std::optional<BrokenRun> broken_off(const std::string&, std::string&) override { return std::nullopt; }
 };
 struct ProvesPose : virtual Forgetful {
   bool proves_pose() const override { return true; }
