@@ -25,8 +25,7 @@ export function liveLines(path, {request, waits = () => false, came}) {
   onAlone(giveUp);
 
   async function askNext() {
-    if (isHeld()) return askSoon(kSettleMs);
-    if (asking || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || waits()))) return;
+    if (asking || isHeld() || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || waits()))) return;
     const of = wanted, mine = asking = {key: of.key, fine: isOf(shown), giveUp: new AbortController()};
     changed();
     try {

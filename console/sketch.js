@@ -20,7 +20,7 @@ let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key,
 let squares = null;   // {file, key, url, sketch, patch_mm: as it was asked for}; another key: of before
 let pieces = null;    // the plan's own, {file, fineKey, url, sketch, patch_mm}; never seen once another fineKey is wanted
 let refused = null;   // {file, key, sentence}
-let declined = null;  // {fineKey, sentence}: of pieces that the cell would not draw; squares stay
+let declined = null;  // {file, fineKey, sentence}: of pieces that the cell would not draw; squares stay
 let waits = false;    // finer ones have to, for lines over the picture or for a run
 let off = false;      // the latter: nobody knows how long
 let held = 0;         // of what goes before, see alone()
@@ -109,7 +109,7 @@ const isDone = () => areSquares() || arePieces() || isRefused();
 // Whether one that follows the form is being drawn, or will be at once.
 export const isSketching = () => Boolean((drawing && !drawing.fine) || (wanted && !isDone()));
 
-const isDeclined = () => Boolean(declined && wanted && declined.fineKey === wanted.fineKey);
+const isDeclined = () => Boolean(declined && wanted && declined.file === wanted.file && declined.fineKey === wanted.fineKey);
 
 // Whether squares are shown of what is wanted, and its own pieces may still come.
 const mayBeFiner = () => Boolean(wanted && wanted.fine && areSquares() && !arePieces() && !isDeclined() && !off);
@@ -141,7 +141,7 @@ async function drawNext() {
     }
     if (full) { /* something newer is wanted */ }
     else if (!fine) refused = {file: asked.file, key: asked.key, sentence: fault.message};
-    else if (fault.status) declined = {fineKey: asked.fineKey, sentence: fault.message};
+    else if (fault.status) declined = {file: asked.file, fineKey: asked.fineKey, sentence: fault.message};
   }
   drawing = null;
   changed();
