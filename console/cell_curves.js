@@ -74,6 +74,9 @@ export function curvesInto(query) {
   if (wanted) tell(query, sentCurves(wanted.part), mine.instead);  // what was drawn just now, too
 }
 
+// Whether cells are on their way, or a finger draws: a sketch of the plan's own pieces waits.
+export const linesMove = () => Boolean(wanted) && (Boolean(hand) || live.areComing());
+
 // What of a way lies within 0 to 1 of both sides, from `from` to `to` of it (Liang and Barsky's); null: nothing.
 function within([x, y], [x2, y2]) {
   let from = 0, to = 1;

@@ -64,6 +64,15 @@ const pinText = (holds, {width, height}) => [...holds].map(([key, [across, down]
 export function pinsInto(query) {
   if (pins().size) query.set("pinned_vertices", pinText(pins(), wanted.size));
 }
+// The same of a picture that was made smaller, by its size in pixels: it has another shape by a hair. null: nothing is pinned.
+export function pinsOfSmaller() {
+  if (!pins().size) return null;
+  const holds = new Map(pins()), {shorter, patch} = wanted;
+  return (pixels) => pinText(holds, sizeOf(pixels, shorter, patch));
+}
+
+// Whether lines are on their way, or a finger moves one: a sketch of the plan's own pieces waits.
+export const linesMove = () => Boolean(wanted) && (Boolean(hand) || live.areComing());
 
 // ---- what is kept of it ---------------------------------------------------------------------------------------------
 

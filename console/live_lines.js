@@ -2,7 +2,7 @@
 // would have once nothing else is asked for. One request at a time, of what is wanted by then.
 import {ask} from "./link.js";
 import {changed} from "./model.js";
-import {isSketching} from "./sketch.js";
+import {isHeld, isSketching, onAlone} from "./sketch.js";
 
 const kSettleMs = 120;       // a hand says many things a second
 const kPatienceMs = 60000;   // a sketch and other fine lines may go first
@@ -22,8 +22,10 @@ export function liveLines(path, {request, waits = () => false, came}) {
   const askSoon = (ms) => { if (!timer) timer = setTimeout(() => { timer = 0; askNext(); }, ms); };
   const giveUp = () => { if (asking) asking.giveUp.abort(); asking = null; };
 
+  onAlone(giveUp);
+
   async function askNext() {
-    if (asking || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || waits()))) return;
+    if (asking || isHeld() || !wanted || isOf(refused) || (isOf(shown) && (shown.fine || isSketching() || waits()))) return;
     const of = wanted, mine = asking = {key: of.key, fine: isOf(shown), giveUp: new AbortController()};
     changed();
     try {
@@ -55,6 +57,8 @@ export function liveLines(path, {request, waits = () => false, came}) {
     told: () => (shown && wanted && shown.file === wanted.file && shown.name === wanted.name ? shown.told : null),
     isThere: () => isOf(shown),
     isFine: () => isOf(shown) && shown.fine,
+    // Whether others are still to come of what is wanted.
+    areComing: () => Boolean(wanted) && !isOf(refused) && !(isOf(shown) && shown.fine),
     fault: () => (isOf(refused) ? refused.sentence : ""),
     again() { refused = null; askNext(); },
   };

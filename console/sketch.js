@@ -3,7 +3,7 @@
 // Squares follow a hand; where the plan has other pieces, these are drawn once nothing else is asked for (`fine`).
 import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
-import {ask} from "./link.js";
+import {ask, kAgainMs} from "./link.js";
 import {changed} from "./model.js";
 import {button, cellSays} from "./parts.js";
 
@@ -17,10 +17,14 @@ const kSentSide = 640;      // pixels: a picture is sent as small as a sketch lo
 let picture = null;   // {file, bitmap: null where the browser cannot read it}
 let chosen = null;    // the file that was opened last: a large one may be read after a small one that came later
 let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key, bent, fine: {query, suits} or null, fineKey: "" without}
-let shown = null;     // {file, key, fineKey: of the plan's own pieces, "" of squares, url, sketch, patch_mm: as it was asked for}
-let refused = null;   // {key, sentence}
-let declined = "";    // fineKey of pieces that the cell would not draw: squares stay
-let drawing = null;   // {fine, giveUp}
+let squares = null;   // {file, key, url, sketch, patch_mm: as it was asked for}; another key: of before
+let pieces = null;    // the plan's own, {file, fineKey, url, sketch, patch_mm}; never seen once another fineKey is wanted
+let refused = null;   // {file, key, sentence}
+let declined = null;  // {file, fineKey, sentence}: of pieces that the cell would not draw; squares stay
+let waits = false;    // finer ones have to, for lines over the picture or for a run
+let off = false;      // the latter: nobody knows how long
+let held = 0;         // of what goes before, see alone()
+let drawing = null;   // {fine, giveUp}; null as soon as it is given up
 let timer = 0;
 let large = false;    // on a narrow screen it is a strip at the foot, unless somebody wants it large
 
@@ -57,44 +61,87 @@ export async function openPicture(file) {
 }
 
 // What is wanted now, of the wood that there is; cheap, so that a screen says it whenever it is drawn. `bent`: the plan has other pieces
-// than squares; `fine`: what these depend on, {query, suits: which size of the picture does}, or null where the cell cannot draw them.
-export function wantSketch(file, query, crop, wood, {bent = false, fine = null} = {}) {
+// than squares; `fine`: what these depend on, {query, suits: which size of the picture does, pinned: of that size, the text of what is
+// pinned}, or null where the cell cannot draw them. `wait`: they have to wait for lines over the picture; `run`: for a run.
+export function wantSketch(file, query, crop, wood, {bent = false, fine = null, wait = false, run = false} = {}) {
   if (!file || !picture || picture.file !== file) return;
   const key = `${query} ${crop ? Object.values(crop) : ""} ${wood}`, fineKey = fine ? `${key} ${fine.query}` : "";
-  if (wanted && wanted.file === file && wanted.key === key && wanted.bent === bent && wanted.fineKey === fineKey) return;
-  wanted = {file, query, crop, key, bent, fine, fineKey};
-  if (drawing && drawing.fine) drawing.giveUp.abort();  // what is wanted at once goes before
-  clearTimeout(timer);
-  timer = setTimeout(drawNext, kSettleMs);
+  const other = !wanted || wanted.file !== file || wanted.key !== key || wanted.bent !== bent || wanted.fineKey !== fineKey;
+  const over = waits && !wait && !run;
+  waits = wait || run;
+  off = run;
+  if (drawing && drawing.fine && (other || waits)) giveUp();  // what is wanted at once goes before
+  if (!other && !over) return;
+  if (other) wanted = {file, query, crop, key, bent, fine, fineKey};
+  drawSoon(kSettleMs);
 }
 
-const isDone = (of) => [shown, refused].some((one) => one && one.file === of.file && one.key === of.key);
+function drawSoon(ms) {
+  clearTimeout(timer);
+  timer = setTimeout(drawNext, ms);
+}
+
+function giveUp() {
+  if (drawing) drawing.giveUp.abort();
+  drawing = null;
+}
+
+// The cell takes two large bodies of one user at a time: while `send` runs no sketch is asked for, nor what else gives way.
+const givers = [];
+export const onAlone = (act) => givers.push(act);
+export const isHeld = () => held > 0;
+export async function alone(send) {
+  ++held;
+  giveUp();
+  for (const act of givers) act();
+  try { return await send(); } finally {
+    --held;
+    drawNext();
+    changed();
+  }
+}
+
+const areSquares = () => Boolean(squares && wanted && squares.file === wanted.file && squares.key === wanted.key);
+const arePieces = () => Boolean(pieces && wanted && pieces.file === wanted.file && pieces.fineKey === wanted.fineKey);
+const isRefused = () => Boolean(refused && wanted && refused.file === wanted.file && refused.key === wanted.key);
+const isDone = () => areSquares() || arePieces() || isRefused();
 
 // Whether one that follows the form is being drawn, or will be at once.
-export const isSketching = () => Boolean((drawing && !drawing.fine) || (wanted && !isDone(wanted)));
+export const isSketching = () => Boolean((drawing && !drawing.fine) || (wanted && !isDone()));
+
+const isDeclined = () => Boolean(declined && wanted && declined.file === wanted.file && declined.fineKey === wanted.fineKey);
 
 // Whether squares are shown of what is wanted, and its own pieces may still come.
-const mayBeFiner = () => Boolean(wanted && wanted.fine && shown && shown.file === wanted.file && shown.key === wanted.key && shown.fineKey !== wanted.fineKey && declined !== wanted.fineKey);
+const mayBeFiner = () => Boolean(wanted && wanted.fine && areSquares() && !arePieces() && !isDeclined() && !off);
 
 async function drawNext() {
-  if (drawing || !wanted) return;
-  const asked = wanted, fine = isDone(asked), mine = {fine, giveUp: new AbortController()};
-  if (fine && !mayBeFiner()) return;
+  if (drawing || !wanted || held) return;
+  const asked = wanted, fine = isDone(), mine = {fine, giveUp: new AbortController()};
+  if (fine && (!mayBeFiner() || waits)) return;
   drawing = mine;
   changed();
   try {
     const {blob: body, pixels} = await smallPicture(asked, fine ? asked.fine.suits : undefined);
+    if (drawing !== mine) return;
     const query = new URLSearchParams(fine ? asked.fine.query : asked.query);
     // What is sent is cropped already, unless the browser could not.
     if (asked.crop && !pixels) query.set("crop", [asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height].join(","));
     if (fine) query.set("fine", "1");
+    if (fine && asked.fine.pinned && pixels) query.set("pinned_vertices", asked.fine.pinned(pixels));
     const sketch = await ask("POST", `/api/v1/plans/sketch?${query}`, {body, timeoutMs: kPatienceMs, until: mine.giveUp.signal});
+    if (drawing !== mine) return;
     if (fine ? asked === wanted : asked.file === wanted.file) show(asked, sketch, fine);
   } catch (fault) {
-    if (!fine) refused = {file: asked.file, key: asked.key, sentence: fault.message};
-    else if (fault.status === 503) timer = setTimeout(drawNext, kFullMs);
-    else if (asked === wanted) declined = asked.fineKey;
-    if (fine && fault.status === 503) { drawing = null; return changed(); }
+    if (drawing !== mine) return;  // it was given up: whoever did that lets the timer ask
+    const full = [429, 503].includes(fault.status);
+    if (asked === wanted && (full || (fine && !fault.status))) {
+      drawing = null;
+      drawSoon(full ? kFullMs : kAgainMs);
+      return changed();
+    }
+    if (full) { /* something newer is wanted */ }
+    else if (!fine) refused = {file: asked.file, key: asked.key, sentence: fault.message};
+    else if (fault.status) declined = {file: asked.file, fineKey: asked.fineKey, sentence: fault.message};
   }
   drawing = null;
   changed();
@@ -103,9 +150,10 @@ async function drawNext() {
 
 function show(asked, sketch, fine) {
   const bytes = Uint8Array.from(atob(sketch.preview_jpeg), (one) => one.charCodeAt(0));
-  const before = shown;
-  shown = {file: asked.file, key: asked.key, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""},
-           fineKey: fine ? asked.fineKey : "", patch_mm: Number(asked.query.get("patch_mm"))};
+  const before = fine ? pieces : squares;
+  const one = {file: asked.file, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""}, patch_mm: Number(asked.query.get("patch_mm"))};
+  if (fine) pieces = {...one, fineKey: asked.fineKey};
+  else squares = {...one, key: asked.key};
   refused = null;
   if (before) setTimeout(() => URL.revokeObjectURL(before.url), 1000);  // once the page shows the other
 }
@@ -143,8 +191,8 @@ export function drawPart(pen, file, crop, width, height) {
 // `old`: why none is drawn of what is typed now. The last one is another size's then, as it is when one was refused.
 export function sketchCard(file, old = "") {
   if (!file) return null;
-  const mine = shown && shown.file === file ? shown : null;
-  const fault = !old && refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
+  const mine = arePieces() && pieces.file === file ? pieces : squares && squares.file === file ? squares : null;
+  const fault = !old && isRefused() && refused.file === file ? refused.sentence : "";
   const coming = !old && (isSketching() || mayBeFiner());
   return h("section.card.sketch", {class: [large && "large", mine && (old || fault) && "old"].filter(Boolean).join(" "), "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
     h("div.sketch-place", {},
@@ -153,21 +201,21 @@ export function sketchCard(file, old = "") {
     (old || (mine && fault)) && h("p.fault", {id: "sketch-old"}, "▲ ", mine && t("sketch.before"), " ", old && h("span.sketch-why", {}, old)),
     fault && h("p.fault", {}, "▲ ", cellSays(asSentence(fault)), " ", button(t("sketch.again"), () => { refused = null; drawNext(); })),
     mine && figures(mine, !old && wordsOfPieces(mine)),
+    mine === squares && !old && isDeclined() && h("p.fault", {id: "sketch-declined"}, "▲ ", cellSays(asSentence(declined.sentence))),
     mine && button(t(large ? "sketch.smaller" : "sketch.bigger"), () => { large = !large; changed(); }, {id: "sketch-size", "aria-expanded": String(large)}),
     h("p.dim", {}, t("sketch.rough")));
 }
 
 // Where the plan has other pieces than what is shown.
 function wordsOfPieces(mine) {
-  if (!wanted || wanted.file !== mine.file || !wanted.bent || (mine.fineKey && mine.fineKey === wanted.fineKey)) return "";
-  if (mine.fineKey) return mayBeFiner() ? "" : "sketch.before";
+  if (mine === pieces || !wanted || wanted.file !== mine.file || !wanted.bent) return "";
   return mayBeFiner() ? "sketch.pieces_coming" : "sketch.in_squares";
 }
 
-const figures = ({sketch, patch_mm}, squares) => h("div.sketch-figures", {},
+const figures = ({sketch, patch_mm}, words) => h("div.sketch-figures", {},
   h("p", {}, [`${Math.round(sketch.width_mm)} × ${Math.round(sketch.height_mm)} mm`, t("pieces", {n: sketch.pieces}), t("sketch.likeness", {likeness: sketch.likeness.toFixed(2)}),
               sketch.cutting_s ? t("sketch.minutes", {minutes: Math.max(1, Math.round(sketch.cutting_s / 60))}) : ""].filter(Boolean).join(", ")),
-  squares && h("p.dim", {id: "sketch-squares"}, t(squares)),
+  words && h("p.dim", {id: "sketch-squares"}, t(words)),
   sketch.unfilled > 0 && h("p", {}, `▲ ${t("sketch.short", {n: sketch.unfilled})}`),
   sketch.patch_mm > 1.001 * patch_mm && h("p.dim", {}, t("sketch.larger", {patch: sketch.patch_mm.toFixed(1)})),
   ...sketch.left_out.map((sentence) => h("p.dim", {}, cellSays(asSentence(sentence)))));

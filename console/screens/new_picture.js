@@ -7,7 +7,7 @@ import {button, card, hint, cellSays, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {kPlaces, planInHand} from "./plan_changes.js";
 import {kAgainMs} from "../link.js";
-import {isOpened, openPicture, pictureKey, pictureSize, sketchCard, wantSketch} from "../sketch.js";
+import {alone, isOpened, openPicture, pictureKey, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 import {faultWords, firstFault, numberField, numberOf, written} from "../fields.js";
 import {firstSize, waits} from "../first_size.js";
 
@@ -70,7 +70,7 @@ export function draw() {
   followNumbers();
   if (grid) grid.wantGrid(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), gridQuery());
   if (cells) cells.wantCells(operates() ? wanted.file : null, pictureSize(wanted.file), cropOf(), cellsQuery());
-  if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock(), {bent: isBent(), fine: finePieces()});
+  if (operates() && !bad) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock(), {bent: isBent(), fine: finePieces(), wait: linesMove(), run: isRunning()});
   followFocus();
   const sketch = operates() && sketchCard(wanted.file, bad ? t("sketch.old", {why: faultWords(bad)}) : ""), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // A plan in hand has all the room, and nothing lies over it.
@@ -449,8 +449,14 @@ function finePieces() {
   if (wanted.refine) query.set("refine", "dp");
   marksInto(query);
   const shorter = Number(query.get("size_mm")), patch = Number(query.get("patch_mm"));
-  return {query, suits: grid && part ? grid.hasCountsOf(grid.sizeOf(part, shorter, patch), shorter, patch) : undefined};
+  return {query, pinned: grid && wanted.layout === "morph" ? grid.pinsOfSmaller() : null, suits: grid && part ? grid.hasCountsOf(grid.sizeOf(part, shorter, patch), shorter, patch) : undefined};
 }
+
+const linesMove = () => Boolean((grid && grid.linesMove()) || (cells && cells.linesMove()));
+
+// The cell draws sketches where it also finds the way of a cut file: while it cuts, only what is drawn at once is asked for.
+const kRunning = ["Starting", "Execute", "Holding", "Held", "Unholding", "Suspending", "Suspended", "Unsuspending", "Completing"];
+const isRunning = () => Boolean(model.cell) && kRunning.includes(model.cell.state);
 
 // What the lines of a grid depend on; null with a layout that has none.
 function gridQuery() {
@@ -495,7 +501,7 @@ async function plan(event) {
   if (drawing && !drawing.size) return showRefusal(t("picture.drawing.empty", {name: drawing.name}), language);
   if (drawing) query.set("segmentation_bytes", drawing.size);
   const body = drawing ? new Blob([wanted.file, drawing]) : wanted.file;
-  const started = await command(`/plans?${query}`, {body, timeoutMs: 60000});
+  const started = await alone(() => command(`/plans?${query}`, {body, timeoutMs: 60000}));
   if (started) begun.unshift(started.task);
   changed();
 }
@@ -508,7 +514,7 @@ async function advise() {
   marksInto(query);
   if (brush) brush.wantPaint(wanted.file, pictureSize(wanted.file), null);
   if (brush) brush.paintInto(query, "");  // of all of the picture: which part is what is asked
-  const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});
+  const started = await alone(() => command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000}));
   if (started) begun.unshift(advice = started.task);
   changed();
 }

@@ -63,8 +63,9 @@ STAGE = """
     window.realFetch = window.fetch.bind(window);
     window.fetch = async (path, how = {}) => {
       window.asked.push({path: String(path), method: how.method || 'GET', body: typeof how.body === 'string' ? JSON.parse(how.body) : null});
-      const [, told] = Object.entries(window.answers).find(([part]) => String(path).includes(part)) || ['', {}];
-      return {ok: !told.error, status: told.error ? 409 : 200, json: async () => told};
+      const [, answer] = Object.entries(window.answers).find(([part]) => String(path).includes(part)) || ['', {}];
+      const told = typeof answer === 'function' ? await answer(String(path), how) : answer;
+      return {ok: !told.error, status: told.error ? told.error.status || 409 : 200, json: async () => told};
     };"""
 
 
@@ -900,7 +901,131 @@ class Cards(Page):
             const longer = sketches(true)[1];
             const state = await until(() => { const said = sheet('#sketch-squares'); return said && said.innerText; });
             return {grid, layout: first.get('layout'), aspect: [first.get('cell_aspect'), longer.get('cell_aspect')], squares: sketches(false).length - before, state}""")
-        self.assertEqual(seen, {"grid": [0, None], "layout": "mosaic", "aspect": [None, "2"], "squares": 0, "state": "This is an earlier sketch."})
+        self.assertEqual(seen, {"grid": [0, None], "layout": "mosaic", "aspect": [None, "2"], "squares": 0, "state": "Drawn in squares. The plan has other pieces."})
+
+    def test_pieces_of_before_never_stand_for_those_that_are_wanted(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            await choose('dot.png');
+            await until(() => shown() === '6');
+            press('#picture-refine');
+            await until(() => shown() === '9');
+            press('#picture-refine');
+            const unticked = [shown(), words()];
+            type('#picture-layout', 'segmentation');
+            await until(() => shown() === '9');
+            const files = new DataTransfer(), input = sheet('#picture-drawing');
+            files.items.add(new File(['<svg/>'], 'areas.svg', {type: 'image/svg+xml'}));
+            input.files = files.files;
+            input.dispatchEvent(new Event('change'));
+            const drawing = [shown(), words()];
+            type('#picture-layout', 'mosaic');
+            await until(() => shown() === '9');
+            finer = () => ({error: {status: 400, message: 'no room: say more'}});
+            await until(() => sheet('#slide-cell_aspect'));
+            type('#slide-cell_aspect', '2');
+            const said = await until(() => { const one = sheet('#sketch-declined'); return one && one.innerText; });
+            return {unticked, drawing, declined: [shown(), words(), said]}""")
+        other = "Drawn in squares. The plan has other pieces."
+        self.assertEqual(seen, {"unticked": ["6", None], "drawing": ["6", other], "declined": ["6", other, "▲ No room: say more."]})
+
+    def test_pieces_wait_for_the_lines_and_for_a_hand(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            const lines = window.answers['/plans/mosaic'], asked = () => window.asked.filter(({path}) => path.includes('/plans/sketch') && path.includes('fine=1')).length;
+            let go = null, aborted = 0;
+            window.answers['/plans/mosaic'] = async (path) => { if (path.includes('fine=1')) await new Promise((done) => { go = done; }); return lines; };
+            finer = (how) => new Promise((done, fail) => how.signal.addEventListener('abort', () => { ++aborted; fail(new Error('aborted')); }));
+            await choose('dot.png');
+            await until(() => shown() === '6');
+            type('#picture-layout', 'mosaic');
+            await until(() => { draw(); return go; });
+            await quiet();
+            const early = asked();
+            go();
+            await until(() => { draw(); return asked() === 1; });
+            const real = window.setTimeout;
+            let later = null;
+            window.setTimeout = (act, ms, ...more) => (ms === 120 ? (later = act, 0) : real(act, ms, ...more));
+            await until(() => sheet('#slide-cell_aspect'));
+            type('#slide-cell_aspect', '2');
+            await quiet();
+            const unsettled = [aborted, asked()];
+            window.setTimeout = real;
+            return {early, unsettled}""")
+        self.assertEqual(seen, {"early": 0, "unsettled": [1, 1]})
+
+    def test_a_plan_goes_before_sketches(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            const order = [];
+            let plans = null;
+            finer = (how) => new Promise((done, fail) => { order.push('fine'); how.signal.addEventListener('abort', () => { order.push('aborted'); fail(new Error('aborted')); }); });
+            window.answers['/plans?'] = async () => { order.push('plan'); await new Promise((done) => { plans = done; }); return {task: 5}; };
+            await choose('dot.png');
+            await until(() => shown() === '6');
+            press('#picture-refine');
+            await until(() => { draw(); return order.length; });
+            press('#do-plan');
+            await until(() => { draw(); return plans; });
+            await quiet();
+            const meanwhile = [...order];
+            plans();
+            await until(() => { draw(); return order.length > 3; });
+            return [meanwhile, order]""")
+        self.assertEqual(seen, [["fine", "aborted", "plan"], ["fine", "aborted", "plan", "fine"]])
+
+    def test_pieces_are_asked_for_again_where_the_cell_is_full_or_silent(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            const real = window.setTimeout, often = finer;
+            window.setTimeout = (act, ms, ...more) => real(act, [1500, 5000].includes(ms) ? 0 : ms, ...more);
+            let tries = 0;
+            const full = (status) => ({error: {status, message: 'full: ask again'}});
+            const rounds = [() => full(429), () => full(503), () => { throw new Error('silent'); }];
+            finer = (how) => (rounds[tries++] || often)(how);
+            await choose('dot.png');
+            await until(() => shown() === '6');
+            press('#picture-refine');
+            await until(() => shown() === '9');
+            let squares = 0;
+            const coarse = rough;
+            rough = () => (squares++ ? coarse() : full(503));
+            type('#picture-size', '150');
+            await until(() => squares === 2 && shown() === '9');
+            window.setTimeout = real;
+            return tries""")
+        self.assertEqual(seen, 5)
+
+    def test_no_pieces_are_asked_for_while_a_run_executes(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            let tries = 0;
+            const often = finer, cutting = () => { given_to({state: 'Execute', panels: 0}); put(main, page.draw()); };
+            finer = () => { ++tries; return often(); };
+            await choose('dot.png');
+            await until(() => shown() === '6');
+            main.querySelector('#picture-refine').click();
+            cutting();
+            await quiet();
+            cutting();
+            const meanwhile = [tries, main.querySelector('#sketch-squares').innerText];
+            await until(() => shown() === '9');
+            return meanwhile""")
+        self.assertEqual(seen, [0, "Drawn in squares. The plan has other pieces."])
+
+    def test_pins_lie_on_the_border_of_the_picture_that_is_sent(self):
+        seen = self.does(CELL + MOSAIC + FINER + """
+            const often = finer;
+            let sent = null;
+            window.answers['/plans/grid'] = {error: {message: 'no'}};
+            finer = async (how, path) => { const {width, height} = await createImageBitmap(how.body); sent = {pins: new URLSearchParams(path.split('?')[1]).get('pinned_vertices'), width, height}; return often(); };
+            await choose('dot.png', 1000, 663);
+            await until(() => shown() === '6');
+            type('#picture-layout', 'morph');
+            const canvas = await until(() => sheet('canvas.lines'));
+            const key = (name) => { canvas.dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, cancelable: true})); draw(); };
+            for (let i = 0; i < 60; ++i) key('ArrowRight');
+            key(' ');
+            await until(() => { draw(); return sent && sent.pins; });
+            return {x: Number(sent.pins.split(',')[2]), width: Number(sheet('#picture-size').value) * sent.width / sent.height, smaller: sent.width < 1000}""")
+        self.assertTrue(seen["smaller"])
+        self.assertAlmostEqual(seen["x"], seen["width"], delta=.0001)
 
     def test_the_first_size_follows_the_wood_until_a_picture_is_there(self):
         seen = self.does(CELL + """
@@ -963,9 +1088,9 @@ MOSAIC = """
     window.answers['/panels'] = {panels: model.panels, next: null};
     const draw = () => { given_to({panels: 0}); put(main, page.draw()); page.drawn(main); };
     const sheet = (css) => { draw(); return main.querySelector(css); };
-    const choose = async (name) => {
+    const choose = async (name, width = 60, height = 40) => {
       const paper = document.createElement('canvas');
-      paper.width = 60; paper.height = 40;
+      Object.assign(paper, {width, height});
       const files = new DataTransfer(), input = sheet('#picture-file');
       files.items.add(new File([await new Promise((made) => paper.toBlob(made))], name, {type: 'image/png', lastModified: 1}));
       input.files = files.files;
@@ -978,6 +1103,22 @@ MOSAIC = """
     const fine = () => until(() => { const canvas = sheet('canvas.cells'); return canvas && canvas.dataset.fine === 'true'; });
     const planned = async () => { const before = window.asked.length; press('#do-plan'); await until(() => window.asked.slice(before).some(({path}) => path.includes('/plans?'))); return told('/plans?'); };
     const curves = () => sheet('canvas.cells').dataset.curves;
+"""
+
+
+# A cell that draws squares, 6 pieces, by rough(), and the plan's own, 9, by finer().
+FINER = """
+    const squaresTold = window.answers['/plans/sketch'];
+    let rough = () => squaresTold, finer = () => ({...squaresTold, pieces: 9});
+    window.answers['/plans/sketch'] = async (path, how) => (path.includes('fine=1') ? finer(how, path) : rough());
+    const shown = () => { const one = sheet('#sketch-picture'); return one && one.dataset.pieces; };
+    const words = () => { const one = sheet('#sketch-squares'); return one && one.innerText; };
+    // As long as a request takes that is on its way already, and longer than a hand rests.
+    const quiet = async () => {
+      const ends = performance.now() + 400;
+      await until(() => performance.now() > ends);
+    };
+    page.enter();
 """
 
 
