@@ -32,13 +32,13 @@ planner::EdgeFinder kept_edges(const std::string& folder, planner::GridEffort ef
     if (!cache) return from(bgr, spacing, threads);
     cv::Mat pixels = bgr.isContinuous() ? bgr : bgr.clone();
     const std::string key = key_of(pixels, spacing);
-    const std::string name = planner::IndexCache::entry_name(kOwner, std::hash<std::string>{}(key) % kKeptEdges,
-                                                             0 * static_cast<int>(effort));
+    const std::size_t slot = std::hash<std::string>{}(key) % (kKeptEdges / 2);
+    const std::string name = planner::IndexCache::entry_name(kOwner, slot, static_cast<int>(effort));
     cv::Mat edges(bgr.size(), CV_8UC1);
     if (const auto found = cache->load(name, key, {bytes_of(edges)}); found && *found) return edges;
     edges = from(bgr, spacing, threads);
     cache->keep_only({kOwner});  // what a killed one has left goes first: it may be what fills the disk
-    if (!cache->store(name, key, {bytes_of(edges)})) return edges;  // and is found again
+    static_cast<void>(cache->store(name, key, {bytes_of(edges)}));  // what cannot be written is found again
     return edges;
   };
 }
