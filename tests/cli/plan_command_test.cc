@@ -370,8 +370,8 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
 
 // A finished plan has no journal left, so a run anew begins at nothing: stopped early it knows less than what is there.
 TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings) {
-  const std::string many =
-      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
+  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
+                           " --threads 1 --optimize global --fine-rotation";
   ASSERT_EQ(plan(many).status, 0);
   const auto files = [&] {
     return std::vector{text("out/plan.json"), text("out/report.json"), text("out/preview.png"), text("out/cut-P.svg")};
