@@ -52,6 +52,16 @@ typename Frame::Length distance(const Point<Frame>& a, const Point<Frame>& b) {
   return typename Frame::Length(std::hypot((a.x - b.x).count(), (a.y - b.y).count()));
 }
 
+// The point of the straight line from a to b that lies nearest to p.
+template <class Frame>
+Point<Frame> nearest_on_segment(const Point<Frame>& p, const Point<Frame>& a, const Point<Frame>& b) {
+  const double ux = (b.x - a.x).count(), uy = (b.y - a.y).count(), squared = ux * ux + uy * uy;
+  if (squared <= 0) return a;
+  const double along = (p.x - a.x).count() * ux + (p.y - a.y).count() * uy;
+  const double t = std::clamp(along / squared, 0.0, 1.0);
+  return point<Frame>(a.x.count() + ux * t, a.y.count() + uy * t);
+}
+
 // An open path; at least two points when it is drawn.
 template <class Frame>
 using Polyline = std::vector<Point<Frame>>;

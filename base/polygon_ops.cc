@@ -114,4 +114,17 @@ bool contains(const MicroArea& a, MicroPoint p) {
   return inside;
 }
 
+bool contains_path(const MicroArea& a, const std::vector<MicroPoint>& path) {
+  ClipperLib::Path open;
+  open.reserve(path.size());
+  for (const MicroPoint& p : path) open.emplace_back(p.x_um, p.y_um);
+  ClipperLib::Clipper clipper;
+  // A path of less than two different points is none to Clipper.
+  if (!clipper.AddPath(open, ClipperLib::ptSubject, false)) return path.empty() || contains(a, path.front());
+  clipper.AddPaths(to_clipper(a), ClipperLib::ptClip, true);
+  ClipperLib::PolyTree outside;
+  clipper.Execute(ClipperLib::ctDifference, outside, ClipperLib::pftEvenOdd, ClipperLib::pftEvenOdd);
+  return outside.Total() == 0;
+}
+
 }  // namespace veneer::micro

@@ -44,6 +44,8 @@ MicroBox box_of(const MicroArea& a);
 bool boxes_overlap(const MicroArea& a, const MicroArea& b);
 std::size_t corners_of(const MicroArea& a);
 bool contains(const MicroArea& a, MicroPoint p);  // boundary counts as inside
+// Whether no part of the path leaves the area, between its points either.
+bool contains_path(const MicroArea& a, const std::vector<MicroPoint>& path);
 }  // namespace micro
 
 // A MicroArea that knows its frame.
@@ -58,7 +60,7 @@ class Region {
   explicit Region(const Ring<Frame>& outline) {
     MicroRing ring;
     ring.reserve(outline.size());
-    for (const auto& p : outline) ring.push_back({std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
+    for (const auto& p : outline) ring.push_back(to_micrometres(p));
     area_ = micro::unite(MicroArea{{std::move(ring)}}, {});
   }
 
@@ -70,8 +72,13 @@ class Region {
     const MicroBox box = micro::box_of(area_);
     return {from_micrometres(box.min), from_micrometres(box.max)};
   }
-  bool contains(const Point<Frame>& p) const {
-    return micro::contains(area_, {std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
+  bool contains(const Point<Frame>& p) const { return micro::contains(area_, to_micrometres(p)); }
+  // The whole path, not only its points; it is rounded to whole micrometres.
+  bool contains(const Polyline<Frame>& path) const {
+    std::vector<MicroPoint> rounded;
+    rounded.reserve(path.size());
+    for (const auto& p : path) rounded.push_back(to_micrometres(p));
+    return micro::contains_path(area_, rounded);
   }
   std::vector<Ring<Frame>> rings() const {
     std::vector<Ring<Frame>> out;
@@ -83,6 +90,9 @@ class Region {
   }
 
  private:
+  static MicroPoint to_micrometres(const Point<Frame>& p) {
+    return {std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)};
+  }
   static Point<Frame> from_micrometres(const MicroPoint& p) {
     return point<Frame>(static_cast<double>(p.x_um) / 1000, static_cast<double>(p.y_um) / 1000);
   }

@@ -34,6 +34,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LeadOptions, length, overlap)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BridgeOptions, on, below, width, count)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Kinematics, rapid_x, rapid_y, acceleration_x, acceleration_y, junction_deviation,
                                    planner_moves, queued, longest_move, drain)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Lead<BedFrame>, begin, end)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ToolpathPiece, piece, outline, holes, mark, artwork_up, recipe, leads)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ToolpathOptions, recipe, marks, leads, bridges, fit_clearance, cool_distance,
                                    assembly_order, kinematics, start)

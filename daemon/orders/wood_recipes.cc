@@ -8,6 +8,17 @@
 #include "planner/cutting/lead_choice.h"
 
 namespace veneer::daemon {
+namespace {
+
+// REQUIRES: its cut begins in waste.
+Result<planner::Lead<PanelFrame>> lead_of(const db::PieceRecord& piece, const planner::Recipe& recipe,
+                                          Millimetres fit_clearance) {
+  auto lead = planner::lead_of(piece.panel_outline, *piece.lead_in, recipe, fit_clearance);
+  if (!lead) return Error{lead.error().code, fmt::format("piece {} {}", piece.mark, lead.error().message)};
+  return lead;
+}
+
+}  // namespace
 
 WoodRecipes::WoodRecipes(const RecipeConfig& config, Millimetres kerf, std::vector<db::RecipeRecord> recipes,
                          std::vector<db::ZoneRecord> zones)
@@ -88,15 +99,26 @@ planner::Kinematics kinematics_of(const std::optional<LaserMotion>& machine) {
   return out;
 }
 
+Result<std::vector<planner::Lead<BedFrame>>> leads_on_bed(const db::PieceRecord& piece, const planner::Recipe& recipe,
+                                                          Millimetres fit_clearance,
+                                                          const Isometry2<BedFrame, PanelFrame>& bed_from_panel) {
+  std::vector<planner::Lead<BedFrame>> leads;
+  if (!piece.lead_in) return leads;
+  const auto lead = lead_of(piece, recipe, fit_clearance);
+  if (!lead) return lead.error();
+  leads.push_back({bed_from_panel * lead->begin, bed_from_panel * lead->end});
+  return leads;
+}
+
 Status check_booked(const db::PieceRecord& piece, const std::string& material, const planner::Recipe& recipe,
                     Millimetres fit_clearance, const Region<PanelFrame>& booked) {
   const Millimetres slack(0.005);  // shapes are stored in whole micrometres
   const Millimetres kerf = recipe.widest_kerf(), burnt_width = std::max(Millimetres(0), kerf - slack);
   auto burnt = offset(Region<PanelFrame>(piece.panel_outline), burnt_width);
   if (piece.lead_in) {
-    const auto lead = planner::lead_burn(piece.panel_outline, *piece.lead_in, recipe, fit_clearance, slack);
-    if (!lead.ok()) return Error{lead.error().code, fmt::format("piece {} {}", piece.mark, lead.error().message)};
-    burnt = unite(burnt, *lead);
+    const auto lead = lead_of(piece, recipe, fit_clearance);
+    if (!lead) return lead.error();
+    burnt = unite(burnt, planner::lead_burn(*lead, kerf - 2 * slack));
   }
   if (subtract(burnt, booked).area().count() < 1e-3) return Ok();
   return Error{

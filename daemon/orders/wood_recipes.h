@@ -40,6 +40,11 @@ planner::ToolpathOptions toolpath_options(const RecipeConfig& config);
 // What the estimate of time needs of the machine; the estimate's own assumptions where it tells nothing.
 planner::Kinematics kinematics_of(const std::optional<LaserMotion>& machine);
 
+// By which the cut of a piece may begin, where it lies on the bed: one, or none. kInvalidArgument names the piece.
+Result<std::vector<planner::Lead<BedFrame>>> leads_on_bed(const db::PieceRecord& piece, const planner::Recipe& recipe,
+                                                          Millimetres fit_clearance,
+                                                          const Isometry2<BedFrame, PanelFrame>& bed_from_panel);
+
 // kRefused when the recipe burns more around the outline and on the lead-in than was booked: the plan was made before
 // the recipe.
 Status check_booked(const db::PieceRecord& piece, const std::string& material, const planner::Recipe& recipe,

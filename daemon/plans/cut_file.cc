@@ -24,8 +24,8 @@ LaserJob job_of(const planner::TestCard& card, bool dark) {
   return job;
 }
 
-LayToolpath path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
-                           const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel) {
+Result<LayToolpath> path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
+                                   const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel) {
   // x = width - x, and the upper edge at the far end of the travel.
   const Isometry2<BedFrame, PanelFrame> bed_from_panel(Radians(0), {panel.width, travel.y - panel.height},
                                                        Handedness::kImproper);
@@ -41,8 +41,10 @@ LayToolpath path_from_home(const db::PanelRecord& panel, const std::vector<db::P
     p.outline = bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
     p.artwork_up = Radians(std::atan2((head.y - foot.y).count(), (head.x - foot.x).count()));
-    if (piece.lead_in) p.leads = {bed_from_panel * *piece.lead_in};
     p.recipe = recipes.recipe_of(recipes.material_at(piece.panel_outline));
+    auto leads = leads_on_bed(piece, *p.recipe, order.options.fit_clearance, bed_from_panel);
+    if (!leads) return leads.error();
+    p.leads = std::move(*leads);
   }
   return order;
 }

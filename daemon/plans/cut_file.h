@@ -25,9 +25,9 @@ struct CutFile {
 };
 
 // The way to be found through the pieces of one panel that lies with its back up, the upper left corner of what is then
-// seen in the home corner.
-LayToolpath path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
-                           const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel);
+// seen in the home corner. kInvalidArgument names a piece with an outline that no beam can follow.
+Result<LayToolpath> path_from_home(const db::PanelRecord& panel, const std::vector<db::PieceRecord>& pieces,
+                                   const WoodRecipes& recipes, const RecipeConfig& config, const Travel& travel);
 // As LHYMICRO-GL. kInvalidArgument when it leaves the travel.
 Result<CutFile> egv_of(const planner::Toolpath& path, const Travel& travel);
 Result<CutFile> egv_of(const planner::TestCard& card, const Travel& travel);

@@ -20,6 +20,13 @@
 namespace veneer::daemon {
 namespace {
 
+// Where the middle of a beam may be that burns nothing beside what is booked, but for what the steps of a flattened
+// curve and rounding may make of that.
+Region<PanelFrame> for_beam(const Region<PanelFrame>& booked, const planner::Recipe& recipe) {
+  constexpr Millimetres kSlack{0.05};
+  return offset(booked, -std::max(Millimetres(0), recipe.widest_kerf() / 2 - kSlack));
+}
+
 std::vector<Point<MachineFrame>> corners(const Box<MachineFrame>& box) {
   return {box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}};
 }
@@ -257,7 +264,7 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
   order.options = toolpath_options(config_.recipe);
   order.options.kinematics = kinematics_of(machine);
   std::map<PieceId, std::string> marks;
-  std::map<PieceId, const Region<PanelFrame>*> booked;
+  std::map<PieceId, Region<PanelFrame>> booked;             // where its beam's middle may be
   std::map<std::string, std::vector<std::string>> in_wood;  // marks, by material
   for (const auto& piece : pieces) {
     planner::ToolpathPiece& p = order.pieces.emplace_back();
@@ -265,14 +272,16 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
     p.outline = pose.bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
     p.artwork_up = artwork_up(pose, piece);
-    if (piece.lead_in) p.leads = {pose.bed_from_panel * *piece.lead_in};
     const std::string material = stock->recipes->material_at(piece.panel_outline);
     p.recipe = stock->recipes->recipe_of(material);
+    auto leads = leads_on_bed(piece, *p.recipe, order.options.fit_clearance, pose.bed_from_panel);
+    if (!leads) return leads.error();
+    p.leads = std::move(*leads);
     for (const auto& wood : stock->live)
       if (wood.id == piece.allocation) {
         if (const Status fits = check_booked(piece, material, *p.recipe, order.options.fit_clearance, wood.area); !fits)
           return fits.error();
-        booked[piece.id] = &wood.area;
+        booked[piece.id] = for_beam(wood.area, *p.recipe);
       }
     marks[piece.id] = piece.mark;
     in_wood[material].push_back(piece.mark);
@@ -281,14 +290,12 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
   if (!path) return path.error();
   const auto panel_from_bed = pose.bed_from_panel.inverse();
   for (const auto& stroke : path->strokes)
-    if (const auto area = booked.find(stroke.piece); area != booked.end())
-      for (const auto& p : stroke.path)
-        if (!area->second->contains(panel_from_bed * p))
-          return Error{
-              ErrorCode::kInternal,
-              fmt::format("the beam's way around piece {} leaves the wood that is booked for it: start the job "
-                          "again, and report it when it comes back",
-                          marks[stroke.piece])};
+    if (const auto area = booked.find(stroke.piece);
+        area != booked.end() && !area->second.contains(panel_from_bed * stroke.path))
+      return Error{ErrorCode::kInternal,
+                   fmt::format("the beam's way around piece {} leaves the wood that is booked for it: start the job "
+                               "again, and report it when it comes back",
+                               marks[stroke.piece])};
   for (const auto& warning : path->warnings) log_->warn("{}", warning);
 
   nlohmann::json drawn = nlohmann::json::array();

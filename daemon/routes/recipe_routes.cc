@@ -314,8 +314,9 @@ Result<CutFile> cut_file(Repositories& r, const RecipeServices& s, JobId job, co
   auto recipes = WoodRecipes::read(r, s.config.recipe, *calibration->kerf, panel);
   if (!recipes) return recipes.error();
   const Travel travel = travel_of(s);
-  const auto path = have_toolpath_laid(s.workers, s.config.store.data_dir,
-                                       path_from_home(*record, *pieces, *recipes, s.config.recipe, travel), {});
+  const auto order = path_from_home(*record, *pieces, *recipes, s.config.recipe, travel);
+  if (!order) return order.error();
+  const auto path = have_toolpath_laid(s.workers, s.config.store.data_dir, *order, {});
   if (!path) return path.error();
   return egv_of(*path, travel);
 }

@@ -211,17 +211,20 @@ std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>&
   return doors;
 }
 
-Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead) {
-  const auto nearest = std::min_element(
-      ring.begin(), ring.end(), [&](const auto& a, const auto& b) { return distance(a, lead) < distance(b, lead); });
-  return {static_cast<std::size_t>(nearest - ring.begin()), lead};
+std::size_t nearest_vertex(const Ring<BedFrame>& ring, const Point<BedFrame>& p) {
+  const auto nearest = std::min_element(ring.begin(), ring.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a, p) < distance(b, p); });
+  return static_cast<std::size_t>(nearest - ring.begin());
 }
 
-bool leads_surely_to(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& lead) {
-  const Millimetres away = distance(ring[vertex], lead) + kMoved;
-  for (std::size_t i = 0; i < ring.size(); ++i)
-    if (i != vertex && distance(ring[i], lead) < away) return false;
-  return true;
+void give_vertex(Ring<BedFrame>& ring, const Point<BedFrame>& p) {
+  if (distance(ring[nearest_vertex(ring, p)], p) <= kMoved) return;
+  const auto on_edge = [&](std::size_t i) { return nearest_on_segment(p, ring[i], ring[(i + 1) % ring.size()]); };
+  std::size_t edge = 0;
+  for (std::size_t i = 1; i < ring.size(); ++i)
+    if (distance(on_edge(i), p) < distance(on_edge(edge), p)) edge = i;
+  const Point<BedFrame> vertex = on_edge(edge);
+  ring.insert(ring.begin() + static_cast<std::ptrdiff_t>(edge) + 1, vertex);
 }
 
 Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf) {

@@ -35,6 +35,13 @@ Millimetres beam_offset(const Recipe& recipe, Millimetres fit_clearance);
 // single is left of it; the message lacks its subject.
 Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow);
 
+// A straight lead-in: where the cut begins, in waste, and the vertex of the beam's ring that it runs to.
+template <class Frame>
+struct Lead {
+  Point<Frame> begin, end;
+  friend bool operator==(const Lead&, const Lead&) = default;
+};
+
 // Where a cut may begin: a vertex of the ring, and the far end of the lead-in when there is wood for one.
 struct Door {
   std::size_t vertex = 0;
@@ -47,11 +54,10 @@ std::vector<Door> doors_of(const Ring<BedFrame>& ring);
 std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, Millimetres kerf,
                              const LeadOptions& options);
 
-// The door of a cut that begins at `lead`: the vertex nearest to it. Where the same outline lies turned or mirrored, it
-// begins with another vertex and is rounded anew, so neither corners nor numbers of vertices are asked for.
-Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead);
-// Whether that is `vertex` wherever the outline lies.
-bool leads_surely_to(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& lead);
+std::size_t nearest_vertex(const Ring<BedFrame>& ring, const Point<BedFrame>& p);
+// Gives the ring a vertex where it passes `p`, unless it has one there. An outline that lies turned or mirrored is
+// rounded anew: a point amid a straight edge may be a vertex of its ring in one place and none in another.
+void give_vertex(Ring<BedFrame>& ring, const Point<BedFrame>& p);
 
 // What a straight lead-in burns, `kerf` wide, the round end at its beginning included.
 Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf);

@@ -35,11 +35,14 @@ bool apart(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres by = 
   return a.min.x > b.max.x + by || b.min.x > a.max.x + by || a.min.y > b.max.y + by || b.min.y > a.max.y + by;
 }
 
-double to_edge(const Point<PanelFrame>& p, const Point<PanelFrame>& a, const Point<PanelFrame>& b) {
-  const double ux = (b.x - a.x).count(), uy = (b.y - a.y).count(), squared = ux * ux + uy * uy;
-  const double px = (p.x - a.x).count(), py = (p.y - a.y).count();
-  const double t = squared > 0 ? std::clamp((px * ux + py * uy) / squared, 0.0, 1.0) : 0;
-  return std::hypot(px - t * ux, py - t * uy);
+// Whether what was kept of the lead-in, its beginning, tells the vertex by more than the kerf of another day may move
+// any (lead_of).
+bool tells_vertex(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& begin) {
+  constexpr Millimetres kSurely{0.005};
+  const Millimetres away = distance(ring[vertex], begin) + kSurely;
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    if (i != vertex && distance(ring[i], begin) < away) return false;
+  return true;
 }
 
 struct Taken {
@@ -56,8 +59,7 @@ Taken taken(const Region<PanelFrame>& area) {
 }
 
 struct LeadCandidate {
-  std::size_t vertex = 0;  // of the beam's ring
-  Point<PanelFrame> begin;
+  Lead<PanelFrame> lead;
   Ring<PanelFrame> burnt;
   double depth = 0;  // how far into wood that somebody might still use
 };
@@ -79,13 +81,14 @@ class Chooser {
     std::vector<LeadCandidate> out;
     for (const Millimetres length : {options_.leads.length, options_.leads.length / 2}) {
       for (const std::size_t vertex : door_vertices(*ring))
-        for (const auto& lead : leads_into(*ring, vertex, length)) {
-          if (!leads_surely_to(*ring, vertex, lead)) continue;
-          LeadCandidate candidate{vertex, on_panel(lead), on_panel(lead_burn(lead, (*ring)[vertex], room_.kerf)), 0};
+        for (const auto& begin : leads_into(*ring, vertex, length)) {
+          if (!tells_vertex(*ring, vertex, begin)) continue;
+          const auto& end = (*ring)[vertex];
+          LeadCandidate candidate{{on_panel(begin), on_panel(end)}, on_panel(lead_burn(begin, end, room_.kerf)), 0};
           if (!free_for(i, candidate.burnt) || overlaps(Region<PanelFrame>(candidate.burnt), own) ||
               closes_a_bay(piece, candidate.burnt))
             continue;
-          candidate.depth = depth(i, candidate.begin);
+          candidate.depth = depth(i, candidate.lead.begin);
           out.push_back(std::move(candidate));
         }
       if (!out.empty()) break;
@@ -130,7 +133,7 @@ class Chooser {
       if (k == i || apart(at, taken_[k].box, Millimetres(least))) continue;
       for (const auto& ring : taken_[k].rings)
         for (std::size_t e = 0; e < ring.size(); ++e)
-          least = std::min(least, to_edge(p, ring[e], ring[(e + 1) % ring.size()]));
+          least = std::min(least, distance(p, nearest_on_segment(p, ring[e], ring[(e + 1) % ring.size()])).count());
     }
     return std::min(least, to_used_pixel(p, least));
   }
@@ -173,10 +176,11 @@ Result<std::vector<std::pair<std::size_t, Point<PanelFrame>>>> short_way(
     piece.mark = pieces[i].mark;
     piece.artwork_up = pieces[i].artwork_up;
     piece.recipe = pieces[i].recipe;
-    std::set<std::size_t> doors;
+    std::set<std::pair<double, double>> ends;
     for (const LeadCandidate& c : candidates[i])
-      if (c.depth <= candidates[i].front().depth + kAsGood && doors.insert(c.vertex).second)
-        piece.leads.push_back(on_bed(c.begin));
+      if (c.depth <= candidates[i].front().depth + kAsGood &&
+          ends.insert({c.lead.end.x.count(), c.lead.end.y.count()}).second)
+        piece.leads.push_back({on_bed(c.lead.begin), on_bed(c.lead.end)});
   }
   const auto path = make_toolpath(laid, options);
   if (!path.ok()) return path.error();
@@ -188,14 +192,16 @@ Result<std::vector<std::pair<std::size_t, Point<PanelFrame>>>> short_way(
 
 }  // namespace
 
-Result<Region<PanelFrame>> lead_burn(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin,
-                                     const Recipe& recipe, Millimetres fit_clearance, Millimetres slack) {
+Result<Lead<PanelFrame>> lead_of(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin, const Recipe& recipe,
+                                 Millimetres fit_clearance) {
   const auto ring = beam_ring(on_bed(outline), beam_offset(recipe, fit_clearance));
   if (!ring.ok()) return ring.error();
-  const Door door = door_for(*ring, on_bed(begin));
-  const Millimetres width = recipe.widest_kerf() - 2 * slack;
-  if (width.count() <= 0) return Region<PanelFrame>();
-  return Region<PanelFrame>(on_panel(lead_burn(*door.lead, (*ring)[door.vertex], width)));
+  return Lead<PanelFrame>{begin, on_panel((*ring)[nearest_vertex(*ring, on_bed(begin))])};
+}
+
+Region<PanelFrame> lead_burn(const Lead<PanelFrame>& lead, Millimetres width) {
+  if (width.count() <= 0) return {};
+  return Region<PanelFrame>(on_panel(lead_burn(on_bed(lead.begin), on_bed(lead.end), width)));
 }
 
 Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPiece>& pieces, const LeadRoom& room,
@@ -216,11 +222,11 @@ Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPi
     const std::size_t i = piece;
     // Two pieces may have wished for the same waste: the second takes what is next best.
     auto& list = candidates[i];
-    std::stable_partition(list.begin(), list.end(), [&b = begin](const LeadCandidate& c) { return c.begin == b; });
+    std::stable_partition(list.begin(), list.end(), [&b = begin](const LeadCandidate& c) { return c.lead.begin == b; });
     const auto best =
         std::find_if(list.begin(), list.end(), [&](const LeadCandidate& c) { return chooser.free_for(i, c.burnt); });
     if (best == list.end()) continue;
-    LeadIn& lead = out[i].emplace(LeadIn{best->begin, Region<PanelFrame>(best->burnt)});
+    LeadIn& lead = out[i].emplace(LeadIn{best->lead, Region<PanelFrame>(best->burnt)});
     chooser.take(lead.burnt);
   }
   return out;

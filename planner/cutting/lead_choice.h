@@ -32,7 +32,7 @@ struct LeadPiece {
 };
 
 struct LeadIn {
-  Point<PanelFrame> begin;
+  Lead<PanelFrame> lead;
   Region<PanelFrame> burnt;  // to be booked as well; it overlaps the piece's own allocation
 };
 
@@ -47,9 +47,13 @@ struct LeadRoom {
 Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPiece>& pieces, const LeadRoom& room,
                                                         const ToolpathOptions& options);
 
-// What a piece's lead-in burns by this recipe, less `slack` on every side. kInvalidArgument as make_toolpath; the
-// message lacks its subject.
-Result<Region<PanelFrame>> lead_burn(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin,
-                                     const Recipe& recipe, Millimetres fit_clearance, Millimetres slack);
+// The lead-in of which only the beginning was kept. Its end is found here, where the outline lies as it did when the
+// wood was booked: turned on the bed and rounded anew, its ring may have another vertex that is nearer.
+// kInvalidArgument as make_toolpath; the message lacks its subject.
+Result<Lead<PanelFrame>> lead_of(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin, const Recipe& recipe,
+                                 Millimetres fit_clearance);
+
+// What it burns with a kerf of `width`.
+Region<PanelFrame> lead_burn(const Lead<PanelFrame>& lead, Millimetres width);
 
 }  // namespace veneer::planner

@@ -122,7 +122,8 @@ Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& o
   auto ring = beam_ring(piece.outline, grow);
   if (!ring.ok()) return unusable_piece(piece, ring.error().message);
   if (piece.leads.empty()) paths.outline.doors = doors_of(*ring);
-  for (const auto& lead : piece.leads) paths.outline.doors.push_back(door_for(*ring, lead));
+  for (const auto& lead : piece.leads) give_vertex(*ring, lead.end);
+  for (const auto& lead : piece.leads) paths.outline.doors.push_back({nearest_vertex(*ring, lead.end), lead.begin});
   if (options.bridges.on && narrowest_width(piece.outline) < options.bridges.below) {
     BridgeOptions wanted = options.bridges;
     wanted.width = bridge_gap(recipe, options.bridges);
@@ -198,22 +199,16 @@ bool lies_somewhere(const CutWay& way) {
          std::isfinite(way.out.y.count()) && std::isfinite(way.inner.count());
 }
 
-double to_edges(const Point<BedFrame>& p, const Ring<BedFrame>& ring) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const auto &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    const double ux = (b.x - a.x).count(), uy = (b.y - a.y).count(), squared = ux * ux + uy * uy;
-    const double px = (p.x - a.x).count(), py = (p.y - a.y).count();
-    const double t = squared > 0 ? std::clamp((px * ux + py * uy) / squared, 0.0, 1.0) : 0;
-    nearest = std::min(nearest, std::hypot(px - t * ux, py - t * uy));
-  }
+Millimetres to_edges(const Point<BedFrame>& p, const Ring<BedFrame>& ring) {
+  Millimetres nearest(std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    nearest = std::min(nearest, distance(p, nearest_on_segment(p, ring[i], ring[(i + 1) % ring.size()])));
   return nearest;
 }
 
 bool nearer_than(const Ring<BedFrame>& a, const Ring<BedFrame>& b, Millimetres distance) {
   const auto any = [&](const Ring<BedFrame>& points, const Ring<BedFrame>& ring) {
-    return std::any_of(points.begin(), points.end(),
-                       [&](const auto& p) { return to_edges(p, ring) < distance.count(); });
+    return std::any_of(points.begin(), points.end(), [&](const auto& p) { return to_edges(p, ring) < distance; });
   };
   return any(a, b) || any(b, a);
 }

@@ -30,9 +30,9 @@ struct ToolpathPiece {
   std::string mark;                   // "" = none
   Radians artwork_up{kPi / 2};        // where the artwork's up points in BedFrame, counter-clockwise from +x
   std::optional<Recipe> recipe;       // of its wood; without, the options' one
-  // Where its cut may begin in waste that is booked for it (lead_choice.h), each near a vertex. None: on its edge. Wood
-  // in the piece's own holes is waste where no other piece lies.
-  std::vector<Point<BedFrame>> leads;
+  // By which its cut may begin in waste that is booked for it (lead_choice.h). None: on its edge. Wood in the piece's
+  // own holes is waste where no other piece lies.
+  std::vector<Lead<BedFrame>> leads;
 };
 
 struct ToolpathOptions {

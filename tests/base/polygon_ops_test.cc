@@ -124,6 +124,24 @@ RC_GTEST_PROP(PolygonOps, OperationsAgreeWithPointMembership, ()) {
   RC_ASSERT(subtract(a, b).contains(p) == (in_a && !in_b));
 }
 
+// An L: both ends of a path may lie in it while the way between them leaves it.
+TEST(PolygonOps, APathIsInsideOnlyWithAllItsWay) {
+  const Region<PanelFrame> corner(Ring<PanelFrame>{point<PanelFrame>(0, 0), point<PanelFrame>(10, 0),
+                                                   point<PanelFrame>(10, 2), point<PanelFrame>(2, 2),
+                                                   point<PanelFrame>(2, 10), point<PanelFrame>(0, 10)});
+  const auto right = point<PanelFrame>(9, 1), inner = point<PanelFrame>(1, 1), top = point<PanelFrame>(1, 9);
+  using Path = Polyline<PanelFrame>;
+  EXPECT_TRUE(corner.contains(Path{right, inner, top}));
+  EXPECT_FALSE(corner.contains(Path{right, top}));
+  EXPECT_FALSE(corner.contains(Path{right, inner, top, right})) << "nor where it comes back";
+  EXPECT_FALSE(corner.contains(Path{point<PanelFrame>(11, 1), point<PanelFrame>(12, 1)})) << "wholly outside";
+  EXPECT_TRUE(corner.contains(Path{inner})) << "a path of one point is that point";
+  EXPECT_TRUE(corner.contains(Path{inner, inner}));
+  EXPECT_FALSE(corner.contains(Path{point<PanelFrame>(5, 5), point<PanelFrame>(5, 5)}));
+  EXPECT_TRUE(corner.contains(Path{}));
+  EXPECT_FALSE(Region<PanelFrame>().contains(Path{right, inner}));
+}
+
 RC_GTEST_PROP(PolygonOps, GrowingHoldsAndShrinkingIsHeld, ()) {
   const auto region = any_region();
   RC_ASSERT(mm2(subtract(region, offset(region, 0.3_mm))) < 1e-3);

@@ -11,7 +11,8 @@ inline Result<daemon::PieceBurn> burnt_piece(PieceId id, const Ring<PanelFrame>&
   planner::ToolpathPiece piece;
   piece.piece = id;
   for (const auto& p : outline) piece.outline.push_back(point<BedFrame>(p.x.count() + 40.1234, p.y.count() + 30.4321));
-  piece.leads = {point<BedFrame>(piece.outline.front().x.count() + 0.8, piece.outline.front().y.count())};
+  const auto& corner = piece.outline.front();
+  piece.leads = {{point<BedFrame>(corner.x.count() + 0.8, corner.y.count()), corner}};
   const auto made = planner::make_toolpath({piece}, {});
   if (!made) return made.error();
   daemon::PieceBurn out{id, "A1", {}, 0};

@@ -105,11 +105,12 @@ TEST(WoodRecipes, ALeadInThatIsNotBookedIsRefused) {
   led.lead_in = point<PanelFrame>(56.8, 66.8);
   const auto kerf_alone = offset(Region<PanelFrame>(led.panel_outline), 0.4_mm);
   EXPECT_FALSE(check_booked(led, "walnut", walnut, 0.05_mm, kerf_alone).ok());
-  const auto burnt = planner::lead_burn(led.panel_outline, *led.lead_in, walnut, 0.05_mm, 0_mm);
-  ASSERT_TRUE(burnt.ok());
-  EXPECT_TRUE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, *burnt)).ok());
+  const auto lead = planner::lead_of(led.panel_outline, *led.lead_in, walnut, 0.05_mm);
+  ASSERT_TRUE(lead.ok());
+  const auto burnt = planner::lead_burn(*lead, walnut.widest_kerf());
+  EXPECT_TRUE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, burnt)).ok());
   led.lead_in = point<PanelFrame>(39.2, 66.8);  // at another corner than the booked one
-  EXPECT_FALSE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, *burnt)).ok());
+  EXPECT_FALSE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, burnt)).ok());
 }
 
 TEST(WoodRecipes, TheConfigurationSaysHowMarksBridgesClearanceAndOrderAre) {
@@ -143,8 +144,9 @@ TEST(WoodRecipes, TheEstimateKnowsTheMachineThatTellsHowItMoves) {
 
 Result<CutFile> file_of(const db::PanelRecord& panel, const db::PieceRecord& one) {
   const Travel travel{300_mm, 200_mm};
-  const LayToolpath order = path_from_home(panel, {one}, three_strips(), configured(), travel);
-  const auto path = planner::make_toolpath(order.pieces, order.options);
+  const auto order = path_from_home(panel, {one}, three_strips(), configured(), travel);
+  if (!order) return order.error();
+  const auto path = planner::make_toolpath(order->pieces, order->options);
   if (!path) return path.error();
   return egv_of(*path, travel);
 }

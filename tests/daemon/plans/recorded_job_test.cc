@@ -122,6 +122,22 @@ TEST_F(RecordedJob, IsRefusedWhereABeamWouldLeaveTheWoodThatIsBooked) {
   EXPECT_THAT(refused.error().message, HasSubstr("leaves the wood that is booked for it"));
 }
 
+// Nor does the beam's half width: a tenth of a millimetre farther out, its middle is still in the kerf that is booked.
+TEST_F(RecordedJob, IsRefusedWhereABeamWouldBurnBesideTheWoodThatIsBooked) {
+  int refused = 0;
+  for (const double aside : {-0.1, 0.1}) {
+    workers_.spoil = [aside](const std::string&, nlohmann::json& answer) {
+      auto& x = answer["strokes"].back()["path"][1][0];
+      x = x.get<double>() + aside;
+    };
+    const auto job = draw();
+    if (job.ok()) continue;
+    EXPECT_THAT(job.error().message, HasSubstr("leaves the wood that is booked for it"));
+    ++refused;
+  }
+  EXPECT_EQ(refused, 1) << "to the other side lies the piece's own wood";
+}
+
 TEST_F(RecordedJob, OfAGrblLaserBurnsWholeOnASimulatedController) {
   config_.laser.kind = "grbl";
   config_.laser.travel_x = Millimetres(520);

@@ -32,7 +32,7 @@ LayToolpath three_pieces() {
   order.pieces[0].recipe = planner::Recipe{};
   order.pieces[0].recipe->cut_power = PowerFraction(0.7);
   order.pieces[0].artwork_up = Radians(1.234567);
-  order.pieces[1].leads = {point<BedFrame>(40.3, 36.2)};
+  order.pieces[1].leads = {{point<BedFrame>(40.3, 36.2), point<BedFrame>(40.1, 35.3)}};
   order.pieces[2].holes = {disc(74, 40, 3)};
   order.options.kinematics.rapid_x = MmPerSecond(333.3);
   order.options.start = point<BedFrame>(1, 2);

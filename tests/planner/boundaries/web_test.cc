@@ -130,7 +130,8 @@ RC_GTEST_PROP(Web, IsLeftAloneByTheBeam, ()) {
     piece.piece = PieceId{static_cast<std::int64_t>(i)};
     piece.outline = bed_from_panel * booked.pieces[i].outline;
     piece.recipe = booked.pieces[i].recipe;
-    if (booked.leads[i]) piece.leads = {bed_from_panel * booked.leads[i]->begin};
+    if (booked.leads[i])
+      piece.leads = {{bed_from_panel * booked.leads[i]->lead.begin, bed_from_panel * booked.leads[i]->lead.end}};
   }
   const auto path = make_toolpath(laid, cutting());
   RC_ASSERT(path.ok());

@@ -167,7 +167,8 @@ std::vector<ToolpathPiece> led(std::vector<ToolpathPiece> pieces) {
   const auto leads = choose_leads(to_lead, room, {});
   if (!leads.ok()) throw std::runtime_error(leads.error().message);
   for (std::size_t i = 0; i < pieces.size(); ++i)
-    if (const auto& lead = (*leads)[i]) pieces[i].leads = {panel_from_bed.inverse() * lead->begin};
+    if (const auto& in = (*leads)[i])
+      pieces[i].leads = {{panel_from_bed.inverse() * in->lead.begin, panel_from_bed.inverse() * in->lead.end}};
   return pieces;
 }
 

@@ -203,16 +203,16 @@ TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
 TEST(Toolpath, BeginsInTheWasteThatIsBookedForIt) {
   const double kerf = 0.27;
   ToolpathPiece with_waste = toolpath_piece(1, bed_square(10, 10, 12));
-  with_waste.leads = {point<BedFrame>(22.8, 22.8)};
+  with_waste.leads = {{point<BedFrame>(22.8, 22.8), point<BedFrame>(22.135, 22.135)}};
   auto options = options_with_kerf(kerf);
   options.start = point<BedFrame>(0, 0);  // near the other corner
   const auto path = make_toolpath({with_waste}, options);
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->strokes, SizeIs(1));
-  EXPECT_EQ(path->pieces[0].lead, with_waste.leads[0]);
+  EXPECT_EQ(path->pieces[0].lead, with_waste.leads[0].begin);
   const auto& cut = path->strokes[0].path;
   EXPECT_FALSE(path->strokes[0].closed());
-  EXPECT_EQ(cut.front(), with_waste.leads[0]);
+  EXPECT_EQ(cut.front(), with_waste.leads[0].begin);
   // Into the corner, around, and on past it.
   EXPECT_LT(distance(cut[1], point<BedFrame>(22.135, 22.135)).count(), 1e-6);
   EXPECT_NEAR(distance(cut.back(), cut[1]).count(), 0.3, 1e-6);
@@ -329,6 +329,11 @@ std::string wrong_with_bridges(const Toolpath& path, const Point<BedFrame>& lead
   return distance(last.back(), door).count() <= leads.overlap.count() + 1e-6 ? "" : "it runs on too far";
 }
 
+// A straight way from `begin` to the vertex that is nearest.
+Lead<BedFrame> led_into(const Ring<BedFrame>& outline, const Point<BedFrame>& begin) {
+  return {begin, outline[nearest_vertex(outline, begin)]};
+}
+
 // A lens of 14 x 6 mm, led into in the middle of a long side, where a bridge would stand: what was cut there ran to
 // nowhere, and the daemon with it (seed 1 of the demo's workshop, a piece whose waist lay at its door).
 TEST(Toolpath, PutsNoBridgeWhereTheCutBegins) {
@@ -340,11 +345,11 @@ TEST(Toolpath, PutsNoBridgeWhereTheCutBegins) {
   }
   for (const double aside : {0.0, 0.2, -0.3, 0.7, -1.4}) {
     auto piece = toolpath_piece(1, lens);
-    piece.leads = {point<BedFrame>(50 + aside, 44)};
+    piece.leads = {led_into(piece.outline, point<BedFrame>(50 + aside, 44))};
     const auto path = make_toolpath({piece}, options_with_kerf(0.2));
     ASSERT_TRUE(path.ok());
     EXPECT_EQ(path->pieces[0].bridges, 2U);
-    EXPECT_EQ(wrong_with_bridges(*path, piece.leads[0], Millimetres(0.2)), "") << aside;
+    EXPECT_EQ(wrong_with_bridges(*path, piece.leads[0].begin, Millimetres(0.2)), "") << aside;
   }
 }
 
@@ -357,16 +362,16 @@ RC_GTEST_PROP(Toolpath, LeavesBridgesWholeWhereverTheCutBegins, ()) {
   }
   auto piece = toolpath_piece(1, outline);
   const double angle = 2 * kPi * *rc::gen::inRange(0, 360) / 360.0;
-  piece.leads = {point<BedFrame>(100 + 5 * std::cos(angle), 100 + 5 * std::sin(angle))};
+  piece.leads = {led_into(outline, point<BedFrame>(100 + 5 * std::cos(angle), 100 + 5 * std::sin(angle)))};
   const auto path = make_toolpath({piece}, options_with_kerf(0.2));
   RC_ASSERT(path.ok());
-  RC_ASSERT(wrong_with_bridges(*path, piece.leads[0], Millimetres(0.2)) == "");
+  RC_ASSERT(wrong_with_bridges(*path, piece.leads[0].begin, Millimetres(0.2)) == "");
 }
 
 TEST(Toolpath, RefusesAPathThatLeadsNowhere) {
   for (const double nowhere : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     std::vector<ToolpathPiece> pieces = grid_of_pieces(2, 1);
-    pieces[1].leads = {point<BedFrame>(nowhere, 30)};
+    pieces[1].leads = {{point<BedFrame>(nowhere, 30), pieces[1].outline.front()}};
     const auto path = make_toolpath(pieces, options_with_kerf(0.2));
     ASSERT_FALSE(path.ok());
     EXPECT_THAT(path.error().message, HasSubstr("piece 2 (A1-2)"));
