@@ -75,6 +75,7 @@ std::vector<std::vector<std::size_t>> rings_in_line(const Rings& rings, bool col
     lines[std::lround((columns ? at.x : at.y).count() * 1000)].push_back(i);
   }
   std::vector<std::vector<std::size_t>> out;
+  out.reserve(lines.size());
   for (auto& [place, line] : lines) out.push_back(std::move(line));
   return out;
 }

@@ -25,7 +25,7 @@ struct StripPart {
 class Finder {
  public:
   Finder(const BoardView& view, const cv::Mat& fiducials)
-      : view_(view), upright_(view, fiducials, false), lying_(view, fiducials, true), block_(view.px_per_mm) {
+      : view_(view), upright_(view, fiducials, false), lying_(view, fiducials, true) {
     cv::Mat calm, marked;
     cv::blur(view.unlike, calm, {3, 3});
     cv::resize(fiducials, marked, calm.size(), 0, 0, cv::INTER_AREA);
@@ -207,7 +207,6 @@ class Finder {
 
   const BoardView& view_;
   SlabView upright_, lying_;
-  double block_;
   cv::Mat places_;  // CV_8UC1, a pixel a millimetre: 255 where it is not board
   std::vector<FoundStrip> out_;
 };

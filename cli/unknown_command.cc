@@ -48,6 +48,7 @@ std::vector<const CLI::App*> path_of(const CLI::App& app) {
 
 std::string words_of(const std::vector<const CLI::App*>& path) {
   std::vector<std::string> names;
+  names.reserve(path.size());
   for (const CLI::App* command : path) names.push_back(command->get_name());
   return fmt::format("{}", fmt::join(names, " "));
 }

@@ -281,7 +281,7 @@ void CalibrationService::note_burnt(const Box<MachineFrame>& travel, const Patte
 Status CalibrationService::ready_for_pattern(const Box<MachineFrame>& travel, const PatternBoard& board,
                                              const TaskProgress& progress, const std::stop_token& stop) {
   progress(0.02, "looking at the bed");
-  if (const Status told = require_size(board); !told) return told;
+  if (Status told = require_size(board); !told) return told;
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (Status able = require_camera(*calibration); !able) return able;

@@ -100,7 +100,7 @@ std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board) {
 Status require_board(const PatternBoard& board, const std::vector<calib::FoundBoard>& found,
                      const Box<MachineFrame>& travel,
                      const std::optional<Affine2<MachineFrame, BedFrame>>& machine_from_bed) {
-  if (const Status told = require_size(board); !told) return told;
+  if (Status told = require_size(board); !told) return told;
   const std::string size = size_of(*board.width, *board.height);
   const std::string look = fmt::format(
       "look that it lies in the middle of the bed, within {:.0f} mm and {:.0f} degrees, its width along x, and ",
@@ -117,7 +117,7 @@ Status require_board(const PatternBoard& board, const std::vector<calib::FoundBo
                     size, say_both()));
   }
   if (machine_from_bed && !travel.empty())
-    if (const Status measured = require_measured(board, found, travel, *machine_from_bed); !measured) return measured;
+    if (Status measured = require_measured(board, found, travel, *machine_from_bed); !measured) return measured;
   if (could_be_the_bed(board, found, travel) && !overruled)
     return refused(
         fmt::format("a board of {} cannot be told from the bed, which is about as large: {}{}, or take a "

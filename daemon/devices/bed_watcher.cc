@@ -220,7 +220,7 @@ Result<BedSeen> BedWatcher::photograph(BedPictures::For what, WallTime hands_in,
   order.readable = {picture->file};
   order.deadline = std::chrono::seconds(config_.workers.look_limit_s);
   const auto quietly = [](double, const std::string&) {};
-  const auto seen = have_done_despite_a_death<BedSeen>(workers_, order, look, quietly, ending_.get_token());
+  auto seen = have_done_despite_a_death<BedSeen>(workers_, order, look, quietly, ending_.get_token());
   if (!seen) return seen.error();
   if (auto bytes = folder->made(kMadeBedPicture, kMostBedPictureBytes)) {
     const std::lock_guard lock(picture_mutex_);

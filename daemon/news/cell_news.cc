@@ -17,8 +17,8 @@ namespace veneer::daemon {
 
 using nlohmann::json;
 
-CellNews::CellNews(Parts parts, std::function<void()> on_alarms, Logger log)
-    : p_(std::move(parts)),
+CellNews::CellNews(const Parts& parts, std::function<void()> on_alarms, Logger log)
+    : p_(parts),
       on_alarms_(std::move(on_alarms)),
       log_(std::move(log)),
       kept_alarms_(p_.config.store.data_dir / kAlarmsName, log_),

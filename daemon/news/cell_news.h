@@ -48,7 +48,7 @@ class CellNews {
     const Clock& clock;  // real time
   };
   // `on_alarms` comes when an alarm has begun, ended or was acknowledged; not when one only got less urgent.
-  CellNews(Parts parts, std::function<void()> on_alarms, Logger log);
+  CellNews(const Parts& parts, std::function<void()> on_alarms, Logger log);
 
   // Alarms and tasks, as the daemon before this one left them. Before the reactor runs and any task begins.
   void go_on_from_before();

@@ -83,6 +83,7 @@ PanelRegion without(const PanelRegion& region, const PanelRegion& other) {
 // Those that are told finely first: an outline that is told coarsely reaches far, and would take their wood.
 void part(std::vector<Strip>& strips) {
   std::vector<Strip*> order;
+  order.reserve(strips.size());
   for (Strip& strip : strips) order.push_back(&strip);
   std::ranges::stable_sort(order, {}, [](const Strip* strip) { return strip->tolerance; });
   for (std::size_t i = 0; i < order.size(); ++i)

@@ -87,7 +87,7 @@ void home_and_burn(const CalibrationServices& s, const TaskReporter& task, const
 }
 
 // The request is an operator's word for all it takes: homing, then the pattern.
-void calibrate_laser(const CalibrationServices& s, PatternOrder order, const std::string& kind,
+void calibrate_laser(const CalibrationServices& s, const PatternOrder& order, const std::string& kind,
                      const std::string& waiting, const Reply& reply) {
   const auto strokes = s.calibrations.pattern_for(s.unit.limits().travel, order.board);
   if (!strokes) return reply(ApiReply::error(strokes.error()));

@@ -43,7 +43,7 @@ Result<PatternRequest> read_pattern(const ApiRequest& asked) {
 
 // Nothing moves while a controller only reads strokes, but for the homing before it.
 Status may_check(const LaserServices& s) {
-  if (const Status able = may_home(s.unit); !able) return able;
+  if (Status able = may_home(s.unit); !able) return able;
   return s.unit.view().state == CellState::kIdle ? Ok() : s.patterns.may_burn_pattern({}, {});
 }
 

@@ -30,8 +30,8 @@ void when_homed(const UnitState& unit, PatternCommands& patterns, const TaskRepo
 
 Status may_begin_pattern(const UnitState& unit, const PatternCommands& patterns, const LaserJob& strokes,
                          const PatternWord& word) {
-  if (const Status given = word.burns ? patterns.require_confirmed(word.confirmed) : Ok(); !given) return given;
-  if (const Status able = may_home(unit); !able) return able;
+  if (Status given = word.burns ? patterns.require_confirmed(word.confirmed) : Ok(); !given) return given;
+  if (Status able = may_home(unit); !able) return able;
   return patterns.may_burn_pattern(strokes, word.confirmed);
 }
 

@@ -427,9 +427,9 @@ void JobRunner::burn_pattern(Pattern pattern, const std::string& who, Reply repl
 
 Status JobRunner::may_burn_pattern(const LaserJob& strokes, const std::vector<std::string>& confirmed) const {
   if (check_reply_) return refusal(view_.state, CellCommand::kStart);
-  if (const Status given = has_beam(strokes) ? require_confirmed(confirmed) : Ok(); !given) return given;
+  if (Status given = has_beam(strokes) ? require_confirmed(confirmed) : Ok(); !given) return given;
   const LaserStatus laser = parts().laser.status();
-  const Status able = view_.state == CellState::kIdle ? check_machine(laser) : check_before_homing(laser);
+  Status able = view_.state == CellState::kIdle ? check_machine(laser) : check_before_homing(laser);
   if (!able) return able;
   if (strokes.strokes.empty() || limits_.travel.empty()) return Ok();
   // Unless the cell is Idle it is homed first, and from where that leaves the head nobody knows yet.

@@ -99,7 +99,7 @@ bool stands_still(const LaserStatus& laser) {
 Status check_machine(const LaserStatus& laser) {
   if (!laser.connected)
     return Error{ErrorCode::kRefused, "the laser is not connected: switch it on, then Stop and Reset"};
-  if (const Status closed = check_lid(laser); !closed) return closed;
+  if (Status closed = check_lid(laser); !closed) return closed;
   if (laser.state.rfind("Alarm", 0) == 0)
     return Error{ErrorCode::kRefused, "the laser is in alarm: clear what stopped it, then Stop and Reset"};
   if (!laser.homed) return Error{ErrorCode::kRefused, "the laser does not know where it is: Stop, then Reset homes it"};
@@ -109,7 +109,7 @@ Status check_machine(const LaserStatus& laser) {
 
 Status check_before_homing(const LaserStatus& laser) {
   if (!laser.connected) return Ok();
-  if (const Status closed = check_lid(laser); !closed) return closed;
+  if (Status closed = check_lid(laser); !closed) return closed;
   if (!laser.refusal.empty()) return Error{ErrorCode::kRefused, laser.refusal};
   return Ok();
 }
