@@ -191,7 +191,8 @@ TEST(PredictedError, MoreCornersInTheSameScansDoNotAverageAwayWhatDiffersBetween
 TEST(PredictedError, IsNoneWhereNothingCouldBeHeldOut) {
   std::vector<calib::GridCorner> corners;
   for (std::size_t i = 0; i < 16; ++i) {
-    const double x = 10 + 3 * static_cast<double>(i / 2), y = 20 + static_cast<double>(i % 4);
+    const std::size_t column = i / 2;
+    const double x = 10 + 3 * static_cast<double>(column), y = 20 + static_cast<double>(i % 4);
     corners.push_back({i % 2, i / 4, x, y, point<SheetFrame>(x, -y)});
   }
   PlayedScanner played(1, 0);
