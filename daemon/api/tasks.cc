@@ -59,7 +59,7 @@ void strike_places(nlohmann::json& told, std::string_view kind) {
                           std::ranges::find(kPlaceFields, PlaceField{kind, part.key()}) != kPlaceFields.end();
     if (!is_place)
       strike_places(*part, kind);
-    else if (*part != "")
+    else if (!part->get_ref<const std::string&>().empty())
       *part = "(an operator is told where)";
   }
 }

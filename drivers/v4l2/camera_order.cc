@@ -51,7 +51,7 @@ Status has_format(OpenCamera& camera, const CameraSettings& settings) {
 
 }  // namespace
 
-Result<CameraSettings> best_settings(OpenCamera& camera, CameraSettings wanted) {
+Result<CameraSettings> best_settings(OpenCamera& camera, const CameraSettings& wanted) {
   const auto offered = camera.formats();
   if (!offered) return offered.error();
   constexpr int kWidth = 1920, kHeight = 1080;  // 0.2 mm a pixel over 400 mm, about what tags of 10 mm need

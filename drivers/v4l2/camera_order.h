@@ -40,7 +40,7 @@ struct DescribedCamera {
 
 // Of what it offers the largest size up to 1920 x 1080, or else the smallest there is, in the best format that it has
 // there; where a size or a format is wanted, the best with that. As wanted when it has none.
-Result<CameraSettings> best_settings(OpenCamera& camera, CameraSettings wanted);
+Result<CameraSettings> best_settings(OpenCamera& camera, const CameraSettings& wanted);
 // kInvalidArgument, kRefused: it has no such pictures, or makes others of what it was asked for.
 Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settings);
 // See lock_controls() and take_look().

@@ -119,6 +119,7 @@ Result<FoundSizes> fitting_sizes(const Artwork& artwork, std::span<const StockPa
 
 std::string words_of(const std::vector<FittingSize>& sizes) {
   std::vector<std::string> words;
+  words.reserve(sizes.size());
   for (const FittingSize& one : sizes)
     words.push_back(fmt::format("{:g} mm and patches of {:g} mm", one.size.count(), one.patch.count()));
   return fmt::format("with its shorter side {}", fmt::join(words, ", or "));

@@ -38,8 +38,10 @@ TEST_F(EventsTest, OfAJobAPanelOrAPieceNoRowOfOtherWoodIsLookedAt) {
 
 TEST_F(EventsTest, APageBeginsInTheMiddleWithoutALookAtWhatWasBefore) {
   std::vector<PlannedPatch> many;
-  for (int i = 0; i < 100; ++i)
-    many.push_back(square_piece(fmt::format("A{}", i), panel, 5 + 10 * (i % 20), 5 + 10 * (i / 20), 8));
+  for (int i = 0; i < 100; ++i) {
+    const int row = i / 20;
+    many.push_back(square_piece(fmt::format("A{}", i), panel, 5 + 10 * (i % 20), 5 + 10 * row, 8));
+  }
   must(cell.jobs().create(job_of(many), kNow));
   must(cell.jobs().create(job_of({square_piece("B1", panel, 300, 10, 14)}), kLater));
   for (const EventPlace& after : {EventPlace{}, EventPlace{kLater, "job", 0, 2, ""}}) {

@@ -37,7 +37,7 @@ struct EndsUnproven : virtual Forgetful {
 };
 // What says these, and nothing else.
 template <class... Said>
-struct Says final : Said... {};
+struct Says : Said... {};
 
 TEST(AnActivity, CannotForgetItsRecordNorItsProofsNorWhatItsEndLeaves) {
   EXPECT_FALSE((std::is_abstract_v<Says<Recorded, BrokenOff, ProvesPose, EndsUnproven>>)) << "it has said it all";
