@@ -31,7 +31,9 @@ TEST_F(ConsoleAfterTrouble, AWrongPanelAStopInTheMiddleAndWhatComesAfter) {
 class ConsoleAfterALift : public Console {
  protected:
   double time_scale() const override { return 10; }
-  SimulatedCellOptions options() const override { return OperatedCell::options(); }  // nothing is asked by name
+  SimulatedCellOptions options() const override {
+    return OperatedCell::options();  // NOLINT(bugprone-parent-virtual-call): nothing is asked by name
+  }
   std::map<std::string, int> pieces() {
     std::map<std::string, int> out;
     const nlohmann::json all = get(fmt::format("/jobs/{}/pieces", kJob));

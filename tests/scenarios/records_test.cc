@@ -222,7 +222,8 @@ TEST_F(Records, EveryStepOfTheWoodIsARow) {
   ASSERT_GE(rows.size(), 5U);
   std::map<std::string, std::string> last;  // state, by piece
   for (const json& row : rows)
-    if (row["piece"] != "") last[row["piece"].get<std::string>()] = row["state"].get<std::string>();
+    if (const auto piece = row["piece"].get<std::string>(); !piece.empty())
+      last[piece] = row["state"].get<std::string>();
   const json history = asked({"export", "history"});
   for (const json& piece : history["pieces"])
     EXPECT_EQ(last[std::to_string(piece["piece"].get<int>())], piece["state"]) << "the newest is what the piece is";

@@ -8,11 +8,11 @@
 namespace veneer::workshop {
 
 Order campaign_order(std::uint64_t seed, int i, const std::filesystem::path& woods) {
-  constexpr double kDpi[] = {300, 200, 150, 240};
+  constexpr double kResolutions[] = {300, 200, 150, 240};
   Order order;
   order.seed = seed * 100'003 + static_cast<std::uint64_t>(i);
   order.board = i;
-  order.dpi = kDpi[i / kBoards % 4];
+  order.dpi = kResolutions[i / kBoards % 4];
   order.width = 180 + 20 * (i % 5), order.height = 130 + 15 * (i % 4);
   order.woods = woods;
   return order;

@@ -150,10 +150,10 @@ bool is_doubted(const PieceVerdict& piece) {
 }
 
 FateVerdict judge_fates(std::uint64_t seed, int i, const std::filesystem::path& woods) {
-  constexpr double kDpi[] = {300, 200, 150, 240};
+  constexpr double kResolutions[] = {300, 200, 150, 240};
   Order order;
   order.seed = seed * 100'003 + static_cast<std::uint64_t>(i);
-  order.board = i, order.lid = static_cast<Lid>(i % 3), order.dpi = kDpi[i / 3 % 4];
+  order.board = i, order.lid = static_cast<Lid>(i % 3), order.dpi = kResolutions[i / 3 % 4];
   order.width = 130 + 10 * (i % 5), order.height = 100 + 5 * (i % 3);
   order.woods = woods;
   const Panel first = compose(order);

@@ -68,8 +68,9 @@ TEST(Pattern, OfEvenSpacingIsAsItWasBurntBefore) {
   ASSERT_EQ(pattern->columns, 12);
   ASSERT_EQ(pattern->rows, 9);
   for (std::size_t i = 0; i < pattern->rings.size(); ++i) {
-    EXPECT_NEAR(pattern->rings[i].centre.x.count(), 36 + static_cast<double>(i % 12) * 428 / 11, 1e-9);
-    EXPECT_NEAR(pattern->rings[i].centre.y.count(), 26 + static_cast<double>(i / 12) * 308 / 8, 1e-9);
+    const std::size_t column = i % 12, row = i / 12;
+    EXPECT_NEAR(pattern->rings[i].centre.x.count(), 36 + static_cast<double>(column) * 428 / 11, 1e-9);
+    EXPECT_NEAR(pattern->rings[i].centre.y.count(), 26 + static_cast<double>(row) * 308 / 8, 1e-9);
   }
   EXPECT_NEAR(pattern->kerf_lines[0].from.x.count(), 36 + 5.5 * 428 / 11 - 10, 1e-9);
   EXPECT_NEAR(pattern->kerf_lines[0].from.y.count(), 26 + 308.0 / 16 - 10.5, 1e-9);

@@ -54,7 +54,7 @@ TEST(DrawnAreas, APictureIsTakenAsItIs) {
 TEST(DrawnAreas, LabelsOf16BitsKeepApart) {
   for (const int type : {CV_16UC1, CV_16UC3}) {
     cv::Mat labels(4, 6, type);
-    for (int c = 0; c < labels.cols; ++c) labels.col(c).setTo(cv::Scalar(c / 2 + 1, 7, 7));
+    for (int label = 1; label <= 3; ++label) labels.colRange(2 * label - 2, 2 * label).setTo(cv::Scalar(label, 7, 7));
     for (const char* format : {".png", ".tiff"}) {
       std::vector<unsigned char> bytes;
       ASSERT_TRUE(cv::imencode(format, labels, bytes));
@@ -135,8 +135,9 @@ TEST(DrawnAreas, OnlyWhatIsFilledHidesAJoint) {
 // It is scaled freely, so that its millimetres say nothing of how fine it is.
 TEST(DrawnAreas, ADrawingMayHaveAnyScale) {
   std::string squares;
-  for (int i = 0; i < 400; ++i)
-    squares += fmt::format("<rect x='{:.2f}' y='{:.2f}' width='0.05' height='0.05'/>", i % 20 * 0.05, i / 20 * 0.05);
+  for (int row = 0; row < 20; ++row)
+    for (int column = 0; column < 20; ++column)
+      squares += fmt::format("<rect x='{:.2f}' y='{:.2f}' width='0.05' height='0.05'/>", column * 0.05, row * 0.05);
   const auto areas_with = [&](const std::string& more) {
     const auto areas = areas_of_file("<svg viewBox='0 0 1 1'>" + squares + more + "</svg>", "windows");
     EXPECT_TRUE(areas.ok()) << areas.error().message;
