@@ -281,7 +281,7 @@ class Remedies(Page):
             ("a smaller --min-size-mm or --min-width-mm", f"a smaller smallest piece size (command line only) or {least}", "", ""),
             ("Size_mm is 5e9: it must be a number from 0.1 to 100000.", f"{picture('Shorter side, mm')} is 5e9: it must be a number from 0.1 to 100000.", "#new"),
             ("patch_mm must be a number, not \"x\"", f"{picture('Smallest patch, mm')} must be a number, not \"x\"", "#new"),
-            ("measure both its sides and tell them with --board-width-mm and --board-height-mm", "measure both its sides and tell them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
+            ("measure both its sides with a rule and give them with --board-width-mm and --board-height-mm", "measure both its sides with a rule and give them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
             self.check(sentence, words, *hrefs)
         for sentence in ("the file size_mm.txt is not there: unheard_of is 3", "leave --rotations at 4", "its /size_mm", "toString_x is 1", "has__own is 1"):
             self.check(sentence, sentence)
