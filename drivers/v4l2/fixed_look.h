@@ -51,7 +51,7 @@ struct LookOptions {
   std::function<Duration()> time_suspended = v4l2::time_suspended;
 };
 
-struct Look {
+struct AveragedPicture {
   RawPicture picture;  // RGB, 8 bits
   int averaged = 0;
   int refused = 0;  // frames
@@ -60,7 +60,7 @@ struct Look {
 // Ends the camera's frames on every way out. kUnavailable: no good frame in time, or the computer was suspended
 // meanwhile; kDeviceFault: too many frames were refused; kRefused: the bed does not keep still; kCancelled after a stop
 // request, seen between two frames; or the camera's own error.
-Result<Look> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options, const Clock& clock,
-                       const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
+Result<AveragedPicture> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options,
+                                  const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
 
 }  // namespace veneer::v4l2
