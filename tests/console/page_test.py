@@ -687,7 +687,7 @@ class Cards(Page):
             const draw = (fresh) => { given_to(fresh); window.answers['/status'] = model.cell; put(main, scan.draw()); return main.querySelector('#do-scan'); };
             const chosen = () => [...main.querySelectorAll('select')].map(({value}) => value);
             const choose = (n, value) => { const field = main.querySelectorAll('select')[n]; field.value = value; field.dispatchEvent(new Event('change')); };
-            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, main.innerText.includes('the next scan is the next tile'), ...chosen()];
+            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, main.innerText.includes('the next scan belongs to this series'), ...chosen()];
             const none = look({open_scan: null}), atOnce = draw(open(1)).disabled;
             await until(() => !draw(open(1)).disabled);
             const begun = look(open(1));
