@@ -18,8 +18,7 @@ std::optional<Error> disk_refuses(const std::filesystem::path& file);
 Error cannot_write(const std::filesystem::path& file);
 
 // All bytes of a file or pipe; empty if it has none. nullopt when it is not there, is a folder, or cannot be read to
-// its end: what that means, and what to do, only the caller can say. Waits for
-// a pipe's writer. Throws std::bad_alloc.
+// its end: what that means, and what to do, only the caller can say. Waits for a pipe's writer. Throws std::bad_alloc.
 std::optional<std::string> read_whole(const std::filesystem::path& file);
 
 // Writes a temporary file beside `file`, syncs it, renames it and syncs the folders that name it: when this returns

@@ -1,8 +1,9 @@
 // A picture lying in a millimetre frame. cv::Mat is the only OpenCV name in base.
 //
 // Pixel (column c, row r) has its centre at (c + 0.5, r + 0.5) in pixels with y down. The raster's lower left corner is
-// the frame's point `origin`; so pixel centre -> x = origin.x + (c + 0.5) / px_per_mm,
-// y = origin.y + (rows - (r + 0.5)) / px_per_mm. Copies share pixels (cv::Mat); treat a Raster as immutable once made.
+// the frame's point `origin`, so that centre lies at
+//   x = origin.x + (c + 0.5) / px_per_mm,   y = origin.y + (rows - (r + 0.5)) / px_per_mm.
+// Copies share pixels (cv::Mat); treat a Raster as immutable once made.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -245,19 +245,6 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
   return pose;
 }
 
-Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
-                           std::span<const PanelCandidate> candidates, const BedPoseLimits& limits) {
-  const auto& camera = model.parameters();
-  if (picture.cols != camera.width_px || picture.rows != camera.height_px) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("the bed camera gives {} x {} pixels, it was calibrated at {} x {}: set it back, or calibrate "
-                    "it again",
-                    picture.cols, picture.rows, camera.width_px, camera.height_px)};
-  }
-  return locate_panel(detect_tags<CameraFrame>(picture), model, height, candidates, limits);
-}
-
 std::string moved_tags_text(const BedPose& pose) {
   std::string tags;
   for (const FiducialOffset& tag : pose.moved)
@@ -277,18 +264,6 @@ std::string moved_tags_text(const BedPose& pose) {
              "loose is "
              "replaced by a tag with a new number, scanned with --retag",
              pose.panel.value, tags, one ? "is" : "are", one ? "it" : "them", one ? "s" : "", one ? "it" : "them");
-}
-
-Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up) {
-  if (pose.panel != wanted) {
-    return refused(fmt::format("panel {} lies on the bed, panel {} is wanted: change them, {} up", pose.panel.value,
-                               wanted.value, face_words(wanted_up)));
-  }
-  if (pose.face_up != wanted_up) {
-    return refused(fmt::format("panel {} lies with its {} up: turn it over, {} up", wanted.value,
-                               face_words(pose.face_up), face_words(wanted_up)));
-  }
-  return Ok();
 }
 
 }  // namespace veneer::calib

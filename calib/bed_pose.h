@@ -63,16 +63,9 @@ struct BedPoseLimits {
 Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const CameraModel& model, Millimetres height,
                              std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
 
-// The same from a picture (BGR or grey, 8 bit), with the detector in between.
-Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
-                           std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
-
 // What to tell of tags that have moved, or that disagree so that nobody can tell which has; "" when all lie as they
 // were scanned.
 std::string moved_tags_text(const BedPose& pose);
-
-// Whether what was found is what a job wants; the sentence says what to do with the panel.
-Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up);
 
 // The picture with what was found drawn in: the panel's outline, its tags, its name and face. `outline` is in
 // PanelFrame and may be empty. The picture given is not changed.

@@ -1,9 +1,9 @@
 // Where a bare board lies on the bed: an even area with straight edges, of the size that somebody told.
 //
-// A board has no tags, and no colour of its own, and how dark the bed is beside it nobody knows. So every level of
-// light and every hue is tried that may part it from what it lies on, and its outline alone is held against the size.
-// An outline that reaches the rim of what the camera sees is nobody's: the board may go on there, or be no board but
-// all that is in sight. That none is found may be the light's fault. Pure; thread-safe.
+// A bare board has no tags, and neither its colour nor the bed's is known. So the picture is split at every threshold
+// of brightness and of hue that might separate the two, and of each outline that comes of it only the size is compared.
+// An outline that touches the border of the picture is ignored: the board may go on there, or it is everything in
+// sight. Where none is found, the light may be at fault. Pure; thread-safe.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

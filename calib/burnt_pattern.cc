@@ -119,7 +119,10 @@ Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const 
   }
   const auto kinds = kinds_of(pattern);
   if (kinds.size() < 2) {
-    return Error{ErrorCode::kInvalidArgument, "a calibration pattern needs key rings of a second diameter"};
+    return Error{
+        ErrorCode::kInternal,
+        "the rings of the calibration pattern are all of one diameter, so it cannot be told which way it lies: burn it "
+        "again, and report it when it comes back"};
   }
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);

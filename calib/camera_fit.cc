@@ -276,18 +276,21 @@ Result<CameraFit> fit_camera_model(std::span<const GridView> views, int width_px
   fit.views = static_cast<int>(views.size());
   fit.corners = static_cast<int>(all.corners);
   if (fit.rms_px > limits.max_rms_px) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the camera's calibration leaves {:.2f} px ({:.3f} mm) on the AprilGrid sheet, {:.2f} px "
-                             "are allowed: check the heights entered, that the sheet lay flat and still, and repeat",
-                             fit.rms_px, fit.rms.count(), limits.max_rms_px)};
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format(
+            "the fitted camera misses the AprilGrid sheet's corners by {:.2f} px ({:.3f} mm) rms; at most {:.2f} px "
+            "is allowed: check the heights entered, that the sheet lay flat and still, and repeat",
+            fit.rms_px, fit.rms.count(), limits.max_rms_px)};
   }
   fit.leave_out_rms = leave_out(state, limits.min_height_range.count());
   if (fit.leave_out_rms > limits.max_leave_out_rms) {
     return Error{
         ErrorCode::kRefused,
-        fmt::format("a picture of the AprilGrid sheet contradicts the others by {:.3f} mm, {:.3f} are allowed: "
-                    "spread the sheet's places over the whole bed, check the heights entered, and repeat",
-                    fit.leave_out_rms.count(), limits.max_leave_out_rms.count())};
+        fmt::format(
+            "a picture of the AprilGrid sheet contradicts the others by {:.3f} mm; at most {:.3f} mm is allowed: "
+            "lay the sheet at places all over the whole bed, check the heights entered, and repeat",
+            fit.leave_out_rms.count(), limits.max_leave_out_rms.count())};
   }
   const auto provisional = provisional_frame(fitted);
   const double noise_scale = std::pow(fit.rms_px / std::sqrt(2.0) / kCornerNoisePx, 2);

@@ -72,14 +72,6 @@ Point<BedFrame> CameraModel::bed_from_camera(Point<CameraFrame> seen, Millimetre
   return point<BedFrame>(eye.x() + along * ray.x(), eye.y() + along * ray.y());
 }
 
-Millimetres CameraModel::pixel_size(Point<BedFrame> place, Millimetres height) const {
-  const Millimetres step(1);
-  const Point<CameraFrame> here = camera_from_bed(place, height);
-  const double right = distance(camera_from_bed({place.x + step, place.y}, height), here).count();
-  const double away = distance(camera_from_bed({place.x, place.y + step}, height), here).count();
-  return Millimetres(1 / std::sqrt(right * away));
-}
-
 cv::Mat CameraModel::rectify(const cv::Mat& picture, const Box<BedFrame>& area, ScanResolution resolution,
                              Millimetres height) const {
   const int columns = std::max(1, static_cast<int>(std::lround(resolution.to_px(area.width()).count())));

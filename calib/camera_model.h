@@ -30,8 +30,6 @@ class CameraModel {
   // Where the ray through `seen` meets the plane `height` above the bed.
   Point<BedFrame> bed_from_camera(Point<CameraFrame> seen, Millimetres height) const;
   Point<CameraFrame> camera_from_bed(Point<BedFrame> place, Millimetres height) const;
-  // How much bed one pixel covers at this place, mm (mean of both directions).
-  Millimetres pixel_size(Point<BedFrame> place, Millimetres height) const;
   // The picture as seen straight from above at `height`: pixels of the given resolution over `area`.
   cv::Mat rectify(const cv::Mat& picture, const Box<BedFrame>& area, ScanResolution resolution,
                   Millimetres height) const;

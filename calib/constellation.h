@@ -73,7 +73,7 @@ double score_of(const std::vector<int>& seen_of_known, std::span<const Constella
   return sum / static_cast<double>(std::max<std::size_t>(1, kinds.size()));
 }
 
-// The kind to try pairs of.
+// The kind with the fewest members, but at least two, since its pairs give the fewest hypotheses; -1 if there is none.
 template <class Frame>
 int rarest_kind(std::span<const ConstellationPoint<Frame>> known) {
   std::map<int, int> members;

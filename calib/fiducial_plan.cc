@@ -34,7 +34,8 @@ std::vector<Point<PanelFrame>> tag_places(double width, double height) {
   return places;
 }
 
-// Whole millimetres from `low` to `high` of a side where a hole is clear of all tags, some `many` of them.
+// Where a hole may go along one side, between `low` and `high` mm: at most about `many` places, evenly spaced at whole
+// millimetres, without those too near to a tag.
 std::vector<Point<PanelFrame>> hole_places(const std::vector<Point<PanelFrame>>& tags, double low, double high,
                                            Point<PanelFrame> from, bool across, int many) {
   std::vector<Point<PanelFrame>> out;

@@ -140,13 +140,16 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
                                  const ReconcileOptions& options, const Raster<PanelFrame>* wood) {
   for (const auto* map : {&before, &now})
     if (map->pixels.type() != CV_8UC3 || map->pixels.empty())
-      return Error{ErrorCode::kInvalidArgument, "a veneer map to compare is empty or not an 8 bit colour picture"};
+      return Error{ErrorCode::kInvalidArgument,
+                   "a veneer map to compare is empty or not an 8 bit colour picture: scan the panel again"};
   if (before.pixels.size() != now.pixels.size() || distance(before.origin, now.origin) > Millimetres(1e-3) ||
       std::abs(before.resolution.px_per_mm - now.resolution.px_per_mm) > 1e-6)
-    return Error{ErrorCode::kInvalidArgument, "the two veneer maps to compare do not cover the same area"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the two veneer maps to compare do not cover the same area: scan the panel again"};
 
   if (wood != nullptr && (wood->pixels.type() != CV_8UC1 || wood->pixels.size() != now.pixels.size()))
-    return Error{ErrorCode::kInvalidArgument, "the mask of the wood is not as large as the veneer maps to compare"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the mask of the wood is not as large as the veneer maps to compare: scan the panel again"};
 
   const WorkMap old_work = shrink(before), work = shrink(now);
   cv::Mat marked = mark_fiducials(now, fiducials, work, Millimetres(1));

@@ -139,14 +139,16 @@ void fill_band(cv::Mat& out, int from, int to, std::span<const StitchTile> tiles
 
 Result<Raster<PanelFrame>> stitch(std::span<const StitchTile> tiles, const Box<PanelFrame>& area,
                                   const StitchOptions& options) {
-  if (tiles.empty()) return Error{ErrorCode::kInvalidArgument, "no tile was given to stitch"};
+  if (tiles.empty()) return Error{ErrorCode::kInvalidArgument, "there is no tile to stitch: scan the panel"};
   for (const StitchTile& tile : tiles)
     if (tile.pixels.type() != CV_8UC3 || tile.pixels.empty())
-      return Error{ErrorCode::kInvalidArgument, "a tile to stitch is empty or not an 8 bit colour picture"};
+      return Error{ErrorCode::kInvalidArgument,
+                   "a tile to stitch is empty or not an 8 bit colour picture: scan it again"};
   const double columns = std::ceil(options.resolution.to_px(area.width()).count() - 1e-6);
   const double rows = std::ceil(options.resolution.to_px(area.height()).count() - 1e-6);
   if (area.empty() || columns < 1 || rows < 1 || columns > kMaxPixels || rows > kMaxPixels)
-    return Error{ErrorCode::kInvalidArgument, "the area to stitch is empty or larger than 30000 pixels"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the area to stitch is empty or has a side of more than 30000 pixels: scan at fewer dots per inch"};
 
   Raster<PanelFrame> map;
   map.pixels.create(static_cast<int>(rows), static_cast<int>(columns), CV_8UC3);

@@ -302,11 +302,13 @@ class Masker {
 Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducials& fiducials,
                                const MaskOptions& options, const EarlierLook* earlier) {
   if (map.pixels.type() != CV_8UC3 || map.pixels.empty())
-    return Error{ErrorCode::kInvalidArgument, "the veneer map to mask is empty or not an 8 bit colour picture"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the veneer map to mask is empty or not an 8 bit colour picture: scan the panel again"};
   if (earlier != nullptr &&
       (earlier->usable.pixels.type() != CV_8UC1 || earlier->usable.pixels.size() != map.pixels.size() ||
        earlier->map.pixels.type() != CV_8UC3 || earlier->map.pixels.size() != map.pixels.size()))
-    return Error{ErrorCode::kInvalidArgument, "the earlier map or mask is not as large as the veneer map"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the earlier map or mask is not as large as the veneer map: scan the panel again"};
   const WorkMap work = shrink(map);
   const cv::Mat marked = mark_fiducials(map, fiducials, work, options.fiducial_margin);
   VeneerMask out;

@@ -44,7 +44,8 @@ Result<json> with_picture(const CommandContext& context, Result<json> tried, con
 void add_try(CLI::App& camera, CommandContext& context) {
   const auto wanted = std::make_shared<Trial>();
   CLI::App* trial = camera.add_subcommand(
-      "try", "Take a picture with a camera before it is chosen: it sets itself, and what it came to is locked");
+      "try",
+      "Take a picture with a camera before it is chosen: it adjusts itself once, and those settings are then fixed");
   trial->add_option("DEVICE", wanted->device, "Its path below /dev/v4l, as `camera list` writes it after device =")
       ->required();
   trial
@@ -56,9 +57,9 @@ void add_try(CLI::App& camera, CommandContext& context) {
   trial->add_option("--format", wanted->format, "Else the best that it has at that size")
       ->check(CLI::IsMember({"RGB3", "BGR3", "YUYV", "UYVY", "NV12", "GREY", "MJPG", "JPEG"}));
   trial
-      ->add_option(
-          "--set", wanted->settings,
-          "A setting as NAME=NUMBER (repeatable): it sets nothing itself then, and what is left out is at its default")
+      ->add_option("--set", wanted->settings,
+                   "A setting as NAME=NUMBER (repeatable): the camera then adjusts nothing itself, and settings that "
+                   "are not named have their default")
       ->allow_extra_args(false);
   trial->add_option("--out", wanted->out, "Where the picture is saved (JPEG)");
   trial->callback([wanted, &context] {

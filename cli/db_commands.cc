@@ -63,8 +63,8 @@ void add_check(CLI::App& db, CommandContext& context) {
   auto head = std::make_shared<std::string>();
   check->add_option(
       "--audit-head", *head,
-      "The head of the audit log as it was written down once, NUMBER:HASH as `veneerctl audit` prints it: "
-      "fails if the log is another one now");
+      "The head of the audit log as somebody noted it, NUMBER:HASH as `veneerctl audit` prints it: fails if the log "
+      "was rewritten or replaced since");
   check->callback([&context, head] {
     auto checked = context.run_task(context.client().post("/integrity-check"));
     std::string compared;

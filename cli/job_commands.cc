@@ -120,8 +120,8 @@ void add_settle(CLI::App& job, CommandContext& context) {
   settle
       ->add_option(
           "--there", *there,
-          "What became of the --pieces that the scan still saw in the panel: scrap, or released if you looked and "
-          "none is burnt. A scan does not see a cut that was only begun")
+          "With --as-seen: what to book for those of --pieces whose wood the scan still saw: scrap, or released if you "
+          "looked and found no cut. A scan does not see a cut that was only begun")
       ->check(CLI::IsMember({"scrap", "released"}))
       ->needs(seen);
   settle->add_option("--pieces", *looked_at, "With --as-seen: only these marks [with --there: shows which to look at]")

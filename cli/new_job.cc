@@ -128,9 +128,9 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
                    "No fresh panel while remnants have twice the picture's wood [as configured for the cell; where "
                    "nothing is configured, off]");
   command.add_option("--material,--wood", wanted.woods, "Use only zones of this material (repeatable)");
-  command.add_option(
-      "--material-weight,--wood-weight", wanted.wood_weights,
-      "MATERIAL=F: count the area of panels of this material F times when tones are mapped (repeatable)");
+  command.add_option("--material-weight,--wood-weight", wanted.wood_weights,
+                     "MATERIAL=F: favour (above 1) or avoid (below 1) this material's tones when the picture's are "
+                     "mapped to the wood's (repeatable)");
   command.add_option(
       "--material-limit", wanted.wood_limits,
       "MATERIAL=F: no more than this share of the picture's area, 0 to 1, is of this material (repeatable)");

@@ -291,7 +291,7 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
     json body = {{"more", options->more}};
     if (options->device == "laser" && (!options->board_width_mm || !options->board_height_mm))
       fail({ErrorCode::kInvalidArgument,
-            "how large the board is has to be told: measure both its sides with a rule and tell them with "
+            "the size of the board is needed: measure both its sides with a rule and give them with "
             "--board-width-mm and --board-height-mm"});
     if (options->device == "laser") options->confirmed = seen_to_or_fail(context, options->confirmed);
     if (!options->confirmed.empty()) body["confirmed"] = options->confirmed;

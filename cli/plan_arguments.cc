@@ -198,7 +198,8 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
       "n-th belongs to the n-th target");
   command.add_option("--material,--wood", arguments.woods, "Use only panels of this material (repeatable)");
   command.add_option("--material-weight,--wood-weight", arguments.wood_weights,
-                     "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
+                     "MATERIAL=F: favour (above 1) or avoid (below 1) this material's tones when the picture's are "
+                     "mapped to the wood's (repeatable)");
   command.add_option(
       "--material-limit", arguments.material_limits,
       "MATERIAL=F: no more than this share of the pictures' area, 0 to 1, is of this material (repeatable)");

@@ -17,8 +17,9 @@ using nlohmann::json;
 void add_override(CLI::App& command, std::vector<std::string>& overruled) {
   command
       .add_option("--override", overruled,
-                  "A warning that you looked into and overrule, by its name, as in --override strip-1; once for each. "
-                  "Those that admit what is in doubt need a maintainer")
+                  "Overrule this warning, after you looked into it: its name, as in --override strip-1 (repeatable). "
+                  "Where that "
+                  "would take doubtful wood into use, it needs a maintainer")
       ->allow_extra_args(false);
 }
 
@@ -37,16 +38,15 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   scan->add_option("--face", options->face, "The face that lies on the glass")->check(CLI::IsMember({"show", "back"}));
   scan->add_option("--panel", options->panel, "A known panel: adds its other face, or compares it with the ledger");
   scan->add_option("--part-of", options->part_of,
-                   "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
+                   "The panel that this part was sawn from; needed only where none of its tags is left on the part");
   CLI::Option* more =
-      scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
-  CLI::Option* again =
-      scan->add_option(
-              "--again", options->again,
-              "Of several parts that were refused together, scan this one anew, counted from 1; the others are kept")
-          ->check(CLI::Range(1, 1000))
-          ->excludes(more);
-  scan->add_flag("--anew", options->anew, "Give up the parts that were scanned with --more; this is the first one")
+      scan->add_flag("--more", options->more,
+                     "The panel is larger than the glass, and more tiles of it follow; leave this out at the last one");
+  CLI::Option* again = scan->add_option("--again", options->again,
+                                        "Scan this tile of a refused series again, counted from 1; the others are kept")
+                           ->check(CLI::Range(1, 1000))
+                           ->excludes(more);
+  scan->add_flag("--anew", options->anew, "Discard the tiles scanned so far, and begin again with this one")
       ->excludes(again);
   scan->add_flag("--retag", options->retag, "Tags that this panel never had were newly glued on, and become its own");
   scan->add_flag("--accept", options->accept, "Take it into stock at once, unless it has warnings")->excludes(more);

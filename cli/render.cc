@@ -141,7 +141,7 @@ std::string next_step_words(const json& step) {
   return text_or(step, "sentence", "") + (command.empty() ? "" : " (" + command + ")");
 }
 
-// {"panel", "face", "tiles", "retag"}: a scan in several parts, which anybody may go on with.
+// {"panel", "face", "tiles", "retag"}: a scan of several tiles, which anybody may go on with.
 std::string open_scan_words(const json& open) {
   const auto tiles = whole_or(open, "tiles", 0);
   const std::string panel = text_or(open, "panel", ""), face = text_or(open, "face", "show");
@@ -150,8 +150,8 @@ std::string open_scan_words(const json& open) {
                   flag_or(open, "retag", false) ? " --retag" : "");
   return fmt::format(
       "{} of the {} face of {} {} scanned, and more is to come: veneerctl panel scan{} ends it with the "
-      "last part, --more goes on, --anew gives up what is there",
-      tiles == 1 ? "1 part" : fmt::format("{} parts", tiles), face,
+      "last tile, --more goes on, --anew discards what is there",
+      tiles == 1 ? "1 tile" : fmt::format("{} tiles", tiles), face,
       panel.empty() ? "a panel that was not named" : panel, tiles == 1 ? "is" : "are", named);
 }
 

@@ -88,7 +88,8 @@ std::string render_scan_result(const json& result) {
   const std::string panel = text_or(result, "panel", "");
   const json& waiting = member(result, "proposal");
   if (panel.empty() && !waiting.is_number())
-    return "Scanned. Lay the next part on the glass and scan again; leave --more out for the last one.\n";
+    return "Scanned. Move the panel so that the next tile overlaps one that is scanned, and scan again; leave --more "
+           "out at the last one.\n";
   if (waiting.is_number())
     text += fmt::format("Proposal {}: {}\n", waiting.get<std::int64_t>(),
                         panel.empty() ? "a new panel" : "a scan of panel " + panel);

@@ -50,11 +50,11 @@ void add_new_sheets(CLI::App& sim, CommandContext& context) {
 }
 
 void add_place(CLI::App& sim, CommandContext& context) {
-  struct Place {
+  struct Options {
     std::string sheet, on, face = "show", part;
     std::optional<double> height_mm, x_mm, y_mm, turn_deg;
   };
-  const auto place = std::make_shared<Place>();
+  const auto place = std::make_shared<Options>();
   CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
   command->add_option("SHEET", place->sheet, "Its name; grid, board and panel are made when they are not there yet")
       ->required();

@@ -1,4 +1,4 @@
-// Columns that line up.
+// A table as plain text, its columns padded to the width of their widest cell.
 #pragma once
 
 #include <string>

@@ -20,14 +20,14 @@ constexpr int kPagesAtOnce = 256;  // a megabyte, until somebody may stop it
 
 fs::path restored_name(const fs::path& file) { return file.string() + ".restored"; }
 
-// SQLITE_DONE when all was copied, SQLITE_OK when somebody stopped it before.
+// SQLITE_DONE when all was copied, SQLITE_INTERRUPT when somebody stopped it before, else what SQLite says.
 int copy_pages(sqlite3* source, sqlite3* copy, const std::function<void(double)>& progress,
                const std::stop_token& stop) {
   sqlite3_backup* const work = sqlite3_backup_init(copy, "main", source, "main");
   if (work == nullptr) return sqlite3_errcode(copy);
   int code = SQLITE_OK;
-  while (code == SQLITE_OK && !stop.stop_requested()) {
-    code = sqlite3_backup_step(work, kPagesAtOnce);
+  while (code == SQLITE_OK) {
+    code = stop.stop_requested() ? SQLITE_INTERRUPT : sqlite3_backup_step(work, kPagesAtOnce);
     if (const int pages = sqlite3_backup_pagecount(work); pages > 0 && progress)
       progress(1.0 - static_cast<double>(sqlite3_backup_remaining(work)) / pages);
   }
@@ -50,8 +50,9 @@ bool is_of_the_source(int code) {
 }
 
 // Within one moment of the source, whatever is committed meanwhile. `failing` is the file that an exception is about.
-void copy_snapshot(Database& source, const fs::path& file, const std::function<void(double)>& progress,
-                   const std::stop_token& stop, const fs::path*& failing) {
+// kCancelled: a stop was requested.
+Status copy_snapshot(Database& source, const fs::path& file, const std::function<void(double)>& progress,
+                     const std::stop_token& stop, const fs::path*& failing) {
   failing = &source.file();
   // Only the first read fixes what is seen.
   static_cast<void>(source.connection().execAndGet("SELECT count(*) FROM sqlite_schema").getInt());
@@ -59,7 +60,8 @@ void copy_snapshot(Database& source, const fs::path& file, const std::function<v
   SQLite::Database copy(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   copy.exec("PRAGMA synchronous = FULL");
   const int code = copy_pages(source.connection().getHandle(), copy.getHandle(), progress, stop);
-  if (code == SQLITE_DONE || code == SQLITE_OK) return;
+  if (code == SQLITE_DONE) return Ok();
+  if (code == SQLITE_INTERRUPT) return Error{ErrorCode::kCancelled, "the backup was stopped before its end"};
   if (is_of_the_source(code)) failing = &source.file();
   throw SQLite::Exception(copy.getHandle(), code & 0xff);
 }
@@ -124,14 +126,8 @@ Status copy_database(Database& source, const fs::path& copy, const std::function
   Status done = Ok();
   const fs::path* failing = &copy;
   try {
-    done = at_one_moment(source, [&]() -> Status {
-      copy_snapshot(source, copy, progress, stop, failing);
-      return Ok();
-    });
-    if (done.ok() && stop.stop_requested())
-      done = Error{ErrorCode::kCancelled, "the backup was stopped before its end"};
-    else if (done.ok())
-      drop_log(copy);
+    done = at_one_moment(source, [&] { return copy_snapshot(source, copy, progress, stop, failing); });
+    if (done.ok()) drop_log(copy);
   } catch (const SQLite::Exception& thrown) {
     done = to_error(thrown, failing->string());
   }

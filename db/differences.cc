@@ -226,7 +226,8 @@ const char* to_string(DifferenceVerdict verdict) {
 Status Differences::found(const PanelId& panel, const std::vector<DifferenceRecord>& differences, const std::string& at,
                           bool later_map) {
   for (const DifferenceRecord& seen : differences)
-    if (seen.shape.empty()) return Error{ErrorCode::kInvalidArgument, "a difference without a shape is none"};
+    if (seen.shape.empty())
+      return Error{ErrorCode::kInvalidArgument, "a difference has no outline: scan the panel again"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     const auto known = read(connection, panel, "AND (v.verdict IS NULL OR v.verdict = 'accepted') ORDER BY d.id");

@@ -1,4 +1,4 @@
-// Who did what a row of another table tells (the table done_by), for statements within a transaction.
+// Notes in the table done_by who caused a row of another table, such as a new job. For use within a transaction.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -8,10 +8,10 @@
 
 namespace veneer::db {
 
-// What `number` is of: jobs, job_history, archivings, retirements, or a lease that ended.
+// Which table `number` is a key of, in this order: jobs, job_history, archivings, retirements, leases (one that ended).
 enum class Done { kJobMade, kJobMoved, kJobArchived, kPanelRetired, kLeaseEnded };
 
-// In the transaction that did it. Nothing is noted of what nobody ("") did.
+// Call it in the transaction that writes that row. An empty `who` notes nothing.
 void note_done_by(SQLite::Database& connection, Done what, std::int64_t number, const std::string& who);
 
 }  // namespace veneer::db

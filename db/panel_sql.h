@@ -61,6 +61,9 @@ void insert_fiducials(SQLite::Database& connection, const PanelId& panel, const 
 // As Panels::retire.
 Status leave_stock(SQLite::Database& connection, const PanelId& panel, const std::string& reason,
                    const std::string& at);
+// A panel that the sheet does not come from, under whose name wood of it was booked. A part's wood of before is that of
+// the panels it comes from, which are told with the part.
+std::optional<std::string> booked_under(SQLite::Database& connection, const PanelId& panel);
 std::optional<PanelId> merged_into(SQLite::Database& connection, const PanelId& panel);
 
 }  // namespace veneer::db

@@ -35,7 +35,7 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"flow_lines_only", OptionKind::kSwitch,
                 "With flow lines: cells lie along these alone, and along none of the picture's own edges"},
     NamedOption{"patch_mm", OptionKind::kNumber,
-                "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
+                "Side of the smallest patch, in millimetres; for a mosaic, the average side of a cell"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},
     NamedOption{"adaptive_factor", OptionKind::kNumber,
                 "A large patch is kept while its cost per pixel is at most this many times that of its four quarters"},
@@ -48,7 +48,7 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"overlap_mm", OptionKind::kNumber,
                 "How far refined pieces may grow over their borders, in millimetres; 0: three eighths of a patch"},
     NamedOption{"min_width_mm", OptionKind::kNumber,
-                "No part of a piece is thinner, in millimetres; squares are as they are"},
+                "Least width of any part of a piece, in millimetres; squares are not changed for it"},
     NamedOption{"min_size_mm", OptionKind::kNumber,
                 "Layouts make no piece smaller than a square of this side, in millimetres; pieces that are smaller "
                 "because such small patches were asked for are named"},
@@ -64,10 +64,10 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"w_range", OptionKind::kNumber,
                 "How far the picture's tones are stretched, evenly, over the wood's from dark to pale: from 0, not at "
                 "all, to 1"},
-    NamedOption{
-        "w_detail", OptionKind::kNumber,
-        "How much what is a patch or two wide, an eye or a mouth, is set off from what surrounds it: from 0, not "
-        "at all, to 1"},
+    NamedOption{"w_detail", OptionKind::kNumber,
+                "How strongly features a patch or two wide, an eye or a mouth, are set off from what surrounds them: "
+                "from 0, not "
+                "at all, to 1"},
     NamedOption{
         "w_gamut", OptionKind::kNumber,
         "With a colour weight: how far the picture's colours are mapped to the wood's, so that faces are made of "

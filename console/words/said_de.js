@@ -344,7 +344,7 @@ export const said = {
   "registering": "die Lage wird bestimmt",
   "reserving the wood": "das Holz wird vorgemerkt",
   "scanning": "es wird gescannt",
-  "stitching": "die Teile werden zusammengesetzt",
+  "stitching": "die Kacheln werden zusammengesetzt",
   "taking a picture": "ein Bild wird gemacht",
 
   // How a remedy ends. Last: what says more comes first.

@@ -18,7 +18,7 @@ EventClient::EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger 
       close_time_(hub.options().close_seconds),
       log_(std::move(log)) {}
 
-void EventClient::accept(Upgrade upgrade, const std::optional<EventPlace>& seen) {
+void EventClient::accept(Upgrade upgrade, const std::optional<SeenEvents>& seen) {
   // From here the WebSocket's own timeouts count: a handshake or close that hangs, and silence.
   socket_.next_layer().expires_never();
   websocket::stream_base::timeout timeout{};

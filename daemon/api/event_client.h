@@ -25,7 +25,7 @@ class EventClient : public std::enable_shared_from_this<EventClient> {
   EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger log);
 
   // Answers the upgrade and joins the hub, where `seen` ended.
-  void accept(Upgrade upgrade, const std::optional<EventPlace>& seen = {});
+  void accept(Upgrade upgrade, const std::optional<SeenEvents>& seen = {});
   void send(Message message);
   const Caller& caller() const { return caller_; }
   // Leaves the hub at once; the reason goes out behind what is being written, and after close_seconds the link is cut.

@@ -88,7 +88,7 @@ void EventHub::keep(Message message) {
   }
 }
 
-bool EventHub::is_kept_since(const EventPlace& seen) const {
+bool EventHub::is_kept_since(const SeenEvents& seen) const {
   return seen.life == life_ && seen.seq >= forgotten_ && seen.seq <= last_seq_;
 }
 
@@ -124,7 +124,7 @@ bool EventHub::send_one_away() {
   return true;
 }
 
-void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen) {
+void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optional<SeenEvents>& seen) {
   clients_.insert(client);
   const bool resumed = seen && is_kept_since(*seen);
   const std::int64_t from = resumed ? seen->seq : last_seq_;

@@ -39,8 +39,8 @@ struct EventHubOptions {
 
 class EventClient;  // one WebSocket connection; see event_client.h
 
-// What a client that comes back has seen.
-struct EventPlace {
+// Up to which event a client that comes back has seen them.
+struct SeenEvents {
   std::string life;
   std::int64_t seq = 0;
 };
@@ -76,7 +76,7 @@ class EventHub {
   // An operator who does not listen yet finds a place as long as another identity has two: one of whoever has most
   // goes.
   Room make_room_for(const Caller& caller);
-  void join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen = {});
+  void join(const std::shared_ptr<EventClient>& client, const std::optional<SeenEvents>& seen = {});
   void leave(const std::shared_ptr<EventClient>& client) { clients_.erase(client); }
   const EventHubOptions& options() const { return options_; }
 
@@ -96,7 +96,7 @@ class EventHub {
   Message numbered(std::string event, std::string to_viewers);
   void send_all(const Message& message);
   void keep(Message message);
-  bool is_kept_since(const EventPlace& seen) const;
+  bool is_kept_since(const SeenEvents& seen) const;
 
   EventHubOptions options_;
   Logger log_;

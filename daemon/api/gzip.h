@@ -7,8 +7,7 @@
 namespace veneer::daemon {
 
 // May a reply to a request with this Accept-Encoding header be gzip? By the coding's own weight, else by that of "*".
-// No header says no; of one that is broken counts
-// what stands before the fault.
+// An empty header means no; of a malformed one, what stands before the fault counts.
 bool accepts_gzip(std::string_view accept_encoding);
 
 // `content` as a gzip file of one member, without a name or a time: the same content gives the same bytes.

@@ -43,7 +43,7 @@ constexpr std::ptrdiff_t kMostHeaderLines = 64;  // browsers send some twenty
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
 // What a client that comes back to the event stream has seen; none of a new one.
-Result<std::optional<EventPlace>> seen_in(std::string_view target) {
+Result<std::optional<SeenEvents>> seen_in(std::string_view target) {
   auto parsed = parse_target(target);
   if (!parsed) return Error{ErrorCode::kInvalidArgument, "this is no path of the API"};
   ApiRequest asked;
@@ -55,8 +55,8 @@ Result<std::optional<EventPlace>> seen_in(std::string_view target) {
   if (life.has_value() != since.has_value())
     query.refuse({ErrorCode::kInvalidArgument, "life and since go together: send both, or neither"});
   if (Status read = query.end(); !read) return read.error();
-  if (!life || !since) return std::optional<EventPlace>();
-  return std::optional<EventPlace>({*life, *since});
+  if (!life || !since) return std::optional<SeenEvents>();
+  return std::optional<SeenEvents>({*life, *since});
 }
 
 // "Authorization: Bearer SECRET"; a page cannot give a WebSocket headers, so there it is the protocol "bearer.SECRET".
@@ -150,7 +150,7 @@ void HttpConnection::drop() {
   gone_.request_stop();
   reply_timer_.cancel();
   departure_timer_.cancel();
-  place_.reset();
+  open_handshake_.reset();
   request_share_ = {};
   upload_share_ = {};
   reply_share_ = {};

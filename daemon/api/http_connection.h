@@ -110,7 +110,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::ptrdiff_t header_lines_ = 0;  // of this request, that the parser has taken
   std::size_t header_bytes_ = 0;     // the same
   std::optional<TlsHello> hello_;    // until the handshake is over
-  TlsGate::Place place_;
+  TlsGate::OpenHandshake open_handshake_;
   std::optional<RequestParser> parser_;
   std::optional<Sha256> body_hash_;  // of a body that comes with a key
   std::size_t hashed_ = 0;           // of it

@@ -38,17 +38,17 @@ void HttpConnection::read_hello() {
 }
 
 void HttpConnection::wait_for_turn() {
-  place_ = shared_->gate.wait(network_of(visitor_.address), [weak = weak_from_this()] {
+  open_handshake_ = shared_->gate.wait(network_of(visitor_.address), [weak = weak_from_this()] {
     const auto self = weak.lock();
     return self && self->shake_hands();
   });
-  if (!place_) return gone();
+  if (!open_handshake_) return gone();
   shared_->on_waiting();
 }
 
 // The rest of it has little time: a crowd could keep back what costs, and send it all at once.
 bool HttpConnection::shake_hands() {
-  if (!place_) return false;
+  if (!open_handshake_) return false;
   if (client_is_gone()) {
     gone();
     return false;
@@ -59,7 +59,7 @@ bool HttpConnection::shake_hands() {
                             if (fault) return self->gone();
                             self->reply_timer_.cancel();
                             self->hello_.reset();
-                            self->place_.reset();
+                            self->open_handshake_.reset();
                             self->read_header();
                           });
   return true;

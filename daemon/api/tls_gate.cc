@@ -31,7 +31,7 @@ bool TlsGate::admits(const std::string& network, TimePoint now) {
   return true;
 }
 
-TlsGate::Place TlsGate::wait(const std::string& network, Turn turn) {
+TlsGate::OpenHandshake TlsGate::wait(const std::string& network, Turn turn) {
   if (const auto of = open_->find(network); of != open_->end() && of->second >= kMostOpen) return nullptr;
   ++(*open_)[network];
   waiting_.push_back({network, std::move(turn)});

@@ -31,12 +31,12 @@ class TlsGate {
   // One has connected from there: may it stay?
   bool admits(const std::string& network, TimePoint now);
 
-  // Held until the handshake is over.
-  using Place = std::shared_ptr<void>;
+  // Kept until the handshake is over; so long it counts as an open one of its network.
+  using OpenHandshake = std::shared_ptr<void>;
   // False when nobody is there any more: then it was no turn.
   using Turn = std::function<bool()>;
   // Waits for its turn; nullptr when that network has too many open.
-  Place wait(const std::string& network, Turn turn);
+  OpenHandshake wait(const std::string& network, Turn turn);
   // Gives the turns that are due. When to come again; nullopt: nobody waits.
   std::optional<TimePoint> serve(TimePoint now);
 
@@ -53,7 +53,7 @@ class TlsGate {
   std::map<std::string, TimePoint> last_turn_;      // by network
   std::map<std::string, TimePoint> connects_used_;  // by network, as turns_used_until_
   std::shared_ptr<std::map<std::string, std::size_t>> open_ =
-      std::make_shared<std::map<std::string, std::size_t>>();  // a Place may outlive this
+      std::make_shared<std::map<std::string, std::size_t>>();  // an OpenHandshake may outlive this
 };
 
 }  // namespace veneer::daemon

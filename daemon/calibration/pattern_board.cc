@@ -86,10 +86,9 @@ PatternBoard with_confirmed(PatternBoard board, const std::vector<std::string>& 
 
 Status require_size(const PatternBoard& board) {
   if (board.width && board.height) return Ok();
-  return Error{
-      ErrorCode::kInvalidArgument,
-      "how large the board is has to be told, for the camera looks for a board of that size before anything is "
-      "burnt: measure both its sides with a rule and tell them with --board-width-mm and --board-height-mm"};
+  return Error{ErrorCode::kInvalidArgument,
+               "the size of the board is needed, for the camera looks for a board of that size before anything is "
+               "burnt: measure both its sides with a rule and give them with --board-width-mm and --board-height-mm"};
 }
 
 std::optional<calib::WantedBoard> wanted_board(const PatternBoard& board) {

@@ -15,8 +15,7 @@ ChangeAudit::ChangeAudit(Parts parts, std::function<void(std::int64_t task, cons
 
 Status ChangeAudit::may_be_noted(const Caller& caller) const {
   if (p_.audit.has_room(caller.who)) return Ok();
-  return Error{ErrorCode::kUnavailable,
-               "you ask for more than can be written into the audit log: wait a second and ask again"};
+  return Error{ErrorCode::kUnavailable, "too many changes at once for the audit log: wait a second and try again"};
 }
 
 void ChangeAudit::note(const Router::Change& change) {

@@ -32,8 +32,8 @@ Result<planner::Drawing> drawing_of(const ReadDrawing& order) {
 }
 
 // Of each line, by its kind.
-Result<std::vector<planner::LineSetting>> settings_of(const planner::Drawing& drawing, const planner::LineKinds& kinds,
-                                                      const ReadDrawing& order) {
+Result<std::vector<planner::LineSetting>> settings_of(const planner::Drawing& drawing,
+                                                      const planner::DrawnLineKinds& kinds, const ReadDrawing& order) {
   if (!order.given.empty() && order.given.size() != kinds.kinds.size())
     return unusable(
         fmt::format("the drawing has {} kinds of line, and {} are told how they are burnt: tell of each, in the order "
@@ -54,13 +54,13 @@ Result<DrawingWasRead> read_drawing(const ReadDrawing& order, const std::filesys
                                     const TaskProgress&) {
   const auto drawing = drawing_of(order);
   if (!drawing) return drawing.error();
-  const planner::LineKinds kinds = planner::kinds_of(*drawing);
+  const planner::DrawnLineKinds kinds = planner::kinds_of(*drawing);
   if (kinds.kinds.size() > kMostLineKinds)
     return unusable(
         fmt::format("the drawing has {} layers and colours that differ, and at most {} are told apart: "
                     "give lines that are burnt alike one colour",
                     kinds.kinds.size(), kMostLineKinds));
-  for (const planner::LineKind& kind : kinds.kinds)
+  for (const planner::DrawnLineKind& kind : kinds.kinds)
     if (kind.layer.size() > kLongestName || kind.colour.size() > kLongestName)
       return unusable(fmt::format("the name of a layer or colour, {}..., is longer than {} bytes: shorten it",
                                   beginning_of(kind.layer.size() > kLongestName ? kind.layer : kind.colour, 40),
@@ -81,7 +81,7 @@ Result<DrawingWasRead> read_drawing(const ReadDrawing& order, const std::filesys
                       extent.max_x - extent.min_x, extent.max_y - extent.min_y));
   out.warnings = drawing->warnings;
   out.length_mm = planner::length_of(*drawing);
-  for (const planner::LineKind& kind : kinds.kinds)
+  for (const planner::DrawnLineKind& kind : kinds.kinds)
     out.kinds.push_back({kind.layer, kind.colour, kind.lines, kind.length_mm, {}});
   out.kind_of_stroke = kinds.of_line;
   for (std::size_t i = 0; i < drawing->lines.size(); ++i) {

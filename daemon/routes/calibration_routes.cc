@@ -143,12 +143,12 @@ Result<json> certificates_json(Repositories& r, const Page& page) {
   return out;
 }
 
-// A place that was asked about.
-struct Place {
+// In the frame of the certificate, of which the error is asked there.
+struct AskedPoint {
   double x = 0, y = 0;
 };
 
-Result<json> certificate_json(Repositories& r, CertificateId id, const std::optional<Place>& place) {
+Result<json> certificate_json(Repositories& r, CertificateId id, const std::optional<AskedPoint>& place) {
   const Error none{ErrorCode::kNotFound,
                    fmt::format("there is no certificate {}: veneerctl certificates lists them", id.value)};
   if (id.value == std::numeric_limits<decltype(id.value)>::max()) return none;  // the list counts from the next one
@@ -176,8 +176,8 @@ void reply_certificate(const CalibrationServices& s, const ApiRequest& request, 
   if (x.has_value() != y.has_value())
     return reply(ApiReply::error(
         {ErrorCode::kInvalidArgument, "a place on the glass or the bed has two numbers: give x and y, both in mm"}));
-  std::optional<Place> place;
-  if (x) place = Place{*x, *y};
+  std::optional<AskedPoint> place;
+  if (x) place = AskedPoint{*x, *y};
   reply_from_query(
       s.queries, request, [id = CertificateId{*id}, place](Repositories& r) { return certificate_json(r, id, place); },
       reply);

@@ -163,7 +163,7 @@ db::EventPlace read_place(RequestReader& query) {
   const auto cursor = query.text("cursor");
   if (!cursor) return {};
   const auto place = place_in(*cursor);
-  if (!place) query.refuse({ErrorCode::kInvalidArgument, "cursor is none: give `next` of the page before"});
+  if (!place) query.refuse({ErrorCode::kInvalidArgument, "this cursor is not valid: give `next` of the page before"});
   return place.value_or(db::EventPlace{});
 }
 
@@ -226,7 +226,8 @@ void bind_history_routes(Router& router, QueryPool& queries, const LaserConfig& 
     filter.words = read_words(query);
     filter.kind = query.text("kind").value_or("");
     if (!filter.kind.empty() && !is_kind(filter.kind))
-      query.refuse({ErrorCode::kInvalidArgument, "kind is none: give the beginning of WHAT, as run, job or alarm"});
+      query.refuse(
+          {ErrorCode::kInvalidArgument, "there is no such kind: give the beginning of WHAT, as run, job or alarm"});
     if (const auto job = query.whole("job", {1, 9e15})) filter.job = JobId{*job};
     filter.panel = read_panel(query);
     if (page.after != 0) filter.before = page.after;

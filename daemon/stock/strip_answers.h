@@ -20,10 +20,10 @@ struct AnsweredStrips {
   // Of the scan, but for those that mostly lie in a strip which is no wood; behind them, with numbers of their own,
   // strips that were left out and are wood.
   std::vector<db::ZoneRecord> zones;
-  // A strip that was left out is given, but for the margins that the scan's mask keeps from sides and round holes. One
-  // that is no wood is withheld. Neither reaches into what the scan took for wood of others, nor does a gift into the
-  // screws and cracks there. A strip that was taken and is wood has none. Their
-  // note is the warning's name.
+  // A strip that was left out and is wood is given back, but for the margins that the scan's mask keeps from sides and
+  // around holes, and for screws and cracks in other strips. One that is no wood is withheld. Neither edit reaches into
+  // what the scan took for other strips' wood. A strip that was taken and is wood needs no edit. Each edit's note is
+  // the warning's name.
   std::vector<db::MaskEdit> edits;
 };
 // kInvalidArgument: the scan asks about no strip of such a name, or one is called wood and no wood.

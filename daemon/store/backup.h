@@ -61,9 +61,8 @@ struct MadeBackup {
 // Makes and checks a backup of what is committed now, named by `at` (UTC), while whoever writes goes on; pictures are
 // hard links where the file system allows it, because they never change. A picture that cannot be read is missing.
 // Then the oldest backups beyond `keep` are removed, but never this one, nor the newest that holds a picture which this
-// one lacks. On an error nothing of it is left, and no older one is removed; kRefused
-// when what was written did not pass the check, so that the database itself is in doubt; kConflict while another
-// process makes one in the same folder.
+// one lacks. On an error nothing of it is left, and no older one is removed. kRefused when what was written did not
+// pass the check, so that the database itself is in doubt; kConflict while another process makes one in that folder.
 Result<MadeBackup> make_backup(const BackupPlace& place, const std::string& at, const std::stop_token& stop,
                                const BackupProgress& progress);
 

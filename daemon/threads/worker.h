@@ -1,4 +1,6 @@
-// One thread that does one kind of slow work, in order: scanning, photographing, planning, the database.
+// One thread of the daemon that does one kind of slow work, in order: it writes the database or a backup, hashes
+// passwords, or waits for a device or for a worker process (worker_processes.h). Elsewhere only that process is called
+// a worker.
 //
 // Work that throws costs itself, never the thread or the process: out of memory in the middle of a cut must not end the
 // program that owns the laser.

@@ -2,10 +2,11 @@
 // knows whether the panel still lay under them. The next look that tells where the panel is proves them, or makes them
 // suspect. A STOP owes this look as a kill does, and it waits for neither: it is taken beam off, where the head stands.
 //
-// What hands may have done since explains nothing. A camera that says nothing is asked again, less and less often: so
-// long the pieces are neither good nor lost, until a look tells, or a person says that there will be none. Once camera
-// or axes are calibrated anew, places are told in another frame than the run's: no look can tell any more, and the
-// pieces are suspect. What was found is in view() until the disk has taken it.
+// A panel that has moved makes the pieces suspect, even if somebody may have moved it after the run. While the camera
+// gives no picture it is asked again, less and less often; until one can be judged, or a person says that there will be
+// none, the pieces are neither good nor lost. Once camera or axes are calibrated anew, positions are in another frame
+// than the run's: no look can prove them any more, and they are suspect. What was found is in view() until that is
+// written.
 //
 // Bound to the reactor.
 #pragma once

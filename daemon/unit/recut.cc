@@ -27,10 +27,11 @@ Status still_stands(Repositories& r, const KeptCuts::Basis& basis, const ProvenP
         standing != calibration->standing.end() && standing->second.at(now) == CertificateState::kValid;
     const auto& known = basis.certificates;
     if (!in_force || std::find(known.begin(), known.end(), standing->second.certificate) == known.end())
-      return Error{ErrorCode::kRefused,
-                   fmt::format("the {} certificate is another than when panel {} was cut, so its cuts cannot be met "
-                               "again: make those that are lost again with veneerctl job redo {} PIECE --lost",
-                               db::to_string(kind), pose.panel.value, basis.job.value)};
+      return Error{
+          ErrorCode::kRefused,
+          fmt::format("the {} certificate is another than when panel {} was cut, so the laser can no longer "
+                      "follow the same cuts exactly: make what is lost again with veneerctl job redo {} PIECE --lost",
+                      db::to_string(kind), pose.panel.value, basis.job.value)};
   }
   for (const PieceId id : pieces) {
     const auto piece = r.jobs.find_piece(id);
@@ -63,7 +64,12 @@ void Recut::look_at_bed(const Reply& reply) {
   host_.parts().bed.look(host_.while_current([this, reply](const Result<ProvenPose>& look) {
     const Status unmoved = require_unmoved(look, pose_, kMovedSinceCut, "since it was cut");
     if (unmoved) return reply(Ok());
-    reply(Error{unmoved.error().code, unmoved.error().message + ": its cuts cannot be met again"});
+    reply(
+        Error{unmoved.error().code,
+              fmt::format(
+                  "{}, so the same cuts are not burnt again: make what is lost again with veneerctl job redo {} PIECE "
+                  "--lost",
+                  unmoved.error().message, basis_.job.value)});
   }));
 }
 

@@ -1,5 +1,5 @@
-// Which cuts can be met again (kept_cuts.h): as the database remembers them after a restart, as the view tells them,
-// and until they are forgotten.
+// Keeps which cuts the laser can follow once more (kept_cuts.h): reads them from the database after a restart, shows
+// them in the view, and forgets them in both.
 //
 // Bound to the reactor.
 #pragma once
@@ -33,18 +33,18 @@ class RecutMemory {
 
   // What runs keep, and what a recut stands on.
   KeptCuts& cuts() { return cuts_; }
-  // These, by their marks. kConflict when nothing can be met again, kNotFound for another piece, kInvalidArgument for
+  // These, by their marks. kConflict when nothing can be cut again, kNotFound for another piece, kInvalidArgument for
   // none.
   Result<std::vector<PieceBurn>> find(const std::vector<std::string>& marks) const;
 
   // As a run before this program's start left them. Once, before any run begins: the database is asked in order.
   void recall();
-  // Another laser tells places otherwise.
+  // Another laser's positions are not those of the run: nothing can be cut again with it.
   void laser_connected();
   // What a run has kept since stands in the view: all of it, or how many.
   void show();
   void count() { view_.can_recut = cuts_.count(); }
-  // They are not met again by this program. On disk they are forgotten as soon as it takes that; until then a restart
+  // This program does not cut them again. On disk they are forgotten as soon as it takes that; until then a restart
   // may recall them, and the proof of the pose before a recut stands in the way.
   void forget();
 

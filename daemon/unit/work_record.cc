@@ -23,7 +23,7 @@ void WorkRecord::begin(Work work, const std::string& doing, Reply written) {
        database = database_](Repositories& r) -> Status {
         if (*newest < awaited)
           return Error{ErrorCode::kStorage,
-                       fmt::format("how the work before ended is not written yet: {}", database->why_owed())};
+                       fmt::format("the end of the previous work is not saved yet: {}", database->why_owed())};
         Status noted = r.jobs.note_under_way(doing, utc_timestamp());
         if (noted) *newest = number;
         return noted;

@@ -31,7 +31,7 @@ struct FoundScanner {
 class Ending;  // of calls that may never return
 
 // An open scanner, closed with this object.
-class OpenScanner final : public FrameSource {
+class OpenScanner final : public ScanSource {
  public:
   ~OpenScanner() override;
   OpenScanner(const OpenScanner&) = delete;

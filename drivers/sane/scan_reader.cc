@@ -44,7 +44,7 @@ std::optional<std::size_t> colour_of(FrameKind kind) {
 
 class Reader {
  public:
-  Reader(FrameSource& source, const ReadOptions& options, const ScanProgress& progress, const std::stop_token& stop)
+  Reader(ScanSource& source, const ReadOptions& options, const ScanProgress& progress, const std::stop_token& stop)
       : source_(source), options_(options), progress_(progress), stop_(stop) {}
 
   Result<RawPicture> read() {
@@ -199,7 +199,7 @@ class Reader {
     return out;
   }
 
-  FrameSource& source_;
+  ScanSource& source_;
   const ReadOptions& options_;
   const ScanProgress& progress_;
   const std::stop_token& stop_;
@@ -207,13 +207,13 @@ class Reader {
 
 // A device that is not told waits for whoever began the scan, and some keep the carriage out.
 struct AlwaysEnded {
-  FrameSource& source;
+  ScanSource& source;
   ~AlwaysEnded() { source.cancel(); }
 };
 
 }  // namespace
 
-Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
+Result<RawPicture> read_scan(ScanSource& source, const ReadOptions& options, const ScanProgress& progress,
                              const std::stop_token& stop) {
   const AlwaysEnded ended{source};
   return Reader(source, options, progress, stop).read();

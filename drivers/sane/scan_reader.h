@@ -33,9 +33,9 @@ struct FrameParameters {
 };
 
 // An open scanner, set as wanted. Every call may block as long as the device likes.
-class FrameSource {
+class ScanSource {
  public:
-  virtual ~FrameSource() = default;
+  virtual ~ScanSource() = default;
   virtual const std::string& scanner() const = 0;  // for sentences
   virtual ScanStatus start() = 0;                  // the first frame, or the next
   virtual ScanStatus parameters(FrameParameters& out) = 0;
@@ -53,7 +53,7 @@ struct ReadOptions {
 };
 
 // Ends the scan on every way out. kCancelled after a stop request, seen between two portions.
-Result<RawPicture> read_scan(FrameSource& source, const ReadOptions& options, const ScanProgress& progress,
+Result<RawPicture> read_scan(ScanSource& source, const ReadOptions& options, const ScanProgress& progress,
                              const std::stop_token& stop);
 
 }  // namespace veneer::sane

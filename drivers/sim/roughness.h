@@ -1,8 +1,8 @@
 // How unkind the simulated workshop is, beyond what each device's own settings say. Everything here but the
-// belt's period is an amplitude: what is really there is drawn from the twin's seed. Nothing in it knows what the
-// cell's eyes can bear.
+// belt's period is an amplitude: what is really there is drawn from the twin's seed. No limit of what the cell can cope
+// with is known here.
 //
-// As they begin they are the bench. Values, thread-safe.
+// The default values are the preset "bench". Values, thread-safe.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -24,8 +24,8 @@ struct Roughness {
   // The panels. On the bed the middle stands up, or the ends do, by up to bow_mm; on the glass the lid presses them
   // flat. Their thickness is off by up to thickness_mm. Tags are stained, scorched or pasted over (0 = none, 1 = one of
   // each face is pasted over and most are stained). One tag of each face moves by tag_slip_mm when it is first laid on
-  // the bed. Share of panels whose board is another one than the grey,
-  // and of strips that are weathered, silver-dyed, bleached or ebonised.
+  // the bed. other_boards is the share of panels whose board is not the grey one, other_woods the share of strips that
+  // are weathered, silver-dyed, bleached or ebonised.
   double bow_mm = 0, thickness_mm = 0, tag_dirt = 0, tag_slip_mm = 0, other_boards = 0, other_woods = 0;
   // Light over the bed, anew for each picture: brightness and colour off by up to these parts, a slope across the bed,
   // a lamp mirrored in the panel, something's shadow; how much of the brightness the camera makes up for by itself.

@@ -99,8 +99,9 @@ Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settin
   return format;
 }
 
-Result<Look> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
-                              const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop) {
+Result<AveragedPicture> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
+                                         const Clock& clock, const DecodeJpeg& decode_jpeg,
+                                         const std::stop_token& stop) {
   const auto format = take_format(camera, settings);
   if (!format) return format.error();
   const auto locked = lock_controls(camera, settings.options);

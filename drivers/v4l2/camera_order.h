@@ -44,8 +44,9 @@ Result<CameraSettings> best_settings(OpenCamera& camera, const CameraSettings& w
 // kInvalidArgument, kRefused: it has no such pictures, or makes others of what it was asked for.
 Result<FrameFormat> take_format(OpenCamera& camera, const CameraSettings& settings);
 // See lock_controls() and take_look().
-Result<Look> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
-                              const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
+Result<AveragedPicture> take_locked_look(OpenCamera& camera, const CameraSettings& settings, const LookOptions& options,
+                                         const Clock& clock, const DecodeJpeg& decode_jpeg,
+                                         const std::stop_token& stop);
 // The same with its picture into `file`, as PPM.
 Result<TakenPicture> take_picture(OpenCamera& camera, const CameraSettings& settings, const std::filesystem::path& file,
                                   const LookOptions& options, const Clock& clock, const DecodeJpeg& decode_jpeg,

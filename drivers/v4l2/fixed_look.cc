@@ -52,7 +52,7 @@ class Looker {
         asked_(clock.now()),
         suspended_before_(options.time_suspended()) {}
 
-  Result<Look> look() {
+  Result<AveragedPicture> look() {
     if (Status started = source_.start(); !started) return started.error();
     settled_at_ = clock_.now() + options_.settling;
     while (average_.count() < options_.frames) {
@@ -75,7 +75,7 @@ class Looker {
       if (Status kept = average(*picture); !kept) return kept.error();
     }
     if (options_.time_suspended() - suspended_before_ > kMostSuspended) return slept();
-    return Look{average_.mean(), average_.count(), refused_};
+    return AveragedPicture{average_.mean(), average_.count(), refused_};
   }
 
  private:
@@ -188,8 +188,8 @@ Duration time_suspended() {
   return suspended;
 }
 
-Result<Look> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options, const Clock& clock,
-                       const DecodeJpeg& decode_jpeg, const std::stop_token& stop) {
+Result<AveragedPicture> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options,
+                                  const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop) {
   auto look = Looker(source, format, options, clock, decode_jpeg, stop).look();
   source.end();
   return look;

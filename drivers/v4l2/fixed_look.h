@@ -3,8 +3,8 @@
 // A frame is used only when nothing speaks against it. Refused, and another one waited for, is a frame
 //   - that the driver calls damaged, that lacks bytes or whose JPEG is broken;
 //   - without a time, from before the look was asked for, from the future, or no younger than one before it;
-//   - whose pixels are those of another frame of this look, refused ones too: a real sensor has noise, so a driver
-//   hangs.
+//   - whose pixels are those of another frame of this look, a refused one too: a real sensor has noise, so the driver
+//     repeats an old frame.
 // Too many of those, or none in time, end the look with the reason. The first frames that are not refused are thrown
 // away all the same, and all that were taken before the settings have settled, whenever they come; and since two go,
 // the exposure of those that stay began after the look was asked for, whether the driver stamps its begin or its end.
@@ -51,17 +51,16 @@ struct LookOptions {
   std::function<Duration()> time_suspended = v4l2::time_suspended;
 };
 
-struct Look {
+struct AveragedPicture {
   RawPicture picture;  // RGB, 8 bits
   int averaged = 0;
   int refused = 0;  // frames
 };
 
-// Ends the camera's frames on every way out. kUnavailable: no good frame in time, or the computer was
-// suspended meanwhile; kDeviceFault: too many that are
-// refused; kRefused: the bed does not keep still; kCancelled after a stop request, seen between two frames; or the
-// camera's own.
-Result<Look> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options, const Clock& clock,
-                       const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
+// Ends the camera's frames on every way out. kUnavailable: no good frame in time, or the computer was suspended
+// meanwhile; kDeviceFault: too many frames were refused; kRefused: the bed does not keep still; kCancelled after a stop
+// request, seen between two frames; or the camera's own error.
+Result<AveragedPicture> take_look(FrameSource& source, const FrameFormat& format, const LookOptions& options,
+                                  const Clock& clock, const DecodeJpeg& decode_jpeg, const std::stop_token& stop);
 
 }  // namespace veneer::v4l2

@@ -32,7 +32,7 @@ struct SettleOptions {
 
 struct ProposedSettings {
   CameraSettings settings;
-  Look look;
+  AveragedPicture look;
   std::vector<LookDoubt> doubts;
 };
 

@@ -47,9 +47,9 @@ Status check_mount(const PictureMount& it) {
   if (!(it.width > none && it.height > none && std::isfinite(it.width.count()) && std::isfinite(it.height.count())))
     return impossible("the picture to be mounted has no size");
   if (!(it.clearance >= none && it.clearance <= Millimetres(5)))
-    return impossible(fmt::format("a clearance of {:g} mm is none: give 0 to 5 mm", it.clearance.count()));
+    return impossible(fmt::format("a clearance of {:g} mm is not possible: give 0 to 5 mm", it.clearance.count()));
   if (!(it.kerf >= none && it.kerf <= Millimetres(2)))
-    return impossible(fmt::format("a kerf of {:g} mm is none: give 0 to 2 mm", it.kerf.count()));
+    return impossible(fmt::format("a kerf of {:g} mm is not possible: give 0 to 2 mm", it.kerf.count()));
   if (!(it.rail >= kNarrowestRail && it.rail <= Millimetres(200)))
     return impossible(fmt::format("a tray's rail of {:g} mm would not hold: give {:g} to 200 mm", it.rail.count(),
                                   kNarrowestRail.count()));

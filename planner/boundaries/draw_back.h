@@ -11,21 +11,21 @@
 
 namespace veneer::planner {
 
-// For each line how much of the way to where it is to go it goes, pixel by pixel.
+// Of each line and pixel along it: how far it moves from its old position (0) to the wanted one (1).
 using Shares = std::vector<std::vector<double>>;
 Shares whole_way(const CutLines& lines);
 
-// The lines around a face go only `factor` of the way, along it and a little beyond.
+// Multiplies the shares of the lines around a face by `factor`, along the face and a few pixels beyond.
 void draw_back(const CutLines& lines, std::size_t face, double factor, Shares& shares);
-// The lines around a face, where they pass within `reach` of a point, go `factor` of what they went `before`. What is
-// near to several points is drawn back once.
+// Sets the shares of the lines around a face, where they pass within `reach` pixels of `p`, to `factor` times those in
+// `before`. Because `before` stays as it is, a pixel near to several points is drawn back once.
 void draw_back_near(const CutLines& lines, std::size_t face, const PlanePoint& p, double reach, double factor,
                     const Shares& before, Shares& shares);
 
-// On the way from one to the other, place by place; where a share changes at once, it eases.
+// Interpolates from `from` to `to`, value by value, with the shares smoothed where they jump.
 std::vector<double> between(const std::vector<double>& from, const std::vector<double>& to,
                             const std::vector<double>& share);
-// The same lines on their way; where a share changes at once, the line eases.
+// The same of whole lines.
 CutLines between(const CutLines& from, const CutLines& to, const Shares& shares);
 
 }  // namespace veneer::planner

@@ -2,7 +2,8 @@
 //
 // The wood is surveyed once, for the layout's own patches, with far more candidates than the global choice needs. For
 // the shapes of each round they are measured again, coarsely and then exactly, and all pieces choose among them
-// together (global_search.h), starting from where they lie and at temperatures so low that they rather descend.
+// together (global_search.h), starting from where they lie and at temperatures so low that hardly any move to a dearer
+// arrangement is taken.
 #pragma once
 
 #include <cstdint>

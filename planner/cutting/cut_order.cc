@@ -363,17 +363,6 @@ std::vector<CutVisit> cut_order(const std::vector<CutSite>& sites, const CutOrde
   return tour.visits();
 }
 
-Millimetres tour_length(const std::vector<CutSite>& sites, const std::vector<CutVisit>& visits, Point<BedFrame> start) {
-  Millimetres sum{0};
-  Point<BedFrame> at = start;
-  for (const CutVisit& v : visits) {
-    const CutWay& way = sites[v.site].ways[v.way];
-    sum += distance(at, way.in) + way.inner;
-    at = way.out;
-  }
-  return sum;
-}
-
 std::size_t hot_pairs(const std::vector<CutSite>& sites, const std::vector<CutVisit>& visits) {
   std::size_t pairs = 0;
   for (std::size_t k = 1; k < visits.size(); ++k)

@@ -41,8 +41,6 @@ struct CutOrderOptions {
 // Every site once, and every `after` holds. Cyclic demands are dropped.
 std::vector<CutVisit> cut_order(const std::vector<CutSite>& sites, const CutOrderOptions& options);
 
-// The measure above: the dark way from `start` through the visits, with what the ways cost in themselves.
-Millimetres tour_length(const std::vector<CutSite>& sites, const std::vector<CutVisit>& visits, Point<BedFrame> start);
 // How often a site follows one that is still hot.
 std::size_t hot_pairs(const std::vector<CutSite>& sites, const std::vector<CutVisit>& visits);
 

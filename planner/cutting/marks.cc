@@ -273,8 +273,6 @@ std::vector<Room> rooms_for(const MarkOptions& options) {
 
 }  // namespace
 
-bool has_glyph(char c) { return find_glyph(c) != nullptr; }
-
 Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
                           const MarkOptions& options) {
   const std::vector<Text> ways = ways_to_write(text);

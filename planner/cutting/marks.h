@@ -1,4 +1,7 @@
 // What is engraved on the back of a piece: its mark in a single-line alphabet, over a baseline bar that tells 6 from 9.
+// The alphabet is capitals, digits and '-'. Its shapes keep apart what readers mix up: 0 carries a slash, 1 a flag and
+// a foot, I has two bars, 6 and 9 are bowls with open arms.
+//
 // A mark that does not fit on one line stands on two, broken before its hyphen or in its middle, over one bar. Where it
 // has no room at a height that is read without effort, it moves closer to the outline first, then becomes smaller; at
 // last only its ink, not the box around it, keeps away from the outline.
@@ -16,10 +19,6 @@
 #include "base/result.h"
 
 namespace veneer::planner {
-
-// Capitals, digits and '-'. The shapes keep apart what readers mix up: 0 carries a slash, 1 a flag and a foot, I has
-// two bars, 6 and 9 are bowls with open arms.
-bool has_glyph(char c);
 
 // How far baselines stand above each other and the last one above the bar, in heights of a capital.
 inline constexpr double kMarkLineStep = 8.2 / 6, kMarkBarDepth = 1.9 / 6;

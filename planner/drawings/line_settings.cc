@@ -51,13 +51,13 @@ std::set<std::string> untold(const Drawing& drawing, const std::vector<LineSetti
   return names;
 }
 
-LineKinds kinds_of(const Drawing& drawing) {
-  LineKinds out;
+DrawnLineKinds kinds_of(const Drawing& drawing) {
+  DrawnLineKinds out;
   std::map<std::pair<std::string, std::string>, std::size_t> known;
   for (const DrawnLine& line : drawing.lines) {
     const auto [found, is_new] = known.try_emplace({line.layer, line.colour}, out.kinds.size());
     if (is_new) out.kinds.push_back({line.layer, line.colour});
-    LineKind& kind = out.kinds[found->second];
+    DrawnLineKind& kind = out.kinds[found->second];
     ++kind.lines;
     for (std::size_t i = 1; i < line.points.size(); ++i)
       kind.length_mm +=

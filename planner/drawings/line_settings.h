@@ -38,16 +38,16 @@ void fill_from_recipes(const Drawing& drawing, const NamedSettings& recipes, std
 std::set<std::string> untold(const Drawing& drawing, const std::vector<LineSetting>& settings);
 
 // Lines that are told apart by nothing: of one layer and one colour.
-struct LineKind {
+struct DrawnLineKind {
   std::string layer, colour;  // as DrawnLine has them
   std::size_t lines = 0;
   double length_mm = 0;  // of all its lines, once each
 };
-struct LineKinds {
-  std::vector<LineKind> kinds;       // in the order in which the drawing has them
+struct DrawnLineKinds {
+  std::vector<DrawnLineKind> kinds;  // in the order in which the drawing has them
   std::vector<std::size_t> of_line;  // which of them each line is
 };
-LineKinds kinds_of(const Drawing& drawing);
+DrawnLineKinds kinds_of(const Drawing& drawing);
 
 // How far the lines are moved so that the lower left corner of their extent comes to x and y; not at all where one of
 // them is not given.

@@ -84,7 +84,8 @@ Result<cv::Mat> as_built(const Plan& plan, std::size_t artwork, const cv::Mat& p
   const auto is_size = [](Millimetres it) { return it >= Millimetres(0) && std::isfinite(it.count()); };
   if (preview.empty() || !is_size(look.clearance) || !is_size(look.char_width) || !is_size(look.distance) ||
       !(look.char_depth >= 0 && look.char_depth <= 1))
-    return Error{ErrorCode::kInvalidArgument, "the picture as built needs a preview, and sizes that are none below 0"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the picture as built needs a preview and sizes that are not negative: give 0 or more"};
   const double px_per_mm = preview.cols / plan.artworks[artwork].width.count();
   const Section section(look, px_per_mm);
   const double reach = section.reach() + 0.5;

@@ -46,7 +46,8 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
                                               ScanResolution resolution) {
   if (artwork >= plan.artworks.size()) return no_artwork(artwork);
   if (!(resolution.px_per_mm > 0))
-    return Error{ErrorCode::kInvalidArgument, "the preview's resolution must be positive"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "the preview's resolution is not positive: give more than 0 dots per inch"};
   const PlanArtwork& shape = plan.artworks[artwork];
   Raster<ArtworkFrame> preview;
   preview.pixels = cv::Mat(working_pixels(shape.height, resolution), working_pixels(shape.width, resolution), CV_8UC3,

@@ -72,12 +72,59 @@ class ClassSurvey {
         model_(problem.queue[patches_.front()].match),
         blocks_(model_.pixels),
         stop_(stop),
-        region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {
+        region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {}
+
+  // Once. kCancelled: a stop was requested.
+  Status run(Survey& survey, const std::function<void(double)>& progress) {
+    if (const Status prepared = prepare(); !prepared.ok()) return prepared;
+    const std::size_t sharing = groups_with_wood();
+    const Best none(2 * ((options_.candidates + sharing - 1) / sharing));
+    std::vector<Best> best(patches_.size() * groups(), none);
+    std::mutex merging;
+    Status surveyed = run_parallel(
+        rows_, options_.threads, stop_,
+        [&](std::size_t row) -> Status {
+          std::vector<Best> mine(best.size(), none);
+          if (const Status done = survey_row(row, mine); !done.ok()) return done;
+          const std::lock_guard lock(merging);
+          for (std::size_t i = 0; i < mine.size(); ++i) {
+            if (stop_.stop_requested()) return cancelled();
+            for (const Found& found : mine[i].found()) best[i].offer(found);
+          }
+          return Ok();
+        },
+        [&](std::size_t done) {
+          if (progress) progress(0.7 * static_cast<double>(done) / static_cast<double>(rows_));
+        });
+    if (!surveyed.ok()) return surveyed;
+    return run_parallel(
+        patches_.size(), options_.threads, stop_,
+        [&](std::size_t i) -> Status {
+          std::vector<Found> found = std::move(best[i * groups()].found());
+          for (std::size_t group = 1; group < groups(); ++group) {
+            const std::vector<Found>& more = best[i * groups() + group].found();
+            found.insert(found.end(), more.begin(), more.end());
+          }
+          Result<std::vector<Candidate>> candidates = measured(patches_[i], rooms_[i], found);
+          if (!candidates.ok()) return candidates.error();
+          Result<std::vector<AssignmentCost>> costs = measured_slots(patches_[i], slot_scores(i));
+          if (!costs.ok()) return costs.error();
+          survey.candidates[patches_[i]] = *std::move(candidates);
+          survey.slots[patches_[i]] = *std::move(costs);
+          return Ok();
+        },
+        [&](std::size_t done) {
+          if (progress) progress(0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(patches_.size()));
+        });
+  }
+
+ private:
+  Status prepare() {
     for (const std::size_t patch : patches_) {
-      if (stop.stop_requested()) return;
-      rough_patches_.emplace_back(problem.queue[patch].match, blocks_);
+      if (stop_.stop_requested()) return cancelled();
+      rough_patches_.emplace_back(problem_.queue[patch].match, blocks_);
       add_grain(patch, rough_patches_.back());
-      rooms_.emplace_back(problem.queue[patch].match, footprints_[patch], matcher.panels());
+      rooms_.emplace_back(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
     }
     double least_outer = footprints_[patches_.front()].outer(), most_outer = least_outer, reach = 0;
     least_inner_ = footprints_[patches_.front()].inner();
@@ -87,61 +134,26 @@ class ClassSurvey {
       least_outer = std::min(least_outer, it.outer()), most_outer = std::max(most_outer, it.outer());
       reach = std::max(reach, rooms_[i].outer());
     }
-    const FreeWood& any = matcher.panels().front().wood;
+    const FreeWood& any = matcher_.panels().front().wood;
     ample_ = most_outer + (any.border() - any.kerf()).count() * 1.5, reach = std::max(reach, ample_);
     alike_ = is_convex(model_.outline) && std::ranges::all_of(patches_, [&](std::size_t patch) {
                return same_shape(centred(patches_.front()), centred(patch));
              });
-    for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
-      const MatchPanel& panel = matcher.panels()[p];
-      Result<RoughPanel> rough = RoughPanel::make(panel.features.pixels, blocks_, stop);
-      if (!rough.ok()) return;
-      panels_.push_back({std::move(*rough), RoomMap(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop),
+    for (std::size_t p = 0; p < matcher_.panels().size(); ++p) {
+      const MatchPanel& panel = matcher_.panels()[p];
+      Result<RoughPanel> rough = RoughPanel::make(panel.features.pixels, blocks_, stop_);
+      if (!rough.ok()) return rough.error();
+      Result<RoomMap> room = RoomMap::make(panel.wood, std::max(least_inner_, least_outer / 4), reach, stop_);
+      if (!room.ok()) return room.error();
+      panels_.push_back({std::move(*rough), std::move(*room),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
       rows_ += static_cast<std::size_t>(panels_.back().rows);
     }
-    if (!stop.stop_requested()) describe_slots();
+    return describe_slots();
   }
 
-  // kCancelled: a stop was requested, then or while this was made.
-  Status run(Survey& survey, const std::function<void(double)>& progress) {
-    if (stop_.stop_requested()) return cancelled();
-    const std::size_t sharing = groups_with_wood();
-    const Best none(2 * ((options_.candidates + sharing - 1) / sharing));
-    std::vector<Best> best(patches_.size() * groups(), none);
-    std::mutex merging;
-    Status surveyed = run_parallel(
-        rows_, options_.threads, stop_,
-        [&](std::size_t row) {
-          std::vector<Best> mine(best.size(), none);
-          survey_row(row, mine);
-          const std::lock_guard lock(merging);
-          for (std::size_t i = 0; i < mine.size() && !stop_.stop_requested(); ++i)
-            for (const Found& found : mine[i].found()) best[i].offer(found);
-        },
-        [&](std::size_t done) {
-          if (progress) progress(0.7 * static_cast<double>(done) / static_cast<double>(rows_));
-        });
-    if (!surveyed.ok()) return surveyed;
-    return run_parallel(
-        patches_.size(), options_.threads, stop_,
-        [&](std::size_t i) {
-          std::vector<Found> found = std::move(best[i * groups()].found());
-          for (std::size_t group = 1; group < groups(); ++group) {
-            const std::vector<Found>& more = best[i * groups() + group].found();
-            found.insert(found.end(), more.begin(), more.end());
-          }
-          survey.candidates[patches_[i]] = measured(patches_[i], rooms_[i], found);
-          survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
-        },
-        [&](std::size_t done) {
-          if (progress) progress(0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(patches_.size()));
-        });
-  }
-
- private:
   // With grain, three more numbers of a candidate, and of a patch what they weigh: with w and t the directions of wood
   // and picture, |w| |t| - w.t is twice their disagreement.
   bool has_grain() const { return options_.grain != nullptr && options_.grain->is_there(); }
@@ -237,13 +249,14 @@ class ClassSurvey {
                    matcher_.lattice(spot.panel, spot.rotation).turn().count());
   }
 
-  void survey_row(std::size_t row, std::vector<Best>& best) const {
+  Status survey_row(std::size_t row, std::vector<Best>& best) const {
     const auto panel = static_cast<std::size_t>(spot(row, 0, 0).panel);
     const RoughPanel& rough = panels_[panel].rough;
     const std::size_t stride = (per_region() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
     std::vector<float> numbers(this->numbers(rough) * stride), squares(stride), scores(stride);
     std::vector<std::uint32_t> there;
-    for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
+    for (int column = 0; column < panels_[panel].columns; ++column) {
+      if (stop_.stop_requested()) return cancelled();
       there.clear();
       for (std::uint32_t within = 0; within < per_region(); ++within) {
         const Spot at = spot(row, column, within);
@@ -272,13 +285,15 @@ class ClassSurvey {
         }
       }
     }
+    return Ok();
   }
 
-  void describe_slots() {
+  Status describe_slots() {
     slot_stride_ = (slots_.size() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
     slot_numbers_.resize(numbers(panels_.front().rough) * slot_stride_);
     slot_squares_.resize(slot_stride_);
-    for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      if (stop_.stop_requested()) return cancelled();
       const Pose& slot = slots_[i];
       const auto panel = static_cast<std::size_t>(slot.panel);
       double column = 0, row = 0;
@@ -287,6 +302,7 @@ class ClassSurvey {
           panels_[panel].rough.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
       describe_grain(panels_[panel].rough, slot, slot_numbers_.data() + i, slot_stride_);
     }
+    return Ok();
   }
 
   std::vector<float> slot_scores(std::size_t i) const {
@@ -297,7 +313,7 @@ class ClassSurvey {
     return scores;
   }
 
-  std::vector<AssignmentCost> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
+  Result<std::vector<AssignmentCost>> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
     std::vector<std::size_t> order(slots_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(),
@@ -306,14 +322,14 @@ class ClassSurvey {
     const NearSearch near(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
     std::vector<AssignmentCost> costs;
     for (const std::size_t i : order) {
-      if (stop_.stop_requested()) break;
+      if (stop_.stop_requested()) return cancelled();
       costs.push_back({static_cast<std::uint32_t>(i), near.cost(slots_[i]) + grain_cost(patch, slots_[i])});
     }
     return costs;
   }
 
   // Thinned, laid on the lattice and measured.
-  std::vector<Candidate> measured(std::size_t patch, const OutlineRoom& room, std::vector<Found>& found) const {
+  Result<std::vector<Candidate>> measured(std::size_t patch, const OutlineRoom& room, std::vector<Found>& found) const {
     std::sort(found.begin(), found.end());
     const MatchPatch& match = problem_.queue[patch].match;
     const double apart = std::min(match.pixels.width, match.pixels.height) / 4.0;
@@ -329,7 +345,8 @@ class ClassSurvey {
     const std::size_t a_group = std::max<std::size_t>(1, options_.candidates / std::max<std::size_t>(1, sharing));
     std::fill(of_group.begin(), of_group.end(), std::size_t{0});
     for (const Found& it : found) {
-      if (candidates.size() == a_group * sharing || stop_.stop_requested()) break;
+      if (candidates.size() == a_group * sharing) break;
+      if (stop_.stop_requested()) return cancelled();
       const Spot at = spot_of(it);
       std::size_t& in_group = of_group[group_of(at)];
       if (in_group == a_group) continue;

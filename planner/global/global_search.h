@@ -1,5 +1,5 @@
-// Improves who takes which candidate: simulated annealing whose moves put a patch on a better candidate, eject the
-// patches that lie in its way and give each of them its best free candidate.
+// Improves an assignment of candidates to patches by simulated annealing. A move puts a patch on a better candidate,
+// ejects the patches that lie there and gives each of them its best free candidate.
 //
 // Iterations, not seconds, decide how long it runs, so results repeat bit for bit. The best arrangement seen is kept.
 // Iterations come in stages; what lies between two stages is a State, from which another search goes on to the same

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/cancelled.h"
 #include "planner/matching/banded_polygon.h"
 #include "planner/matching/clearance.h"
 
@@ -15,36 +16,49 @@ constexpr double kDiscRounding = 0.01;  // mm
 
 }  // namespace
 
-RoomMap::RoomMap(const FreeWood& wood, double fine, double reach, const std::stop_token& stop)
-    : wood_(wood), reach_(reach) {
-  const Raster<PanelFrame>& free = wood.raster();
-  step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(fine / 8)).count()));
-  cell_ = free.resolution.to_mm(Pixels(step_)).count();
+RoomMap::RoomMap(const FreeWood& wood, double fine, double reach) : wood_(wood), reach_(reach) {
+  const ScanResolution& resolution = wood.raster().resolution;
+  step_ = std::max(1, static_cast<int>(resolution.to_px(Millimetres(fine / 8)).count()));
+  cell_ = resolution.to_mm(Pixels(step_)).count();
+}
+
+Result<RoomMap> RoomMap::make(const FreeWood& wood, double fine, double reach, const std::stop_token& stop) {
+  RoomMap map(wood, fine, reach);
+  const Result<cv::Mat> free = map.wholly_free_cells(stop);
+  if (!free.ok()) return free.error();
+  if (const Status done = map.measure(*free, stop); !done.ok()) return done.error();
+  return map;
+}
+
+Result<cv::Mat> RoomMap::wholly_free_cells(const std::stop_token& stop) const {
+  const Raster<PanelFrame>& free = wood_.raster();
   // What is left over at the right and lower border is narrower than any patch's margin.
   cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
-  for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < wholly_free.rows * step_; ++r) {
+    if (stop.stop_requested()) return cancelled();
     const auto* from = free.pixels.ptr<std::uint8_t>(r);
     auto* to = wholly_free.ptr<std::uint8_t>(r / step_);
     for (int c = 0; c < wholly_free.cols * step_; ++c)
       if (from[c] == 0) to[c / step_] = 0;
   }
-  if (stop.stop_requested()) return;
   cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
-  measure(wholly_free, stop);
+  return wholly_free;
 }
 
 // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
 // beyond its own rows.
-void RoomMap::measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
+Status RoomMap::measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
   const int reach = static_cast<int>(std::ceil(reach_ / cell_ + kDoubt)) + 1;
   distance_.create(wholly_free.size(), CV_32FC1);
-  for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kRowsAtOnce) {
+  for (int top = 0; top < wholly_free.rows; top += kRowsAtOnce) {
+    if (stop.stop_requested()) return cancelled();
     const cv::Range band(top, std::min(wholly_free.rows, top + kRowsAtOnce));
     const cv::Range seen(std::max(0, band.start - reach), std::min(wholly_free.rows, band.end + reach));
     cv::Mat distance;
     cv::distanceTransform(wholly_free.rowRange(seen), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
     distance.rowRange(band.start - seen.start, band.end - seen.start).copyTo(distance_.rowRange(band));
   }
+  return Ok();
 }
 
 OutlineRoom::OutlineRoom(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels)

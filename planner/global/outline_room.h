@@ -7,6 +7,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/free_wood.h"
 #include "planner/matching/matcher.h"
 #include "planner/poses/footprint.h"
@@ -18,9 +19,9 @@ namespace veneer::planner {
 // lie somewhere need, without asking the polygons.
 class RoomMap {
  public:
-  // With cells of about an eighth of `fine`. Distances up to `reach` are known. Not to be asked once a stop is
-  // requested. `wood` must outlive it.
-  RoomMap(const FreeWood& wood, double fine, double reach, const std::stop_token& stop);
+  // With cells of about an eighth of `fine`. Distances up to `reach` are known. `wood` must outlive it. kCancelled: a
+  // stop was requested.
+  static Result<RoomMap> make(const FreeWood& wood, double fine, double reach, const std::stop_token& stop);
 
   // In millimetres, from a point to the nearest wood that is gone: no less than the one, no more than the other.
   struct Room {
@@ -39,7 +40,9 @@ class RoomMap {
  private:
   static constexpr double kDoubt = 1.5;  // cells
 
-  void measure(const cv::Mat& wholly_free, const std::stop_token& stop);
+  RoomMap(const FreeWood& wood, double fine, double reach);
+  Result<cv::Mat> wholly_free_cells(const std::stop_token& stop) const;  // CV_8UC1, with a border that is not free
+  Status measure(const cv::Mat& wholly_free, const std::stop_token& stop);
 
   const FreeWood& wood_;
   double reach_, cell_ = 0;

@@ -25,8 +25,8 @@ Ring<ArtworkFrame> rectangle(Millimetres width, Millimetres height) {
 }
 
 // What is left of the free wood: at first without the position margin, then without what has been taken.
-Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFrame>>& taken,
-                            const std::stop_token& stop) {
+Result<Raster<PanelFrame>> leftover(const FreeWood& wood, const std::vector<Ring<PanelFrame>>& taken,
+                                    const std::stop_token& stop) {
   constexpr int kBand = 256;  // rows between looks at `stop`
   const cv::Mat& all = wood.raster().pixels;
   Raster<PanelFrame> free = wood.raster();
@@ -34,13 +34,14 @@ Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFr
   const int reach = std::max(0, static_cast<int>(std::ceil(free.resolution.to_px(margin).count() - 1e-6)));
   const cv::Mat near = cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1});
   free.pixels = cv::Mat(all.size(), CV_8UC1);
-  for (int top = 0; top < all.rows && !stop.stop_requested(); top += kBand) {
+  for (int top = 0; top < all.rows; top += kBand) {
+    if (stop.stop_requested()) return cancelled();
     const cv::Range band(top, std::min(all.rows, top + kBand));
     cv::Mat part = free.pixels.rowRange(band);
     cv::erode(all.rowRange(band), part, near, {-1, -1}, 1, cv::BORDER_CONSTANT, 0);  // looks beyond the band
   }
   for (const Ring<PanelFrame>& ring : taken) {
-    if (stop.stop_requested()) break;
+    if (stop.stop_requested()) return cancelled();
     std::vector<cv::Point> corners;
     for (const auto& p : ring) {
       double column = 0, row = 0;
@@ -56,30 +57,32 @@ Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFr
 class Slots {
  public:
   // Takes poses in their order.
-  Slots(const std::vector<MatchPanel>& panels, const Footprint& footprint, std::vector<Pose> poses,
-        const std::stop_token& stop)
-      : poses_(std::move(poses)), overlaps_(poses_.size()), in_the_way_(poses_.size()), taken_(poses_.size()) {
-    const std::vector<Footprint> footprints(poses_.size(), footprint);
+  static Result<Slots> make(const std::vector<MatchPanel>& panels, const Footprint& footprint, std::vector<Pose> poses,
+                            const std::stop_token& stop) {
+    Slots slots(std::move(poses));
+    const std::vector<Footprint> footprints(slots.poses_.size(), footprint);
     Arrangement all(footprints, panels);
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      if (stop.stop_requested()) return;
-      all.in_the_way(i, poses_[i], overlaps_[i]);
-      for (const std::size_t other : overlaps_[i]) overlaps_[other].push_back(i);
-      all.put(i, poses_[i]);
+    for (std::size_t i = 0; i < slots.poses_.size(); ++i) {
+      if (stop.stop_requested()) return cancelled();
+      all.in_the_way(i, slots.poses_[i], slots.overlaps_[i]);
+      for (const std::size_t other : slots.overlaps_[i]) slots.overlaps_[other].push_back(i);
+      all.put(i, slots.poses_[i]);
     }
-    for (std::size_t i = 0; i < poses_.size(); ++i)
-      if (in_the_way_[i] == 0) take(i);
+    for (std::size_t i = 0; i < slots.poses_.size(); ++i)
+      if (slots.in_the_way_[i] == 0) slots.take(i);
+    return slots;
   }
 
   std::size_t count() const { return count_; }
 
   // Simulated annealing: a pose at random pushes out what it overlaps, and what is free then is taken. The best found
   // counts.
-  void improve(std::size_t enough, std::uint64_t exchanges, const std::stop_token& stop) {
+  Status improve(std::size_t enough, std::uint64_t exchanges, const std::stop_token& stop) {
     std::mt19937_64 random(1);
     std::vector<bool> best = taken_;
     std::size_t most = count_;
-    for (std::uint64_t k = 0; k < exchanges && most < enough && !stop.stop_requested(); ++k) {
+    for (std::uint64_t k = 0; k < exchanges && most < enough; ++k) {
+      if (stop.stop_requested()) return cancelled();
       const std::size_t i = random() % poses_.size();
       const double chance = static_cast<double>(random() >> 11) * 0x1p-53;
       if (taken_[i]) continue;
@@ -97,6 +100,7 @@ class Slots {
       if (count_ > most) most = count_, best = taken_;
     }
     taken_ = best, count_ = most;
+    return Ok();
   }
 
   std::vector<Pose> taken() const {
@@ -107,6 +111,9 @@ class Slots {
   }
 
  private:
+  explicit Slots(std::vector<Pose> poses)
+      : poses_(std::move(poses)), overlaps_(poses_.size()), in_the_way_(poses_.size()), taken_(poses_.size()) {}
+
   void take(std::size_t i) {
     taken_[i] = true, ++count_;
     for (const std::size_t other : overlaps_[i]) ++in_the_way_[other];
@@ -145,10 +152,11 @@ class Packer {
       if (!more.ok()) return more.error();
       if (more->empty()) break;
       poses.insert(poses.end(), more->begin(), more->end());
-      Slots slots(panels_, footprint_, poses, stop_);
-      slots.improve(enough, kExchanges * poses.size(), stop_);
-      if (stop_.stop_requested()) return cancelled();
-      packed = slots.taken();
+      Result<Slots> slots = Slots::make(panels_, footprint_, poses, stop_);
+      if (!slots.ok()) return slots.error();
+      const Status improved = slots->improve(enough, kExchanges * poses.size(), stop_);
+      if (!improved.ok()) return improved.error();
+      packed = slots->taken();
     }
     return packed;
   }
@@ -158,11 +166,14 @@ class Packer {
 
   Result<std::vector<Raster<PanelFrame>>> leftovers(const std::vector<Pose>& packed) const {
     std::vector<Raster<PanelFrame>> out(panels_.size());
-    const Status done = run_parallel(out.size(), threads_, stop_, [&](std::size_t p) {
+    const Status done = run_parallel(out.size(), threads_, stop_, [&](std::size_t p) -> Status {
       std::vector<Ring<PanelFrame>> taken;
       for (const Pose& pose : packed)
         if (pose.panel == static_cast<int>(p)) taken.push_back(grown(outline_at(pose), panels_[p].wood.kerf()));
-      out[p] = leftover(panels_[p].wood, taken, stop_);
+      Result<Raster<PanelFrame>> free = leftover(panels_[p].wood, taken, stop_);
+      if (!free.ok()) return free.error();
+      out[p] = *std::move(free);
+      return Ok();
     });
     if (!done.ok()) return done.error();
     return out;
@@ -180,7 +191,8 @@ class Packer {
         if (!regions.ok()) return regions.error();
         std::move(regions->begin(), regions->end(), std::back_inserter(found[i]));
       }
-      for (std::vector<Pose>& region : found[i]) settle(region);
+      for (std::vector<Pose>& region : found[i])
+        if (const Status settled = settle(region); !settled.ok()) return settled;
       return Ok();
     });
     if (!done.ok()) return done.error();
@@ -208,15 +220,15 @@ class Packer {
 
   // Shifts a region's poses, all alike and by up to a pixel, so that as many as possible keep to the rule of
   // free_wood.h, for which the points of the shelves are a little coarse; the others are dropped.
-  void settle(std::vector<Pose>& region) const {
+  Status settle(std::vector<Pose>& region) const {
     constexpr double kShifts[] = {0, 0.5, -0.5, 1, -1};  // pixels
     std::vector<Pose> most;
     for (const double down : kShifts) {
       for (const double right : kShifts) {
-        if (most.size() == region.size() || stop_.stop_requested()) break;
+        if (most.size() == region.size()) break;
         std::vector<Pose> settled;
         for (Pose pose : region) {
-          if (stop_.stop_requested()) return;
+          if (stop_.stop_requested()) return cancelled();
           const FreeWood& wood = panels_[static_cast<std::size_t>(pose.panel)].wood;
           const Millimetres pixel = wood.raster().resolution.to_mm(Pixels(1));
           pose.x += right * pixel.count(), pose.y -= down * pixel.count();
@@ -226,6 +238,7 @@ class Packer {
       }
     }
     region = std::move(most);
+    return Ok();
   }
 
   const Matcher& matcher_;

@@ -39,15 +39,15 @@ Shelves::Shelves(const Raster<PanelFrame>& free, int panel, Radians turn, const 
 }
 
 Result<std::vector<std::vector<Pose>>> Shelves::filled(const std::stop_token& stop) {
-  find_runs(stop);
+  if (const Status found = find_runs(stop); !found.ok()) return found.error();
   std::map<std::size_t, std::vector<Run>> by_region;
   for (const Run& run : runs_) by_region[root(run.region)].push_back(run);
   std::vector<std::vector<Pose>> out;
   for (const auto& [region, runs] : by_region) {
-    if (stop.stop_requested()) break;
-    out.push_back(fill(runs, stop));
+    Result<std::vector<Pose>> poses = fill(runs, stop);
+    if (!poses.ok()) return poses.error();
+    out.push_back(*std::move(poses));
   }
-  if (stop.stop_requested()) return cancelled();
   return out;
 }
 
@@ -57,12 +57,13 @@ bool Shelves::is_free(double column, double row) const {
          free_.pixels.ptr<std::uint8_t>(r)[c] != 0;
 }
 
-void Shelves::find_runs(const std::stop_token& stop) {
+Status Shelves::find_runs(const std::stop_token& stop) {
   // For each column, the rows on end, down to this one, in which a rectangle fits across.
   std::vector<int> height(static_cast<std::size_t>(columns_));
   covered_.assign(static_cast<std::size_t>(columns_), 0);
   coverer_.assign(static_cast<std::size_t>(columns_), 0);
-  for (int j = 0; j < rows_ && !stop.stop_requested(); ++j) {
+  for (int j = 0; j < rows_; ++j) {
+    if (stop.stop_requested()) return cancelled();
     const double y = top_ + j * step_y_;
     int free_points = 0, first = -1;
     const auto end_run = [&](int end) {
@@ -82,6 +83,7 @@ void Shelves::find_runs(const std::stop_token& stop) {
     }
     end_run(columns_ - across_);
   }
+  return Ok();
 }
 
 // Joins the run to the regions that its rectangles overlap.
@@ -106,11 +108,11 @@ std::size_t Shelves::root(std::size_t region) {
 }
 
 // `runs` are those of one region.
-std::vector<Pose> Shelves::fill(const std::vector<Run>& runs, const std::stop_token& stop) const {
+Result<std::vector<Pose>> Shelves::fill(const std::vector<Run>& runs, const std::stop_token& stop) const {
   const int top = runs.front().row, count = runs.back().row - top + 1;
   std::vector<std::vector<int>> row(static_cast<std::size_t>(count));  // left points of the rectangles of a row
   for (const Run& run : runs) {
-    if (stop.stop_requested()) return {};
+    if (stop.stop_requested()) return cancelled();
     std::vector<int>& lefts = row[static_cast<std::size_t>(run.row - top)];
     int next = lefts.empty() ? run.first : std::max(run.first, lefts.back() + across_);
     for (; next <= run.last; next += across_) lefts.push_back(next);

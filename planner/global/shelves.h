@@ -35,10 +35,10 @@ class Shelves {
     std::size_t region;
   };
   bool is_free(double column, double row) const;
-  void find_runs(const std::stop_token& stop);
+  Status find_runs(const std::stop_token& stop);
   void add_run(Run run);
   std::size_t root(std::size_t region);
-  std::vector<Pose> fill(const std::vector<Run>& runs, const std::stop_token& stop) const;
+  Result<std::vector<Pose>> fill(const std::vector<Run>& runs, const std::stop_token& stop) const;
   Pose pose(int left, int top) const;
 
   const Raster<PanelFrame>& free_;

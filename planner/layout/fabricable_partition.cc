@@ -144,17 +144,17 @@ class Maker {
   }
 
   std::vector<std::size_t> reading_order(const Partition& partition) const {
-    using Place = std::tuple<int, double, std::size_t>;
-    std::vector<Place> places;
+    using RowXFace = std::tuple<int, double, std::size_t>;
+    std::vector<RowXFace> faces;
     for (std::size_t f = 0; f < partition.faces.size(); ++f) {
       const Box<ArtworkFrame> box = bounds(outline_of(partition, f));
       const double y = ((box.min.y + box.max.y) / 2).count(), x = ((box.min.x + box.max.x) / 2).count();
-      places.emplace_back(static_cast<int>(std::floor((height_.count() - y) / options_.row.count())), x, f);
+      faces.emplace_back(static_cast<int>(std::floor((height_.count() - y) / options_.row.count())), x, f);
     }
-    std::sort(places.begin(), places.end());
+    std::sort(faces.begin(), faces.end());
     std::vector<std::size_t> order;
-    order.reserve(places.size());
-    for (const Place& place : places) order.push_back(std::get<2>(place));
+    order.reserve(faces.size());
+    for (const RowXFace& face : faces) order.push_back(std::get<2>(face));
     return order;
   }
 

@@ -41,15 +41,16 @@ std::string plain(std::string name) {
   return name;
 }
 
-// Moves the bytes of `part`, a few at a time. False: not all of them, because `move` failed or a stop was requested.
+// Moves the bytes of `part`, a few at a time. False: `move` failed. kCancelled: a stop was requested.
 template <class Move>
-bool in_pieces(std::span<std::byte> part, const std::stop_token& stop, Move move) {
-  while (!part.empty() && !stop.stop_requested()) {
+Result<bool> in_pieces(std::span<std::byte> part, const std::stop_token& stop, Move move) {
+  while (!part.empty()) {
+    if (stop.stop_requested()) return cancelled();
     const auto next = part.first(std::min(part.size(), kAtOnce));
     if (!move(reinterpret_cast<char*>(next.data()), static_cast<std::streamsize>(next.size()))) return false;
     part = part.subspan(next.size());
   }
-  return part.empty();
+  return true;
 }
 
 Error unwritable(const fs::path& path) {
@@ -83,9 +84,9 @@ Result<bool> IndexCache::load(const std::string& name, const std::string& key, c
       found.find(key) == std::string::npos)
     return false;
   for (const auto& part : parts) {
-    const bool whole = in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); });
-    if (stop.stop_requested()) return cancelled();
-    if (!whole) return false;
+    const Result<bool> whole =
+        in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); });
+    if (!whole.ok() || !*whole) return whole;
   }
   const Result<std::string> expected = header(key, parts, stop);
   if (!expected.ok()) return expected.error();
@@ -101,18 +102,17 @@ Status IndexCache::store(const std::string& name, const std::string& key, const 
   fresh += fmt::format(".{}", getpid());
   std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
   file << *first;
-  for (const auto& part : parts)
-    in_pieces(part, stop, [&](const char* from, std::streamsize size) { return bool(file.write(from, size)); });
+  Result<bool> whole = true;
+  for (const auto& part : parts) {
+    whole = in_pieces(part, stop, [&](const char* from, std::streamsize size) { return bool(file.write(from, size)); });
+    if (!whole.ok() || !*whole) break;
+  }
   file.close();
   std::error_code failed;
-  if (stop.stop_requested()) {
-    fs::remove(fresh, failed);
-    return cancelled();
-  }
-  if (file) fs::rename(fresh, path, failed);
-  if (file && !failed) return Ok();
+  if (whole.ok() && file) fs::rename(fresh, path, failed);
+  if (whole.ok() && file && !failed) return Ok();
   fs::remove(fresh, failed);
-  return unwritable(path);
+  return whole.ok() ? unwritable(path) : whole.error();
 }
 
 void IndexCache::drop(const std::string& panel) const {

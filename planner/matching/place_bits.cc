@@ -36,17 +36,19 @@ void spread_up(std::uint64_t* row, std::size_t words, int length) {
 }
 
 // The same from row to row.
-void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_t rows, int length,
-                 const std::stop_token& stop) {
+Status spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_t rows, int length,
+                   const std::stop_token& stop) {
   for (int reached = 1; reached < length;) {
     const int step = std::min(reached, length - reached);
-    for (std::size_t row = rows; row-- > static_cast<std::size_t>(step) && !stop.stop_requested();) {
+    for (std::size_t row = rows; row-- > static_cast<std::size_t>(step);) {
+      if (stop.stop_requested()) return cancelled();
       std::uint64_t* to = bits.data() + row * words;
       const std::uint64_t* from = to - static_cast<std::size_t>(step) * words;
       for (std::size_t i = 0; i < words; ++i) to[i] |= from[i];
     }
     reached += step;
   }
+  return Ok();
 }
 
 }  // namespace
@@ -125,16 +127,20 @@ Status PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& 
       }
     }
   }
-  for (std::size_t r = 0; r < rows && !stop.stop_requested(); ++r) spread_up(marks.data() + r * words, words, across);
-  spread_down(marks, words, rows, down, stop);
-  for (int y = 0; y < height() && !stop.stop_requested(); ++y) {
+  for (std::size_t r = 0; r < rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
+    spread_up(marks.data() + r * words, words, across);
+  }
+  if (const Status spread = spread_down(marks, words, rows, down, stop); !spread.ok()) return spread;
+  for (int y = 0; y < height(); ++y) {
+    if (stop.stop_requested()) return cancelled();
     const int first = pad_columns + begin_[static_cast<std::size_t>(y)];
     const std::uint64_t* forbidden =
         marks.data() + static_cast<std::size_t>(y + pad_rows) * words + static_cast<std::size_t>(first) / 64;
     std::uint64_t* places = row(y);
     for (int i = 0; i < stored(y) / 64; ++i) places[i] &= ~forbidden[i];
   }
-  return unless_cancelled(stop);
+  return Ok();
 }
 
 bool PlaceBits::any(int x0, int x1, int y0, int y1) const {

@@ -234,13 +234,13 @@ Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) 
   });
 }
 
-Result<ScannedPicture> load_scan(const std::filesystem::path& path) {
+Result<LoadedScan> load_scan(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
-  return decoded(*bytes, path.string(), [&](const ReadPicture& read) -> Result<ScannedPicture> {
+  return decoded(*bytes, path.string(), [&](const ReadPicture& read) -> Result<LoadedScan> {
     auto pixels = to_colours(read, *bytes, path.string(), NotedTurn::kLeftAlone);
     if (!pixels) return pixels.error();
-    return ScannedPicture{*std::move(pixels), read.metadata.dpi_x, read.metadata.dpi_y};
+    return LoadedScan{*std::move(pixels), read.metadata.dpi_x, read.metadata.dpi_y};
   });
 }
 

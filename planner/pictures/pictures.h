@@ -23,11 +23,11 @@ Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
 Result<cv::Mat> decode_labels(std::string_view bytes, const std::string& name);
 // A scanner's picture, as CV_8UC3: its pixels lie as they are stored, whatever turn the file notes, since the scanner's
 // map belongs to the glass and not to how a program would show the picture.
-struct ScannedPicture {
+struct LoadedScan {
   cv::Mat pixels;
   double dpi_x = 0, dpi_y = 0;  // as the file says; 0: it does not
 };
-Result<ScannedPicture> load_scan(const std::filesystem::path& path);
+Result<LoadedScan> load_scan(const std::filesystem::path& path);
 // CV_8UC1, 255 where the file is non-zero in any colour channel: upright, as its panel's picture is, but its numbers
 // are as they are stored.
 Result<cv::Mat> load_mask(const std::filesystem::path& path);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/hash.h"
+#include "planner/cancelled.h"
 #include "planner/parallel.h"
 #include "planner/poses/arrangement.h"
 
@@ -69,7 +70,13 @@ class FineRotation {
         moved = moved_in(*text, wave);
       } else {
         const Status searched = run_parallel(
-            wave.size(), threads, stop, [&](std::size_t k) { moved[k] = cheaper_nearby(wave[k], stop); },
+            wave.size(), threads, stop,
+            [&](std::size_t k) -> Status {
+              Result<std::optional<Candidate>> cheaper = cheaper_nearby(wave[k], stop);
+              if (!cheaper.ok()) return cheaper.error();
+              moved[k] = *cheaper;
+              return Ok();
+            },
             [&](std::size_t begun) {
               progress(static_cast<double>(done + begun) / static_cast<double>(patches_.size()));
             });
@@ -139,8 +146,8 @@ class FineRotation {
     return limits_.of(queue_[patch].match.outline, pose.panel, footprints_[patch].panel_from_artwork(pose));
   }
 
-  // None when the patch lies best where it is, or once `stop` is requested.
-  std::optional<Candidate> cheaper_nearby(std::size_t patch, const std::stop_token& stop) const {
+  // Nothing when the patch lies best where it is. kCancelled: a stop was requested.
+  Result<std::optional<Candidate>> cheaper_nearby(std::size_t patch, const std::stop_token& stop) const {
     const Pose start = *arrangement_.pose(patch);
     const LimitSet under = limits_at(patch, start);
     Candidate best{start, patches_[patch]->cost};
@@ -149,7 +156,7 @@ class FineRotation {
     for (int halvings = 0; halvings <= kHalvings && tried < kMostTries;) {
       const double before = best.cost;
       for (const FineStep& step : kFineSteps) {
-        if (stop.stop_requested()) return std::nullopt;
+        if (stop.stop_requested()) return cancelled();
         const Pose pose = stepped(best.pose, step, turn, shift);
         ++tried;
         if (distance_between(pose, start) > kMostShift * pixel(patch) || limits_at(patch, pose) != under ||
@@ -161,8 +168,8 @@ class FineRotation {
       if (best.cost < before) continue;
       turn /= 2, shift /= 2, ++halvings;
     }
-    if (best.pose == start) return std::nullopt;
-    return best;
+    if (best.pose == start) return std::optional<Candidate>();
+    return std::optional(best);
   }
 
   void move(std::size_t patch, const Candidate& to) {

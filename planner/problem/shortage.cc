@@ -23,18 +23,21 @@ struct Leftover {
   double px_per_mm = 1;
 };
 
-Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const PatchPlacements& patches,
-                     Millimetres smallest, const std::stop_token& stop) {
+Result<Leftover> leftover_of(const MatchPanel& panel, int index, const Problem& problem, const PatchPlacements& patches,
+                             Millimetres smallest, const std::stop_token& stop) {
   const Raster<PanelFrame>& stock = panel.wood.raster();
   const double wanted = kPixelsInTheSmallest / smallest.count();
   const int step = std::max(1, static_cast<int>(stock.resolution.px_per_mm / wanted));
   Leftover out;
   out.px_per_mm = stock.resolution.px_per_mm / step;
   out.free = cv::Mat(stock.pixels.rows / step, stock.pixels.cols / step, CV_8UC1, cv::Scalar(1));
-  for (int r = 0; r < out.free.rows * step && !stop.stop_requested(); ++r)
+  for (int r = 0; r < out.free.rows * step; ++r) {
+    if (stop.stop_requested()) return cancelled();
     for (int c = 0; c < out.free.cols * step; ++c)
       if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
-  for (std::size_t i = 0; i < patches.size() && !stop.stop_requested(); ++i) {
+  }
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (stop.stop_requested()) return cancelled();
     if (!patches[i] || patches[i]->panel != index) continue;
     std::vector<std::vector<cv::Point>> rings;
     for (const Ring<PanelFrame>& ring :
@@ -78,12 +81,13 @@ Leftover behind_limits(Leftover& leftover, int index, const MatchPanel& panel, c
 }
 
 // Upright squares side by side, row by row: fewer than would fit with turning and care.
-std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const std::stop_token& stop) {
+Result<std::size_t> squares_that_fit(const Leftover& leftover, Millimetres side, const std::stop_token& stop) {
   const int pixels = static_cast<int>(std::ceil(side.count() * leftover.px_per_mm));
   // Free pixels on end in each column, up to the present row.
   std::vector<int> height(static_cast<std::size_t>(leftover.free.cols), 0);
   std::size_t count = 0;
-  for (int r = 0; r < leftover.free.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < leftover.free.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     int width = 0;
     for (int c = 0; c < leftover.free.cols; ++c) {
       int& here = height[static_cast<std::size_t>(c)];
@@ -133,24 +137,30 @@ Result<std::optional<Shortage>> shortage_of(const Problem& problem, const Matche
   SquareMillimetres left{};
   std::vector<Leftover> leftovers;
   for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
-    leftovers.push_back(
-        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back(), stop));
+    Result<Leftover> free =
+        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back(), stop);
+    if (!free.ok()) return free.error();
+    leftovers.push_back(*std::move(free));
     if (!closed.empty()) {
       const MatchPanel& panel = matcher.panels()[p];
       const Leftover behind = behind_limits(leftovers.back(), static_cast<int>(p), panel, problem.limits, closed);
-      out.behind_limits += squares_that_fit(behind, patch + 2 * panel.wood.border(), stop);
+      const Result<std::size_t> fitting = squares_that_fit(behind, patch + 2 * panel.wood.border(), stop);
+      if (!fitting.ok()) return fitting.error();
+      out.behind_limits += *fitting;
     }
     left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
                               (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
   }
-  if (stop.stop_requested()) return cancelled();
   out.left = left;
   for (const double share : kShares) {
     const Millimetres side = patch * share;
     std::size_t count = 0;
-    for (std::size_t p = 0; p < leftovers.size(); ++p)
-      count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border(), stop);
-    if (stop.stop_requested()) return cancelled();
+    for (std::size_t p = 0; p < leftovers.size(); ++p) {
+      const Result<std::size_t> fitting =
+          squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border(), stop);
+      if (!fitting.ok()) return fitting.error();
+      count += *fitting;
+    }
     if (count == 0) continue;
     out.smaller = Shortage::Smaller{side, count};
     if (static_cast<double>(count) * (side * side).count() >= out.area.count()) break;

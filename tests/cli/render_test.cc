@@ -66,11 +66,11 @@ TEST(Render, AnOpenScanSaysHowItGoesOn) {
   EXPECT_THAT(render_status(status), ::testing::Not(HasSubstr("Scan ")));
   status["open_scan"] = {{"panel", nullptr}, {"face", "show"}, {"tiles", 1}};
   EXPECT_THAT(render_status(status),
-              HasSubstr("Scan         1 part of the show face of a panel that was not named is scanned, and more is to "
+              HasSubstr("Scan         1 tile of the show face of a panel that was not named is scanned, and more is to "
                         "come: veneerctl "
-                        "panel scan ends it with the last part, --more goes on, --anew gives up what is there\n"));
+                        "panel scan ends it with the last tile, --more goes on, --anew discards what is there\n"));
   status["open_scan"] = {{"panel", "P-0001"}, {"face", "back"}, {"tiles", 2}};
-  EXPECT_THAT(render_status(status), HasSubstr("2 parts of the back face of P-0001 are scanned"));
+  EXPECT_THAT(render_status(status), HasSubstr("2 tiles of the back face of P-0001 are scanned"));
   EXPECT_THAT(render_status(status), HasSubstr("veneerctl panel scan --panel P-0001 --face back ends it"));
   status["open_scan"]["retag"] = true;
   EXPECT_THAT(render_status(status), HasSubstr("veneerctl panel scan --panel P-0001 --face back --retag ends it"));

@@ -221,8 +221,8 @@ class Remedies(Page):
             ("piece A1-2 of job 3 is cut: make it again with `veneerctl job redo 3 A1-2 --lost`", f"piece A1-2 of job 3 is cut: make it again with “{lost}”", "#run"),
             ("name those that were lost, with veneerctl job redo 3 PIECE --lost", "name those that were lost, with “Run: It is lost: find other wood”", "#run"),
             ("have it made again with `veneerctl job redo JOB PIECE --lost` if it is lost", "have it made again with “Run: It is lost: find other wood” if it is lost", "#run"),
-            ("and more is to come: veneerctl panel scan --panel P-0001 --face back ends it with the last part, --more goes on, --anew gives up what is there",
-             "and more is to come: “Scan: back: P-0001” ends it with the last part, “Scan: The panel is larger than the glass: more tiles follow” goes on, “Scan: Scan and begin a new series” gives up what is there", "#scan", "#scan", "#scan"),
+            ("and more is to come: veneerctl panel scan --panel P-0001 --face back ends it with the last tile, --more goes on, --anew discards what is there",
+             "and more is to come: “Scan: back: P-0001” ends it with the last tile, “Scan: The panel is larger than the glass: more tiles follow” goes on, “Scan: Scan and begin a new series” discards what is there", "#scan", "#scan", "#scan"),
             ("when it cannot look any more, veneerctl write-off-look makes them suspect", "when it cannot look any more, “Cell: The camera cannot look any more” makes them suspect", "#cell"),
             ("it is good: say --lost", "it is good: say “Run: It is lost: find other wood”", "#run"),
             ("panel P-0001 has no edit 4: see `veneerctl panel mask P-0001 --list`", "panel P-0001 has no edit 4: see “Panels: P-0001: Painted by hand”", "#panels/P-0001"),
@@ -281,7 +281,7 @@ class Remedies(Page):
             ("a smaller --min-size-mm or --min-width-mm", f"a smaller smallest piece size (command line only) or {least}", "", ""),
             ("Size_mm is 5e9: it must be a number from 0.1 to 100000.", f"{picture('Shorter side, mm')} is 5e9: it must be a number from 0.1 to 100000.", "#new"),
             ("patch_mm must be a number, not \"x\"", f"{picture('Smallest patch, mm')} must be a number, not \"x\"", "#new"),
-            ("measure both its sides and tell them with --board-width-mm and --board-height-mm", "measure both its sides and tell them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
+            ("measure both its sides with a rule and give them with --board-width-mm and --board-height-mm", "measure both its sides with a rule and give them with “Set up: Board, width, mm” and “Set up: Board, height, mm”", "#setup/laser", "#setup/laser")):
             self.check(sentence, words, *hrefs)
         for sentence in ("the file size_mm.txt is not there: unheard_of is 3", "leave --rotations at 4", "its /size_mm", "toString_x is 1", "has__own is 1"):
             self.check(sentence, sentence)
@@ -687,7 +687,7 @@ class Cards(Page):
             const draw = (fresh) => { given_to(fresh); window.answers['/status'] = model.cell; put(main, scan.draw()); return main.querySelector('#do-scan'); };
             const chosen = () => [...main.querySelectorAll('select')].map(({value}) => value);
             const choose = (n, value) => { const field = main.querySelectorAll('select')[n]; field.value = value; field.dispatchEvent(new Event('change')); };
-            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, main.innerText.includes('the next scan is the next tile'), ...chosen()];
+            const look = (fresh) => [draw(fresh).disabled, main.querySelector('#scan-other') !== null, main.innerText.includes('the next scan belongs to this series'), ...chosen()];
             const none = look({open_scan: null}), atOnce = draw(open(1)).disabled;
             await until(() => !draw(open(1)).disabled);
             const begun = look(open(1));

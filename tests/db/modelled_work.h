@@ -326,7 +326,7 @@ class ModelledWork : public ModelledPlans {
     RC_ASSERT(would.has_value() == clear_owed_);
     RC_ASSERT(found.clear_owed.has_value() == clear_owed_);
   }
-  // The panel was moved: its cuts cannot be met again.
+  // The panel was moved: the same cuts are not burnt again.
   void forget_cuts() {
     VENEER_EXPECT_OK(cell_.jobs().forget_cuts());
     kept_cuts_.clear();

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using Kind = FrameParameters::Kind;
 
 // Delivers what it was told to, in portions of a few bytes.
-class ToldSource final : public FrameSource {
+class ToldSource final : public ScanSource {
  public:
   struct Frame {
     FrameParameters parameters;

@@ -45,7 +45,9 @@ RawPicture mean_of(const std::vector<std::vector<std::uint8_t>>& frames) {
 class V4l2LookTest : public ::testing::Test {
  protected:
   V4l2LookTest() { clock.advance(std::chrono::seconds(100)); }
-  Result<Look> look() { return take_look(camera, camera.format, options, clock, unpacked, stop.get_token()); }
+  Result<AveragedPicture> look() {
+    return take_look(camera, camera.format, options, clock, unpacked, stop.get_token());
+  }
   Error refusal() {
     const auto taken = look();
     EXPECT_FALSE(taken.ok());

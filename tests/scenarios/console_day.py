@@ -447,7 +447,7 @@ class Day:
         self.keys("canvas.lines", Keys.ARROW_UP)
         self.until_says("#lines-said", "Row 1, column 2: ")
         self.keys("canvas.lines", Keys.SHIFT, Keys.ARROW_LEFT)
-        self.until_says("#lines-free", "Free all 2 pinned places")
+        self.until_says("#lines-free", "Free all 2 pinned crossings")
         self.keys("canvas.lines", Keys.DELETE)
         self.until_says("#lines-said", "not pinned")
         self.until("the lines through the first alone", lambda: self.lines("pinned") == "1" and self.lines("fine") == "true")
@@ -458,7 +458,7 @@ class Day:
         hand.perform()
         self.until("nothing pinned", lambda: self.lines("pinned") == "0")
         self.draw_over("canvas.lines", (.5, .5), (.52, .5), (.6, .42))
-        self.until("a pinned place", lambda: self.lines("pinned") == "1")
+        self.until("a pinned crossing", lambda: self.lines("pinned") == "1")
 
     def lie_along_a_curve(self):
         """The cells of a mosaic come for what is drawn and painted, rough and then fine; all of it is taken back."""

@@ -102,7 +102,7 @@ TEST_F(Operator, PiecesThatAreNotThroughAreCutAgainAndBookedOnce) {
   const json after = burnt();
   EXPECT_GE(after["through_mm"].get<double>(), twice + 48.0);
   EXPECT_EQ(after["engraved_mm"], before["engraved_mm"]);
-  // Once it has been touched, its cuts cannot be met again.
+  // Once it has been touched, the same cuts are not burnt again.
   lift();
   EXPECT_NE(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1"}}}), "");
   lay();

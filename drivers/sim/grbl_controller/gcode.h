@@ -74,7 +74,6 @@ class GcodeInterpreter {
   // Machine position = work position + this.
   Vec3 work_offset() const;
   const gcode::Modal& modal() const { return modal_; }
-  double spindle_speed() const { return spindle_speed_; }
 
  private:
   struct Words;

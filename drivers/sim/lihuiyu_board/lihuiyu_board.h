@@ -91,7 +91,6 @@ class LihuiyuBoard {
   double beam_power() const { return burning_power(); }
   bool homed() const { return homed_; }
   bool lid_open() const { return lid_open_; }
-  bool powered() const { return powered_; }
   std::string state() const;  // "Ready", "Run", "Home", "Pause", "Off", "Stuck"
 
  private:

@@ -19,11 +19,11 @@ using ::testing::SizeIs;
 class GateTest : public ::testing::Test {
  protected:
   bool wait(const std::string& network, bool there = true) {
-    places.push_back(gate.wait(network, [this, network, there] {
+    open.push_back(gate.wait(network, [this, network, there] {
       if (there) served.push_back(network);
       return there;
     }));
-    return places.back() != nullptr;
+    return open.back() != nullptr;
   }
   // Gives every turn that is due within this time.
   void run(milliseconds time) {
@@ -35,7 +35,7 @@ class GateTest : public ::testing::Test {
 
   ManualClock clock;
   TlsGate gate{10};  // a turn each 100 ms
-  std::vector<TlsGate::Place> places;
+  std::vector<TlsGate::OpenHandshake> open;
   std::vector<std::string> served;
 };
 
@@ -64,7 +64,7 @@ TEST_F(GateTest, OneNetworkHasOnlySoManyOpenAndAnEndMakesRoom) {
   ASSERT_THAT(served, SizeIs(TlsGate::kMostOpen));
   EXPECT_FALSE(wait("crowd")) << "those that were begun count until they are over";
   EXPECT_TRUE(wait("tablet"));
-  places.front().reset();
+  open.front().reset();
   EXPECT_TRUE(wait("crowd"));
 }
 

@@ -73,7 +73,7 @@ TEST(PatternBoard, OfNoToldSizeIsNotLookedForAndNotBurnt) {
   one_side.width = Millimetres(300);
   for (const PatternBoard& board : {unsaid, one_side}) {
     const PatternBoard sure = with_confirmed(board, {kBoardOnTheBed, kBoardNotSeen});
-    EXPECT_THAT(refusal(sure, {}, kKnown), HasSubstr("how large the board is has to be told"));
+    EXPECT_THAT(refusal(sure, {}, kKnown), HasSubstr("the size of the board is needed"));
     EXPECT_THAT(refusal(sure, {seen(490, 350)}, kUnknown), HasSubstr("--board-height-mm"));
     EXPECT_EQ(require_size(sure).error().code, ErrorCode::kInvalidArgument);
   }

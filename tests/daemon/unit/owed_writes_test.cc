@@ -56,7 +56,8 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeAnAbortThatIsOwed) {
   };
   begin();
   ASSERT_FALSE(begun.ok());
-  EXPECT_THAT(begun.error().message, ::testing::HasSubstr("is not written yet: the disk is full"));
+  EXPECT_THAT(begun.error().message,
+              ::testing::HasSubstr("the end of the previous work is not saved yet: the disk is full"));
   record.end(WorkRecord::Work::kHoming);
   full = false;
   begin();
@@ -91,7 +92,8 @@ TEST_F(OwedWritesTest, NoWorkBeginsBeforeTheEndOfAJobThatIsOwed) {
   record.end_job(JobId{1}, "uid 1000");
   const Status early = begin();
   ASSERT_FALSE(early.ok());
-  EXPECT_THAT(early.error().message, ::testing::HasSubstr("is not written yet: the disk is full"));
+  EXPECT_THAT(early.error().message,
+              ::testing::HasSubstr("the end of the previous work is not saved yet: the disk is full"));
   EXPECT_EQ(owed(), "the program ended in the middle of job 1");
   record.end(WorkRecord::Work::kHoming);
   full = false;

@@ -39,9 +39,11 @@ void expect_inside(const Mark& mark, const Ring<BedFrame>& outline, Millimetres 
 }
 
 TEST(Marks, HaveEveryCharacterAMarkMayCarry) {
-  for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-")) EXPECT_TRUE(has_glyph(c)) << c;
-  EXPECT_FALSE(has_glyph('a'));
-  EXPECT_FALSE(has_glyph(' '));
+  const auto square = rectangle(0, 0, 20, 20);
+  for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-"))
+    EXPECT_TRUE(lay_out_mark({&c, 1}, square, kUp).ok()) << c;
+  for (const char* none : {"a", " ", "A a"})
+    EXPECT_EQ(lay_out_mark(none, square, kUp).error().code, ErrorCode::kInvalidArgument) << none;
 }
 
 TEST(Marks, ReadFromLeftToRightSeenFromAbove) {

@@ -56,7 +56,7 @@ TEST(LineSettings, WhatNobodySaysIsNamedByItsLayerElseItsColour) {
 }
 
 TEST(LineSettings, KindsStandInTheDrawingsOrder) {
-  const LineKinds kinds = kinds_of(drawing());
+  const DrawnLineKinds kinds = kinds_of(drawing());
   ASSERT_EQ(kinds.kinds.size(), 3U);
   EXPECT_EQ(kinds.kinds[0].layer, "cut");
   EXPECT_EQ(kinds.kinds[0].lines, 2U);
