@@ -232,8 +232,8 @@ void keep_better_plan(const Plan& plan, const std::string& settings, const fs::p
   if (!plan.stopped || !there || there->settings != settings || !fs::exists(out / "plan.json", ignored)) return;
   if (!planner::is_worse(planner::figures_of(plan), there->figures)) return;
   end({ErrorCode::kCancelled,
-       fmt::format("planning was cancelled, and {} stays, {} of the same pictures, wood and options: the same command "
-                   "goes on where it stopped",
+       fmt::format("planning was cancelled, no result was written, and {} stays, {} of the same pictures, wood and "
+                   "options: the same command goes on where it stopped",
                    (out / "plan.json").string(), there->figures.stopped ? "a better plan" : "the whole plan")});
 }
 

@@ -174,7 +174,8 @@ bool is_worse(const PlanFigures& plan, const PlanFigures& than) {
   if (plan.stopped != than.stopped) return plan.stopped;
   if (plan.unfilled != than.unfilled) return plan.unfilled > than.unfilled;
   // Grain and importance, which count in it, do not in cost_total.
-  if (plan.together && than.together && (plan.together->stopped || than.together->stopped))
+  if (plan.together && than.together && (plan.together->stopped || than.together->stopped) &&
+      plan.together->cost != than.together->cost)
     return plan.together->cost > than.together->cost;
   return plan.cost_total > than.cost_total;
 }

@@ -36,7 +36,7 @@ struct PlanFigures {
 };
 PlanFigures figures_of(const Plan& plan);
 // A whole plan is as good as its settings make it, so one that was stopped is worse. Else fewer pieces without wood
-// count first, then the cost that was being lowered: of choosing together while that is not done, or cost_total.
+// count first, then the cost that was being lowered: of choosing together while that is not done, then cost_total.
 bool is_worse(const PlanFigures& plan, const PlanFigures& than);
 
 struct ReportedPlan {

@@ -385,9 +385,10 @@ TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings)
   };
   const Outcome early = interrupted(many);
   EXPECT_EQ(early.status, 1) << early.errors;
-  EXPECT_THAT(early.errors, EndsWith("veneerctl: planning was cancelled, and " + path("out/plan.json") +
-                                     " stays, the whole plan of the same pictures, wood and options: the same command "
-                                     "goes on where it stopped\n"));
+  EXPECT_THAT(early.errors,
+              EndsWith("veneerctl: planning was cancelled, no result was written, and " + path("out/plan.json") +
+                       " stays, the whole plan of the same pictures, wood and options: the same command "
+                       "goes on where it stopped\n"));
   EXPECT_TRUE(files() == whole);
 
   // It does go on there, and is the same plan in the end.

@@ -211,6 +211,9 @@ TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
   EXPECT_FALSE(is_worse(late, early));
   late.together = {false, 6};
   EXPECT_TRUE(is_worse(early, late));
+  early.together = {true, 6};  // no dearer together: the pieces' own costs tell
+  EXPECT_TRUE(is_worse(late, early));
+  EXPECT_FALSE(is_worse(early, late));
   early.together = late.together;  // both have chosen: what follows lowers the pieces' own costs
   EXPECT_TRUE(is_worse(late, early));
   EXPECT_FALSE(is_worse(early, late));
