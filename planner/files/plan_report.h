@@ -19,9 +19,12 @@ struct PreviewFigures {
   std::optional<double> cost_per_pixel;   // preview.h
   std::optional<double> grain_coherence;  // grain/grain_coherence.h
 };
-// `settings`: the settings_key() of what was planned (plan_journal.h); "": it is not told.
+// SHA-256 of what was planned, the settings_key() of plan_journal.h, and of plan.json; "": it is not told.
+struct PlanHashes {
+  std::string settings, plan;
+};
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           const PreviewFigures& previews = {}, const std::string& settings = {});
+                           const PreviewFigures& previews = {}, const PlanHashes& hashes = {});
 
 // Which of two plans of the same settings is the better one.
 struct PlanFigures {
@@ -40,10 +43,12 @@ PlanFigures figures_of(const Plan& plan);
 bool is_worse(const PlanFigures& plan, const PlanFigures& than);
 
 struct ReportedPlan {
-  std::string settings;
+  PlanHashes hashes;
   PlanFigures figures;
 };
 // Of a report.json; none where there is no such file, or it does not tell them.
 std::optional<ReportedPlan> read_report(const std::filesystem::path& path);
+// Whether this file is the plan.json that it tells of. A run that was broken off may leave another one beside it.
+bool is_of(const ReportedPlan& report, const std::filesystem::path& plan);
 
 }  // namespace veneer::planner

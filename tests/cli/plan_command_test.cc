@@ -1,4 +1,5 @@
 // `veneerctl plan`, as a user runs it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -14,12 +15,14 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/hash.h"
 #include "tests/cli/plan_run.h"
 #include "tests/support/program_start.h"
 
@@ -291,6 +294,20 @@ TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
   EXPECT_FALSE(fs::exists(path("out/plan.journal")));
 }
 
+// A run with other options that is killed while it writes its plan leaves the one that is there, and its report.
+TEST_F(PlanCommand, LeavesThePlanThatIsThereWhenItIsKilledWhileItWrites) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string before = text("out/plan.json"), report = text("out/report.json");
+  EXPECT_EQ(json("out/report.json")["plan_sha256"], sha256_hex(std::as_bytes(std::span(before))));
+  constexpr std::size_t kUnit = 512;  // of the limit; a journal takes a tenth of a plan
+  const std::string command = fmt::format("ulimit -c 0; ulimit -f {}; {} plan {} --seed 2 2>{}",
+                                          before.size() / 3 / kUnit, VENEERCTL, usual(), path("stderr"));
+  EXPECT_NE(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+  EXPECT_THAT(text("stderr"), HasSubstr("placed 15 of 15 pieces"));
+  EXPECT_TRUE(text("out/plan.json") == before);
+  EXPECT_TRUE(text("out/report.json") == report);
+}
+
 TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
   const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 35 --patch-mm 3.5") + " --threads 1";
   ReadAlong command(std::string(VENEERCTL) + " plan " + many);
@@ -415,6 +432,14 @@ TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings)
   EXPECT_THAT(worse.errors, HasSubstr(path("out/plan.json") + " stays, a better plan of the same pictures, wood and "
                                                               "options: the same command goes on where it stopped\n"));
   EXPECT_TRUE(files() == better);
+
+  // A report knows its own plan only.
+  fs::remove(path("out/plan.journal"));
+  std::ofstream(path("out/plan.json"), std::ios::app) << " ";
+  const Outcome unknown = interrupted(others);
+  EXPECT_EQ(unknown.status, 0) << unknown.errors;
+  EXPECT_THAT(unknown.errors, HasSubstr("veneerctl: " + path("out/report.json") + " is of another plan than " +
+                                        path("out/plan.json") + ", so both are written anew\n"));
 
   // Nothing is known of a plan without its report.
   fs::remove(path("out/report.json")), fs::remove(path("out/plan.journal"));

@@ -9,7 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <span>
 
+#include "base/hash.h"
 #include "planner/files/plan_report.h"
 #include "tests/support/synthetic_wood.h"
 
@@ -166,7 +168,7 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
 TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
   const fs::path path = folder_ / "report.json";
   const auto reread = [&](const Plan& plan, const std::string& settings) {
-    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, settings), path).ok());
+    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, {settings, sha256_hex({})}), path).ok());
     return read_report(path);
   };
   EXPECT_FALSE(read_report(path)) << "there is none";
@@ -177,7 +179,8 @@ TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
   plan.global->stopped = true, plan.global->cost = 0.1;
   const auto told = reread(plan, "these");
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->settings, "these");
+  EXPECT_EQ(told->hashes.settings, "these");
+  EXPECT_EQ(told->hashes.plan, sha256_hex({}));
   EXPECT_TRUE(told->figures.stopped);
   EXPECT_EQ(told->figures.unfilled, unfilled(plan));
   EXPECT_EQ(told->figures.cost_total, cost_total(plan));
@@ -188,6 +191,35 @@ TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
     ASSERT_TRUE(write_text(text, path).ok());
     EXPECT_FALSE(read_report(path)) << text;
   }
+}
+
+// A run that is killed between the two, or a hand, leaves a plan that the report does not tell of.
+TEST_F(PlanFiles, AReportKnowsThePlanThatItTellsOf) {
+  const Plan plan = small_plan();
+  const std::string text = plan_to_json(plan);
+  const fs::path file = folder_ / "plan.json";
+  ASSERT_TRUE(write_text_whole(text, file).ok());
+  const std::string hash = sha256_hex(std::as_bytes(std::span(text)));
+  ASSERT_TRUE(write_text_whole(report_to_json(plan, {}, 1, 1, {}, {"these", hash}), folder_ / "report.json").ok());
+  const auto told = read_report(folder_ / "report.json");
+  ASSERT_TRUE(told);
+  EXPECT_TRUE(is_of(*told, file));
+  ASSERT_TRUE(write_text_whole(text + " ", file).ok());
+  EXPECT_FALSE(is_of(*told, file));
+  EXPECT_FALSE(is_of(*told, folder_ / "none.json"));
+}
+
+TEST_F(PlanFiles, ATextThatIsWrittenWholeIsReadByWhoMayReadTheOthers) {
+  const fs::path whole = folder_ / "whole", other = folder_ / "other";
+  ASSERT_TRUE(write_text_whole("a", whole).ok() && write_text("a", other).ok());
+  EXPECT_EQ(fs::status(whole).permissions(), fs::status(other).permissions());
+  EXPECT_EQ(write_text_whole("a", other / "x").error().code, ErrorCode::kStorage);
+  fs::create_directories(folder_ / "taken" / "by a folder");
+  const Status refused = write_text_whole("a", folder_ / "taken");
+  EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+  EXPECT_EQ(refused.error().message,
+            (folder_ / "taken").string() + " cannot be written: look at its folder and the room on its disk");
+  EXPECT_FALSE(fs::exists(folder_ / "taken.new"));
 }
 
 TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
