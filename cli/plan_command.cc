@@ -224,21 +224,21 @@ Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<S
   end(plan->error());
 }
 
-// A plan that was stopped takes no better one's place, if that is of the same settings.
+// Ends the command where a better plan stays.
 void keep_better_plan(const Plan& plan, const std::string& settings, const fs::path& out) {
-  const auto there = planner::read_report(out / "report.json");
+  const fs::path file = out / "plan.json", report = out / "report.json";
+  const auto there = planner::read_report(report);
   std::error_code ignored;
-  if (!plan.stopped || !there || there->hashes.settings != settings || !fs::exists(out / "plan.json", ignored)) return;
-  if (!planner::is_of(*there, out / "plan.json")) {
-    std::cerr << fmt::format("veneerctl: {} is of another plan than {}, so both are written anew\n",
-                             (out / "report.json").string(), (out / "plan.json").string());
+  if (!there || !planner::stays(*there, planner::figures_of(plan), settings) || !fs::exists(file, ignored)) return;
+  if (!planner::is_of(*there, file)) {
+    std::cerr << fmt::format("veneerctl: {} is of another plan than {}, so both are written anew\n", report.string(),
+                             file.string());
     return;
   }
-  if (!planner::is_worse(planner::figures_of(plan), there->figures)) return;
   end({ErrorCode::kCancelled,
        fmt::format("planning was cancelled, no result was written, and {} stays, {} of the same pictures, wood and "
                    "options: the same command goes on where it stopped",
-                   (out / "plan.json").string(), there->figures.stopped ? "a better plan" : "the whole plan")});
+                   file.string(), there->figures.stopped ? "a better plan" : "the whole plan")});
 }
 
 // The first few; the report has them all.

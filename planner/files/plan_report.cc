@@ -200,6 +200,10 @@ std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
   }
 }
 
+bool stays(const ReportedPlan& there, const PlanFigures& made, const std::string& settings) {
+  return made.stopped && !settings.empty() && there.hashes.settings == settings && is_worse(made, there.figures);
+}
+
 bool is_of(const ReportedPlan& report, const std::filesystem::path& plan) {
   const Result<std::string> hash = sha256_hex_of_file(plan);
   return hash.ok() && *hash == report.hashes.plan;

@@ -50,5 +50,8 @@ struct ReportedPlan {
 std::optional<ReportedPlan> read_report(const std::filesystem::path& path);
 // Whether this file is the plan.json that it tells of. A run that was broken off may leave another one beside it.
 bool is_of(const ReportedPlan& report, const std::filesystem::path& plan);
+// Whether the plan of `there` stays where a new one of `settings` would lie: one that was stopped takes no better one's
+// place, if that is of the same settings.
+bool stays(const ReportedPlan& there, const PlanFigures& made, const std::string& settings);
 
 }  // namespace veneer::planner

@@ -1,13 +1,14 @@
 // `veneerctl plan`, as a user runs it.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -36,28 +37,36 @@ using ::testing::EndsWith;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-// A command whose standard error is read line by line. The socket between has hardly any room, so that a command that
-// tells its progress waits for its reader every few lines: it cannot be done before a signal is sent.
+// A command whose standard error is read write by write. The pipe between them holds one write, and until() leaves the
+// one that it was waiting for in it: the command cannot come past the end of that line, however fast it is, before
+// somebody reads on.
 class ReadAlong {
  public:
   explicit ReadAlong(const std::string& command) {
     std::array<int, 2> ends{};
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no socket");
-    const int least = 1;
-    setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &least, sizeof least);
+    constexpr int kOnePage = 1;  // a page, at least; with O_DIRECT each write takes one
+    if (pipe2(ends.data(), O_CLOEXEC | O_DIRECT) != 0 || fcntl(ends[1], F_SETPIPE_SZ, kOnePage) < 0 ||
+        pipe2(seen_.data(), O_CLOEXEC) != 0)
+      throw std::runtime_error("no pipe");
     pid_ = tests::ProgramStart({"/bin/sh", "-c", "exec " + command}).run(STDOUT_FILENO, ends[1]);
     close(ends[1]);
     end_ = ends[0];
   }
-  ~ReadAlong() { finish(); }
+  ~ReadAlong() {
+    finish();
+    for (const int end : seen_) close(end);
+  }
   ReadAlong(const ReadAlong&) = delete;
   ReadAlong& operator=(const ReadAlong&) = delete;
 
-  // Reads until `words` have come; false when it ended without them.
+  // Reads until `words` are next; false when it ended without them.
   bool until(const std::string& words) {
-    while (text_.find(words) == std::string::npos)
-      if (!read_some()) return false;
-    return true;
+    for (;;) {
+      const std::string next = look();
+      if (next.empty()) return false;
+      if (next.find(words) != std::string::npos) return true;
+      read_some();
+    }
   }
   void interrupt() const { kill(pid_, SIGINT); }
   Outcome finish() {
@@ -70,8 +79,15 @@ class ReadAlong {
   }
 
  private:
+  using Write = std::array<char, PIPE_BUF>;
+  // The write that is next, which stays where it is; "": there are no more.
+  std::string look() {
+    Write some{};
+    if (tee(end_, seen_[1], some.size(), 0) <= 0) return "";
+    return {some.data(), static_cast<std::size_t>(std::max<ssize_t>(0, read(seen_[0], some.data(), some.size())))};
+  }
   bool read_some() {
-    std::array<char, 256> some{};
+    Write some{};
     const ssize_t count = end_ < 0 ? 0 : read(end_, some.data(), some.size());
     if (count > 0) text_.append(some.data(), static_cast<std::size_t>(count));
     return count > 0;
@@ -79,6 +95,7 @@ class ReadAlong {
 
   pid_t pid_ = 0;
   int end_ = -1, status_ = 0;
+  std::array<int, 2> seen_{-1, -1};
   std::string text_;
 };
 
@@ -387,8 +404,8 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
 
 // A finished plan has no journal left, so a run anew begins at nothing: stopped early it knows less than what is there.
 TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings) {
-  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
-                           " --threads 1 --optimize global --fine-rotation";
+  const std::string many =
+      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
   ASSERT_EQ(plan(many).status, 0);
   const auto files = [&] {
     return std::vector{text("out/plan.json"), text("out/report.json"), text("out/preview.png"), text("out/cut-P.svg")};

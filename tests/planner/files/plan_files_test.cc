@@ -251,5 +251,19 @@ TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
   EXPECT_FALSE(is_worse(early, late));
 }
 
+TEST(PlanFigures, AStoppedPlanLeavesABetterOneOfTheSameSettingsWhereItIs) {
+  const PlanFigures whole{false, 0, 5, {}}, stopped{true, 0, 6, {}}, later{true, 0, 4, {}};
+  const auto there = [](const PlanFigures& figures) { return ReportedPlan{{"these", "its hash"}, figures}; };
+  EXPECT_TRUE(stays(there(whole), stopped, "these"));
+  EXPECT_TRUE(stays(there(whole), later, "these")) << "cheaper so far, but not the whole";
+  EXPECT_TRUE(stays(there(later), stopped, "these"));
+  EXPECT_FALSE(stays(there(stopped), later, "these"));
+  EXPECT_FALSE(stays(there(stopped), stopped, "these")) << "no better";
+  EXPECT_FALSE(stays(there(later), whole, "these"));
+  EXPECT_FALSE(stays(there(later), PlanFigures{false, 2, 9, {}}, "these")) << "a whole plan is what was asked for";
+  EXPECT_FALSE(stays(there(whole), stopped, "others"));
+  EXPECT_FALSE(stays({{"", "its hash"}, whole}, stopped, "")) << "nobody knows of what settings it is";
+}
+
 }  // namespace
 }  // namespace veneer::planner
