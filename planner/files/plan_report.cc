@@ -136,7 +136,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
   json unfit = json::array();
   for (const UnfitPiece& piece : plan.unfit) unfit.push_back({{"piece", piece.mark}, {"why", piece.why}});
   const json out{{"schema_version", kReportVersion},
-                 {"settings", or_none(hashes.settings)},
+                 {"inputs_sha256", or_none(hashes.inputs)},
                  {"plan_sha256", or_none(hashes.plan)},
                  {"stopped", plan.stopped},
                  {"pieces", plan.pieces.size()},
@@ -187,7 +187,7 @@ std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const json from = json::parse(file, nullptr, false);
   try {
-    ReportedPlan out{{from.at("settings").get<std::string>(), from.at("plan_sha256").get<std::string>()},
+    ReportedPlan out{{from.at("inputs_sha256").get<std::string>(), from.at("plan_sha256").get<std::string>()},
                      {from.at("stopped").get<bool>(),
                       from.at("unfilled").get<std::size_t>(),
                       from.at("cost_total").get<double>(),
@@ -200,8 +200,8 @@ std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
   }
 }
 
-bool stays(const ReportedPlan& there, const PlanFigures& made, const std::string& settings) {
-  return made.stopped && !settings.empty() && there.hashes.settings == settings && is_worse(made, there.figures);
+bool stays(const ReportedPlan& there, const PlanFigures& made, const std::string& inputs) {
+  return made.stopped && !inputs.empty() && there.hashes.inputs == inputs && is_worse(made, there.figures);
 }
 
 bool is_of(const ReportedPlan& report, const std::filesystem::path& plan) {

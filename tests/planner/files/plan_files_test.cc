@@ -167,19 +167,19 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
 
 TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
   const fs::path path = folder_ / "report.json";
-  const auto reread = [&](const Plan& plan, const std::string& settings) {
-    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, {settings, sha256_hex({})}), path).ok());
+  const auto reread = [&](const Plan& plan, const std::string& inputs) {
+    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, {inputs, sha256_hex({})}), path).ok());
     return read_report(path);
   };
   EXPECT_FALSE(read_report(path)) << "there is none";
   Plan plan = small_plan();
-  EXPECT_FALSE(reread(plan, "")) << "of what settings it is, is not told";
+  EXPECT_FALSE(reread(plan, "")) << "of what inputs it is, is not told";
   plan.stopped = true;
   plan.global = GlobalReport{};
   plan.global->stopped = true, plan.global->cost = 0.1;
   const auto told = reread(plan, "these");
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->hashes.settings, "these");
+  EXPECT_EQ(told->hashes.inputs, "these");
   EXPECT_EQ(told->hashes.plan, sha256_hex({}));
   EXPECT_TRUE(told->figures.stopped);
   EXPECT_EQ(told->figures.unfilled, unfilled(plan));
@@ -187,7 +187,8 @@ TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
   ASSERT_TRUE(told->figures.together);
   EXPECT_TRUE(told->figures.together->stopped);
   EXPECT_EQ(told->figures.together->cost, 0.1);
-  for (const char* text : {"", "{", "[]", R"({"settings": 3, "stopped": false, "unfilled": 0, "cost_total": 1})"}) {
+  for (const char* text :
+       {"", "{", "[]", R"({"inputs_sha256": 3, "stopped": false, "unfilled": 0, "cost_total": 1})"}) {
     ASSERT_TRUE(write_text(text, path).ok());
     EXPECT_FALSE(read_report(path)) << text;
   }
@@ -251,7 +252,7 @@ TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
   EXPECT_FALSE(is_worse(early, late));
 }
 
-TEST(PlanFigures, AStoppedPlanLeavesABetterOneOfTheSameSettingsWhereItIs) {
+TEST(PlanFigures, AStoppedPlanLeavesABetterOneOfTheSameInputsWhereItIs) {
   const PlanFigures whole{false, 0, 5, {}}, stopped{true, 0, 6, {}}, later{true, 0, 4, {}};
   const auto there = [](const PlanFigures& figures) { return ReportedPlan{{"these", "its hash"}, figures}; };
   EXPECT_TRUE(stays(there(whole), stopped, "these"));
@@ -262,7 +263,7 @@ TEST(PlanFigures, AStoppedPlanLeavesABetterOneOfTheSameSettingsWhereItIs) {
   EXPECT_FALSE(stays(there(later), whole, "these"));
   EXPECT_FALSE(stays(there(later), PlanFigures{false, 2, 9, {}}, "these")) << "a whole plan is what was asked for";
   EXPECT_FALSE(stays(there(whole), stopped, "others"));
-  EXPECT_FALSE(stays({{"", "its hash"}, whole}, stopped, "")) << "nobody knows of what settings it is";
+  EXPECT_FALSE(stays({{"", "its hash"}, whole}, stopped, "")) << "nobody knows of what it is";
 }
 
 }  // namespace
