@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -193,8 +194,6 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
 // Adds to the plan's warnings what the cut files had to leave out, and to `figures` what the previews say.
 Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options, const Looks& looks,
                    const std::set<std::string>& formats, const fs::path& out, Previews& figures) {
-  // plan.json is always there: everything else can be made from it again.
-  if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
@@ -225,16 +224,21 @@ Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<S
   end(plan->error());
 }
 
-// A plan that was stopped takes no better one's place, if that is of the same settings.
+// Ends the command where a better plan stays.
 void keep_better_plan(const Plan& plan, const std::string& settings, const fs::path& out) {
-  const auto there = planner::read_report(out / "report.json");
+  const fs::path file = out / "plan.json", report = out / "report.json";
+  const auto there = planner::read_report(report);
   std::error_code ignored;
-  if (!plan.stopped || !there || there->settings != settings || !fs::exists(out / "plan.json", ignored)) return;
-  if (!planner::is_worse(planner::figures_of(plan), there->figures)) return;
+  if (!there || !planner::stays(*there, planner::figures_of(plan), settings) || !fs::exists(file, ignored)) return;
+  if (!planner::is_of(*there, file)) {
+    std::cerr << fmt::format("veneerctl: {} is of another plan than {}, so both are written anew\n", report.string(),
+                             file.string());
+    return;
+  }
   end({ErrorCode::kCancelled,
-       fmt::format("planning was cancelled, and {} stays, {} of the same pictures, wood and options: the same command "
-                   "goes on where it stopped",
-                   (out / "plan.json").string(), there->figures.stopped ? "a better plan" : "the whole plan")});
+       fmt::format("planning was cancelled, no result was written, and {} stays, {} of the same pictures, wood and "
+                   "options: the same command goes on where it stopped",
+                   file.string(), there->figures.stopped ? "a better plan" : "the whole plan")});
 }
 
 // The first few; the report has them all.
@@ -328,15 +332,19 @@ void run_plan(const PlanCommandArguments& arguments) {
       plan_with_journal(artworks, stock, options, settings,
                         arguments.best_so_far ? planner::OnStop::kBestSoFar : planner::OnStop::kCancel, journal);
   keep_better_plan(plan, settings, arguments.out);
+  // plan.json is always there: everything else can be made from it again.
+  const std::string text = planner::plan_to_json(plan);
+  or_fail(planner::write_text_whole(text, fs::path(arguments.out) / "plan.json"));
   std::error_code ignored;
-  fs::remove(told, ignored);  // a report that is there is of the plan that is there
+  fs::remove(told, ignored);  // of the plan before; should it outlive this, its hash says so
   Previews preview;
   or_fail(write_files(plan, stock, options, looks, formats, arguments.out, preview));
   if (looks.tiles) or_fail(write_tiles(plan, artworks, *looks.tiles, arguments.out));
   spent.total = seconds();
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
-                                                     {preview.cost.per_pixel(), preview.grain.mean()}, settings);
-  or_fail(planner::write_text(report, told));
+                                                     {preview.cost.per_pixel(), preview.grain.mean()},
+                                                     {settings, sha256_hex(std::as_bytes(std::span(text)))});
+  or_fail(planner::write_text_whole(report, told));
   if (plan.mosaic && plan.mosaic->with_joints) tell_tiles(*plan.mosaic->with_joints);
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);

@@ -93,7 +93,12 @@ void with_progress(const std::function<void(const planner::Progress&, std::stop_
     while (!over.stop_requested() && !InterruptGuard::interrupted()) std::this_thread::sleep_for(kLook);
     if (InterruptGuard::interrupted()) stop.request_stop();
   });
-  work([&](double fraction, std::string_view text) { bar.show(fraction, std::string(text)); }, stop.get_token());
+  const auto tell = [&](double fraction, std::string_view text) {
+    bar.show(fraction, std::string(text));
+    // Who answers a line with Ctrl-C, before it is written to its end, stops what it tells of.
+    if (InterruptGuard::interrupted()) stop.request_stop();
+  };
+  work(tell, stop.get_token());
 }
 
 }  // namespace veneer::cli

@@ -309,9 +309,13 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, bool fine, Re
       workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
   if (drawn) drawn->left_out = left_out(today->stock);
   if (!drawn && drawn.error().code == ErrorCode::kTimeout)
-    return Error{ErrorCode::kTimeout, fmt::format("the sketch took longer than {} s: ask again, since what was read of "
-                                                  "the wood is kept",
-                                                  limit.count())};
+    return Error{
+        ErrorCode::kTimeout,
+        fine ? fmt::format("the sketch in the plan's own pieces took longer than {} s: choose larger pieces or a "
+                           "smaller picture, or look at it in squares",
+                           limit.count())
+             : fmt::format("the sketch took longer than {} s: ask again, since what was read of the wood is kept",
+                           limit.count())};
   return drawn;
 }
 

@@ -11,6 +11,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "base/files.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -335,6 +337,17 @@ Status write_text(const std::string& text, const std::filesystem::path& path) {
     return Error{ErrorCode::kStorage,
                  fmt::format("{} cannot be written ({})", path.string(), std::generic_category().message(errno))};
   return Ok();
+}
+
+Status write_text_whole(const std::string& text, const std::filesystem::path& path) {
+  const std::filesystem::path fresh = path.string() + ".new";
+  Status written = write_text(text, fresh);
+  if (written.ok() && move_whole(fresh, path).ok()) return Ok();
+  std::error_code ignored;
+  std::filesystem::remove(fresh, ignored);
+  if (!written.ok()) return written;
+  return Error{ErrorCode::kStorage,
+               fmt::format("{} cannot be written: look at its folder and the room on its disk", path.string())};
 }
 
 Status write_plan(const Plan& plan, const std::filesystem::path& path) { return write_text(plan_to_json(plan), path); }

@@ -33,5 +33,7 @@ struct PickedPiece {
 Result<PickedPiece> pick_piece(std::string_view plan_json, const std::string& mark);
 
 Status write_text(const std::string& text, const std::filesystem::path& path);
+// There whole, also after a loss of power, or as it was before (base/files.h).
+Status write_text_whole(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace veneer::planner

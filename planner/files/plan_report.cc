@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/hash.h"
 #include "planner/assembly/puzzle_difficulty.h"
 
 namespace veneer::planner {
@@ -129,12 +130,14 @@ json shortage_to_json(const Shortage& shortage) {
 }  // namespace
 
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           const PreviewFigures& previews, const std::string& settings) {
+                           const PreviewFigures& previews, const PlanHashes& hashes) {
   const auto or_null = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
+  const auto or_none = [](const std::string& text) { return text.empty() ? json() : json(text); };
   json unfit = json::array();
   for (const UnfitPiece& piece : plan.unfit) unfit.push_back({{"piece", piece.mark}, {"why", piece.why}});
   const json out{{"schema_version", kReportVersion},
-                 {"settings", settings.empty() ? json() : json(settings)},
+                 {"inputs_sha256", or_none(hashes.inputs)},
+                 {"plan_sha256", or_none(hashes.plan)},
                  {"stopped", plan.stopped},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
@@ -174,7 +177,8 @@ bool is_worse(const PlanFigures& plan, const PlanFigures& than) {
   if (plan.stopped != than.stopped) return plan.stopped;
   if (plan.unfilled != than.unfilled) return plan.unfilled > than.unfilled;
   // Grain and importance, which count in it, do not in cost_total.
-  if (plan.together && than.together && (plan.together->stopped || than.together->stopped))
+  if (plan.together && than.together && (plan.together->stopped || than.together->stopped) &&
+      plan.together->cost != than.together->cost)
     return plan.together->cost > than.together->cost;
   return plan.cost_total > than.cost_total;
 }
@@ -183,7 +187,7 @@ std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const json from = json::parse(file, nullptr, false);
   try {
-    ReportedPlan out{from.at("settings").get<std::string>(),
+    ReportedPlan out{{from.at("inputs_sha256").get<std::string>(), from.at("plan_sha256").get<std::string>()},
                      {from.at("stopped").get<bool>(),
                       from.at("unfilled").get<std::size_t>(),
                       from.at("cost_total").get<double>(),
@@ -194,6 +198,15 @@ std::optional<ReportedPlan> read_report(const std::filesystem::path& path) {
   } catch (const json::exception&) {  // a key that is missing or of another kind
     return std::nullopt;
   }
+}
+
+bool stays(const ReportedPlan& there, const PlanFigures& made, const std::string& inputs) {
+  return made.stopped && !inputs.empty() && there.hashes.inputs == inputs && is_worse(made, there.figures);
+}
+
+bool is_of(const ReportedPlan& report, const std::filesystem::path& plan) {
+  const Result<std::string> hash = sha256_hex_of_file(plan);
+  return hash.ok() && *hash == report.hashes.plan;
 }
 
 }  // namespace veneer::planner

@@ -9,6 +9,7 @@
 #include "planner/cancelled.h"
 #include "planner/cutting/cut_drawing.h"
 #include "planner/files/preview.h"
+#include "planner/layout/grid.h"
 #include "planner/suggest/mosaic_sketch.h"
 #include "planner/suggest/suggestions.h"
 
@@ -25,7 +26,7 @@ constexpr double kMostLooks = 2e8;                    // places times patches, s
 constexpr double kCoarsestDpi = 10, kFinestDpi = 75;  // that wood is chosen at; make_plan takes no coarser
 constexpr double kSketchThoroughness = 1.0 / 12;
 constexpr double kFinerShapes = 1.5;  // so much finer is wood looked at for other shapes than squares
-constexpr double kMostPatches = 1200;
+constexpr int kMostPatches = 1200;
 constexpr double kLongestPreview = 960;  // pixels of a preview
 
 SketchEffort affordable(std::span<const StockPanel> stock, double patches, Millimetres patch) {
@@ -59,11 +60,24 @@ PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, st
   return out;
 }
 
+// Vertices are pinned in a grid, and larger patches make another.
+Status keeps_pins(const Artwork& artwork, Millimetres wanted, Millimetres drawn) {
+  const GridSize asked = grid_size(artwork.width, artwork.height, wanted),
+                 made = grid_size(artwork.width, artwork.height, drawn);
+  if (artwork.guides.vertices.empty() || (asked.rows == made.rows && asked.columns == made.columns)) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("a sketch has some {} pieces at most, and the pinned vertices belong to a grid of {}: free "
+                           "them or choose larger pieces to see one; a plan takes them as they are",
+                           kMostPatches, static_cast<std::int64_t>(asked.rows) * asked.columns)};
+}
+
 }  // namespace
 
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
                                      const PlanOptions& wanted, GridEffort effort, const std::stop_token& stop) {
   const PlanOptions options = sketch_options(wanted, artwork, stock, effort);
+  if (options.layout == LayoutKind::kMorph)
+    if (const Status kept = keeps_pins(artwork, wanted.patch, options.patch); !kept.ok()) return kept.error();
   Result<Plan> plan = make_plan({&artwork, 1}, stock, options, {}, stop);
   if (!plan.ok()) return plan.error();
   const double longer = std::max(artwork.width, artwork.height).count();

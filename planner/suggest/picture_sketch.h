@@ -34,8 +34,8 @@ struct PictureSketch {
 
 // `options` are those of the plan to come; resolution, rotations and how wood is chosen are the sketch's own. kCoarse
 // follows a hand: squares, whatever the layout, so that the artwork must have no guides. kFine has the plan's layout,
-// rougher, and its refined borders, and takes several times as long. kInvalidArgument: as make_plan. kCancelled: a stop
-// was requested. Deterministic.
+// rougher, and its refined borders, and takes several times as long. kInvalidArgument: as make_plan, and where vertices
+// are pinned in a grid of more pieces than are drawn. kCancelled: a stop was requested. Deterministic.
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
                                      const PlanOptions& options, GridEffort effort = GridEffort::kCoarse,
                                      const std::stop_token& stop = {});

@@ -1,12 +1,14 @@
 // `veneerctl plan`, as a user runs it.
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -14,12 +16,14 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/hash.h"
 #include "tests/cli/plan_run.h"
 #include "tests/support/program_start.h"
 
@@ -33,28 +37,36 @@ using ::testing::EndsWith;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-// A command whose standard error is read line by line. The socket between has hardly any room, so that a command that
-// tells its progress waits for its reader every few lines: it cannot be done before a signal is sent.
+// A command whose standard error is read write by write. The pipe between them holds one write, and until() leaves the
+// one that it was waiting for in it: the command cannot come past the end of that line, however fast it is, before
+// somebody reads on.
 class ReadAlong {
  public:
   explicit ReadAlong(const std::string& command) {
     std::array<int, 2> ends{};
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no socket");
-    const int least = 1;
-    setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &least, sizeof least);
+    constexpr int kOnePage = 1;  // a page, at least; with O_DIRECT each write takes one
+    if (pipe2(ends.data(), O_CLOEXEC | O_DIRECT) != 0 || fcntl(ends[1], F_SETPIPE_SZ, kOnePage) < 0 ||
+        pipe2(seen_.data(), O_CLOEXEC) != 0)
+      throw std::runtime_error("no pipe");
     pid_ = tests::ProgramStart({"/bin/sh", "-c", "exec " + command}).run(STDOUT_FILENO, ends[1]);
     close(ends[1]);
     end_ = ends[0];
   }
-  ~ReadAlong() { finish(); }
+  ~ReadAlong() {
+    finish();
+    for (const int end : seen_) close(end);
+  }
   ReadAlong(const ReadAlong&) = delete;
   ReadAlong& operator=(const ReadAlong&) = delete;
 
-  // Reads until `words` have come; false when it ended without them.
+  // Reads until `words` are next; false when it ended without them.
   bool until(const std::string& words) {
-    while (text_.find(words) == std::string::npos)
-      if (!read_some()) return false;
-    return true;
+    for (;;) {
+      const std::string next = look();
+      if (next.empty()) return false;
+      if (next.find(words) != std::string::npos) return true;
+      read_some();
+    }
   }
   void interrupt() const { kill(pid_, SIGINT); }
   Outcome finish() {
@@ -67,8 +79,15 @@ class ReadAlong {
   }
 
  private:
+  using Write = std::array<char, PIPE_BUF>;
+  // The write that is next, which stays where it is; "": there are no more.
+  std::string look() {
+    Write some{};
+    if (tee(end_, seen_[1], some.size(), 0) <= 0) return "";
+    return {some.data(), static_cast<std::size_t>(std::max<ssize_t>(0, read(seen_[0], some.data(), some.size())))};
+  }
   bool read_some() {
-    std::array<char, 256> some{};
+    Write some{};
     const ssize_t count = end_ < 0 ? 0 : read(end_, some.data(), some.size());
     if (count > 0) text_.append(some.data(), static_cast<std::size_t>(count));
     return count > 0;
@@ -76,6 +95,7 @@ class ReadAlong {
 
   pid_t pid_ = 0;
   int end_ = -1, status_ = 0;
+  std::array<int, 2> seen_{-1, -1};
   std::string text_;
 };
 
@@ -291,6 +311,20 @@ TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
   EXPECT_FALSE(fs::exists(path("out/plan.journal")));
 }
 
+// A run with other options that is killed while it writes its plan leaves the one that is there, and its report.
+TEST_F(PlanCommand, LeavesThePlanThatIsThereWhenItIsKilledWhileItWrites) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string before = text("out/plan.json"), report = text("out/report.json");
+  EXPECT_EQ(json("out/report.json")["plan_sha256"], sha256_hex(std::as_bytes(std::span(before))));
+  constexpr std::size_t kUnit = 512;  // of the limit; a journal takes a tenth of a plan
+  const std::string command = fmt::format("ulimit -c 0; ulimit -f {}; {} plan {} --seed 2 2>{}",
+                                          before.size() / 3 / kUnit, VENEERCTL, usual(), path("stderr"));
+  EXPECT_NE(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+  EXPECT_THAT(text("stderr"), HasSubstr("placed 15 of 15 pieces"));
+  EXPECT_TRUE(text("out/plan.json") == before);
+  EXPECT_TRUE(text("out/report.json") == report);
+}
+
 TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
   const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 35 --patch-mm 3.5") + " --threads 1";
   ReadAlong command(std::string(VENEERCTL) + " plan " + many);
@@ -370,8 +404,8 @@ TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFarWhereTh
 
 // A finished plan has no journal left, so a run anew begins at nothing: stopped early it knows less than what is there.
 TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings) {
-  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
-                           " --threads 1 --optimize global --fine-rotation";
+  const std::string many =
+      replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") + " --threads 1 --optimize global";
   ASSERT_EQ(plan(many).status, 0);
   const auto files = [&] {
     return std::vector{text("out/plan.json"), text("out/report.json"), text("out/preview.png"), text("out/cut-P.svg")};
@@ -385,9 +419,10 @@ TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings)
   };
   const Outcome early = interrupted(many);
   EXPECT_EQ(early.status, 1) << early.errors;
-  EXPECT_THAT(early.errors, EndsWith("veneerctl: planning was cancelled, and " + path("out/plan.json") +
-                                     " stays, the whole plan of the same pictures, wood and options: the same command "
-                                     "goes on where it stopped\n"));
+  EXPECT_THAT(early.errors,
+              EndsWith("veneerctl: planning was cancelled, no result was written, and " + path("out/plan.json") +
+                       " stays, the whole plan of the same pictures, wood and options: the same command "
+                       "goes on where it stopped\n"));
   EXPECT_TRUE(files() == whole);
 
   // It does go on there, and is the same plan in the end.
@@ -414,6 +449,14 @@ TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings)
   EXPECT_THAT(worse.errors, HasSubstr(path("out/plan.json") + " stays, a better plan of the same pictures, wood and "
                                                               "options: the same command goes on where it stopped\n"));
   EXPECT_TRUE(files() == better);
+
+  // A report knows its own plan only.
+  fs::remove(path("out/plan.journal"));
+  std::ofstream(path("out/plan.json"), std::ios::app) << " ";
+  const Outcome unknown = interrupted(others);
+  EXPECT_EQ(unknown.status, 0) << unknown.errors;
+  EXPECT_THAT(unknown.errors, HasSubstr("veneerctl: " + path("out/report.json") + " is of another plan than " +
+                                        path("out/plan.json") + ", so both are written anew\n"));
 
   // Nothing is known of a plan without its report.
   fs::remove(path("out/report.json")), fs::remove(path("out/plan.journal"));

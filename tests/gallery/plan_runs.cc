@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planner/files/plan_files.h"
+#include "planner/files/plan_report.h"
 #include "planner/plan_options.h"
 #include "tests/support/child_process.h"
 
@@ -30,11 +31,18 @@ std::string why_failed(const tests::Finished& finished) {
   return out;
 }
 
-Result<PlanFigures> figures_of(const fs::path& report, const planner::Plan& plan) {
+Result<PlanFigures> figures_of(const fs::path& folder, const planner::Plan& plan) {
+  const fs::path report = folder / "report.json";
   std::ifstream in(report);
   const json read = json::parse(in, nullptr, false);
   if (!read.is_object())
     return Error{ErrorCode::kInternal, fmt::format("{} is no report: the planner ended too early", report.string())};
+  const auto told = planner::read_report(report);
+  if (!told || !planner::is_of(*told, folder / "plan.json"))
+    return Error{ErrorCode::kInternal,
+                 fmt::format("{} is of another plan than the plan.json beside it: make the gallery in a folder that "
+                             "nothing else writes to",
+                             report.string())};
   PlanFigures out;
   out.pieces = read.value("pieces", std::size_t{0}), out.unfilled = read.value("unfilled", std::size_t{0});
   if (const auto cost = read.find("preview_cost_per_pixel"); cost != read.end() && cost->is_number())
@@ -109,7 +117,7 @@ Result<PlanRun> PlanRuns::made(const PlanOrder& order, const std::string& name) 
   auto plan = planner::read_plan(out.folder / "plan.json");
   if (!plan.ok()) return plan.error();
   out.plan = std::move(*plan);
-  const auto figures = figures_of(out.folder / "report.json", out.plan);
+  const auto figures = figures_of(out.folder, out.plan);
   if (!figures.ok()) return figures.error();
   out.figures = *figures;
   return out;

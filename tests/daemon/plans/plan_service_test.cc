@@ -123,6 +123,32 @@ TEST_F(PlanServiceTest, AFineSketchHasThePlansOwnPiecesAndHeedsItsGuides) {
   EXPECT_THAT(sketched(wanted, true).error().message, ::testing::HasSubstr("too far from where the straight grid"));
 }
 
+class NeverInTime final : public WorkRunner {
+ public:
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token) override {
+    return Error{ErrorCode::kTimeout, order.what + " took too long"};
+  }
+};
+
+// Asked again, the wood is there already; the plan's own pieces take as long as before.
+TEST_F(PlanServiceTest, ASketchThatTakesTooLongSaysWhatMakesItQuicker) {
+  add_panel("P-0001", 255);
+  NeverInTime late;
+  const auto sketched = [&](bool fine) {
+    auto reader = database_->open_reader();
+    return PlanService(*database_, library_, late, config_, make_null_logger())
+        .sketch(small_job(), fine, (*reader)->repositories(), {});
+  };
+  const auto squares = sketched(false), fine = sketched(true);
+  ASSERT_FALSE(squares.ok() || fine.ok());
+  EXPECT_EQ(fine.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(squares.error().message,
+            "the sketch took longer than 30 s: ask again, since what was read of the wood is kept");
+  EXPECT_EQ(fine.error().message,
+            "the sketch in the plan's own pieces took longer than 30 s: choose larger pieces or a smaller picture, or "
+            "look at it in squares");
+}
+
 // One of a finished picture's pieces is lost; the panel was scanned since, and is full of holes.
 TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   add_panel("P-0001", 255);

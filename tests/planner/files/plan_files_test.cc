@@ -9,7 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <span>
 
+#include "base/hash.h"
 #include "planner/files/plan_report.h"
 #include "tests/support/synthetic_wood.h"
 
@@ -165,29 +167,60 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
 
 TEST_F(PlanFiles, AReportTellsWhichPlanMayTakeAnothersPlace) {
   const fs::path path = folder_ / "report.json";
-  const auto reread = [&](const Plan& plan, const std::string& settings) {
-    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, settings), path).ok());
+  const auto reread = [&](const Plan& plan, const std::string& inputs) {
+    EXPECT_TRUE(write_text(report_to_json(plan, {}, 1, 1, {}, {inputs, sha256_hex({})}), path).ok());
     return read_report(path);
   };
   EXPECT_FALSE(read_report(path)) << "there is none";
   Plan plan = small_plan();
-  EXPECT_FALSE(reread(plan, "")) << "of what settings it is, is not told";
+  EXPECT_FALSE(reread(plan, "")) << "of what inputs it is, is not told";
   plan.stopped = true;
   plan.global = GlobalReport{};
   plan.global->stopped = true, plan.global->cost = 0.1;
   const auto told = reread(plan, "these");
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->settings, "these");
+  EXPECT_EQ(told->hashes.inputs, "these");
+  EXPECT_EQ(told->hashes.plan, sha256_hex({}));
   EXPECT_TRUE(told->figures.stopped);
   EXPECT_EQ(told->figures.unfilled, unfilled(plan));
   EXPECT_EQ(told->figures.cost_total, cost_total(plan));
   ASSERT_TRUE(told->figures.together);
   EXPECT_TRUE(told->figures.together->stopped);
   EXPECT_EQ(told->figures.together->cost, 0.1);
-  for (const char* text : {"", "{", "[]", R"({"settings": 3, "stopped": false, "unfilled": 0, "cost_total": 1})"}) {
+  for (const char* text :
+       {"", "{", "[]", R"({"inputs_sha256": 3, "stopped": false, "unfilled": 0, "cost_total": 1})"}) {
     ASSERT_TRUE(write_text(text, path).ok());
     EXPECT_FALSE(read_report(path)) << text;
   }
+}
+
+// A run that is killed between the two, or a hand, leaves a plan that the report does not tell of.
+TEST_F(PlanFiles, AReportKnowsThePlanThatItTellsOf) {
+  const Plan plan = small_plan();
+  const std::string text = plan_to_json(plan);
+  const fs::path file = folder_ / "plan.json";
+  ASSERT_TRUE(write_text_whole(text, file).ok());
+  const std::string hash = sha256_hex(std::as_bytes(std::span(text)));
+  ASSERT_TRUE(write_text_whole(report_to_json(plan, {}, 1, 1, {}, {"these", hash}), folder_ / "report.json").ok());
+  const auto told = read_report(folder_ / "report.json");
+  ASSERT_TRUE(told);
+  EXPECT_TRUE(is_of(*told, file));
+  ASSERT_TRUE(write_text_whole(text + " ", file).ok());
+  EXPECT_FALSE(is_of(*told, file));
+  EXPECT_FALSE(is_of(*told, folder_ / "none.json"));
+}
+
+TEST_F(PlanFiles, ATextThatIsWrittenWholeIsReadByWhoMayReadTheOthers) {
+  const fs::path whole = folder_ / "whole", other = folder_ / "other";
+  ASSERT_TRUE(write_text_whole("a", whole).ok() && write_text("a", other).ok());
+  EXPECT_EQ(fs::status(whole).permissions(), fs::status(other).permissions());
+  EXPECT_EQ(write_text_whole("a", other / "x").error().code, ErrorCode::kStorage);
+  fs::create_directories(folder_ / "taken" / "by a folder");
+  const Status refused = write_text_whole("a", folder_ / "taken");
+  EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+  EXPECT_EQ(refused.error().message,
+            (folder_ / "taken").string() + " cannot be written: look at its folder and the room on its disk");
+  EXPECT_FALSE(fs::exists(folder_ / "taken.new"));
 }
 
 TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
@@ -211,9 +244,26 @@ TEST(PlanFigures, PutWholePlansFirstThenPiecesWithWoodThenWhatWasLowered) {
   EXPECT_FALSE(is_worse(late, early));
   late.together = {false, 6};
   EXPECT_TRUE(is_worse(early, late));
+  early.together = {true, 6};  // no dearer together: the pieces' own costs tell
+  EXPECT_TRUE(is_worse(late, early));
+  EXPECT_FALSE(is_worse(early, late));
   early.together = late.together;  // both have chosen: what follows lowers the pieces' own costs
   EXPECT_TRUE(is_worse(late, early));
   EXPECT_FALSE(is_worse(early, late));
+}
+
+TEST(PlanFigures, AStoppedPlanLeavesABetterOneOfTheSameInputsWhereItIs) {
+  const PlanFigures whole{false, 0, 5, {}}, stopped{true, 0, 6, {}}, later{true, 0, 4, {}};
+  const auto there = [](const PlanFigures& figures) { return ReportedPlan{{"these", "its hash"}, figures}; };
+  EXPECT_TRUE(stays(there(whole), stopped, "these"));
+  EXPECT_TRUE(stays(there(whole), later, "these")) << "cheaper so far, but not the whole";
+  EXPECT_TRUE(stays(there(later), stopped, "these"));
+  EXPECT_FALSE(stays(there(stopped), later, "these"));
+  EXPECT_FALSE(stays(there(stopped), stopped, "these")) << "no better";
+  EXPECT_FALSE(stays(there(later), whole, "these"));
+  EXPECT_FALSE(stays(there(later), PlanFigures{false, 2, 9, {}}, "these")) << "a whole plan is what was asked for";
+  EXPECT_FALSE(stays(there(whole), stopped, "others"));
+  EXPECT_FALSE(stays({{"", "its hash"}, whole}, stopped, "")) << "nobody knows of what it is";
 }
 
 }  // namespace

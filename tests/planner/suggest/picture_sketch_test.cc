@@ -7,6 +7,7 @@
 
 #include "planner/cutting/cut_drawing.h"
 #include "planner/files/preview.h"
+#include "planner/layout/pinned_vertices.h"
 #include "planner/matching/free_wood.h"
 #include "planner/suggest/suggestions.h"
 #include "tests/support/small_plans.h"
@@ -133,6 +134,31 @@ TEST(PictureSketch, DrawsLargerPatchesWhereThereWouldBeTooMany) {
   EXPECT_GT(sketch.patch, Millimetres(2));
   EXPECT_FALSE(sketch.cutting) << "fewer pieces are cut sooner";
   EXPECT_THAT(sketch.remarks.back(), HasSubstr("smaller ones would take too long for a sketch"));
+}
+
+// A vertex is one of its grid, and larger patches make another.
+TEST(PictureSketch, SaysThatPinsBelongToAGridOfMorePiecesThanItDraws) {
+  const StockPanel panel = sketched_panel();
+  Artwork artwork = sketched_artwork();
+  PlanOptions options = sketched_options();
+  options.layout = LayoutKind::kMorph, options.patch = Millimetres(1);
+  const auto pinned = pinned_vertices_of("pinned_vertices", "1,1,1.1,78.9");
+  ASSERT_TRUE(pinned.ok()) << pinned.error().message;
+  artwork.guides.vertices = *pinned;
+  const auto refused = sketch_picture(artwork, {&panel, 1}, options, GridEffort::kFine);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(
+      refused.error().message,
+      "a sketch has some 1200 pieces at most, and the pinned vertices belong to a grid of 6400: free them or choose "
+      "larger pieces to see one; a plan takes them as they are");
+
+  // Patches that are larger by a hair make the same grid: 35 x 35, of which 34.6 x 34.6 would be enough.
+  options.patch = Millimetres(80 / 34.7);
+  artwork.guides.vertices.front().row = 36;
+  const auto same = sketch_picture(artwork, {&panel, 1}, options, GridEffort::kFine);
+  ASSERT_FALSE(same.ok());
+  EXPECT_THAT(same.error().message, HasSubstr("is none of the grid's: rows are 0 to 35, columns 0 to 35"));
 }
 
 TEST(PictureSketch, IsTheSameForTheSameQuestionAndEndsWhenItIsStopped) {
