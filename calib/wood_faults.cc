@@ -178,12 +178,9 @@ enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or
 constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
 
 // A knot is wood: it fades into what is around it. What is as black as if nothing were there may be an opening with a
-// worn or charred rim.
-bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen; }
-
-// A sunk hole in dark wood may fade as softly as a knot does, but has lost the wood's hue.
-bool is_sound_knot(const BoardView& view, const cv::Mat& strip, const RoundRim& rim) {
-  return is_knot(rim) && !is_grey_in_dark_wood(view, strip, rim.circle);
+// worn or charred rim; and a sunk hole in dark wood may fade as softly as a knot does, but has lost the wood's hue.
+bool is_knot(const BoardView& view, const cv::Mat& strip, const RoundRim& rim) {
+  return rim.dark && rim.soft && !rim.nothing_seen && !is_grey_in_dark_wood(view, strip, rim.circle);
 }
 
 // Whether a patch is clearly darker in its middle than towards its sides. A knot is; an opening is shaded along its
@@ -254,7 +251,8 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
     const cv::Rect around(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
                           stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
     const bool clear = rim.step >= kClearRim,
-               knot = clear && is_knot(rim) && is_darkest_within(view.planes[0](box)(around), labels(around) == i);
+               knot = clear && is_knot(view, strip, rim) &&
+                      is_darkest_within(view.planes[0](box)(around), labels(around) == i);
     // What is square, or has no clear rim, stays the opening that it may be.
     constexpr double kSquare = 0.84;  // of its box; a disc fills 0.79
     if (knot || (clear && area < kSquare * wide * tall)) patch = knot ? Patch::kNone : Patch::kFault;
@@ -357,7 +355,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
   for (const ScrewSpot& circle : find_circles(view, strip, box)) {
     const RoundRim rim = find_rim(view, scale, circle);
-    if (rim.step < kFaintRim || is_sound_knot(view, strip, rim)) continue;
+    if (rim.step < kFaintRim || is_knot(view, strip, rim)) continue;
     if (rim.step > kClearestRim || oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle))
       leave_out(view, circle, rim, rims);
   }
@@ -372,7 +370,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   // A hole's own shade may hide its rim in figured wood: what is odd reaches as far as it was odd.
   for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) {
     RoundRim rim = find_rim(view, scale, spot);
-    if (rim.step < kOddRim || is_sound_knot(view, strip, rim)) continue;
+    if (rim.step < kOddRim || is_knot(view, strip, rim)) continue;
     rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
     leave_out(view, spot, rim, rims);
   }

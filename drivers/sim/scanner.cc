@@ -16,10 +16,27 @@ constexpr int kBorder = 8;           // pixels around a sheet
 constexpr double kLeastBlur = 0.35;  // scan pixels; a sensor's pixel is never a point
 const cv::Vec3f kLid(234, 237, 238);
 
-// How much the sheet shades the lid behind it: 0 far away, up to 1 deep inside a narrow slit. One pixel per half mm.
+// How much the sheet shades the lid behind it: 0 far away, up to 1 deep inside a narrow slit. One pixel per half mm,
+// and smooth between them: a shade in steps has edges that no lamp draws.
 struct LidShade {
+  static constexpr int kFrame = 8;  // pixels around the sheet
+
   cv::Mat shade;
   double px_per_mm;
+
+  // Of a place on the sheet, counted in its own pixels, each from the middle of the first.
+  float at(cv::Vec2f place, double sheet_px_per_mm) const {
+    const auto scale = static_cast<float>(px_per_mm / sheet_px_per_mm);
+    const auto along = [&](float p, int size) {
+      return std::clamp((p + 0.5F) * scale - 0.5F + kFrame, 0.0F, static_cast<float>(size - 1) - 1e-3F);
+    };
+    const float x = along(place[0], shade.cols), y = along(place[1], shade.rows);
+    const int c = static_cast<int>(x), r = static_cast<int>(y);
+    const float u = x - static_cast<float>(c), v = y - static_cast<float>(r);
+    const auto* above = shade.ptr<float>(r) + c;
+    const auto* below = shade.ptr<float>(r + 1) + c;
+    return (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
+  }
 };
 
 LidShade shade_of(const Sheet& sheet) {
@@ -27,7 +44,9 @@ LidShade shade_of(const Sheet& sheet) {
   cv::Mat small;
   const double factor = out.px_per_mm / sheet.px_per_mm;
   cv::resize(sheet.material, small, cv::Size(), factor, factor, cv::INTER_AREA);
-  cv::copyMakeBorder(small, small, 8, 8, 8, 8, cv::BORDER_CONSTANT, cv::Scalar(0));
+  small.convertTo(small, CV_32F, 1 / 255.0);
+  cv::copyMakeBorder(small, small, LidShade::kFrame, LidShade::kFrame, LidShade::kFrame, LidShade::kFrame,
+                     cv::BORDER_CONSTANT, cv::Scalar(0));
   cv::GaussianBlur(small, out.shade, cv::Size(), 0.9 * out.px_per_mm);
   return out;
 }
@@ -68,7 +87,6 @@ void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, const S
   const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
   cv::remap(soft.light, light, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar());
   cv::remap(soft.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
-  const auto factor = static_cast<float>(lid.px_per_mm / sheet.px_per_mm);
   for (int r = 0; r < map.rows; ++r) {
     const auto* from = map.ptr<cv::Vec2f>(r);
     const auto* wood = light.ptr<cv::Vec3b>(r);
@@ -77,9 +95,7 @@ void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, const S
     for (int c = 0; c < map.cols; ++c) {
       out[c] = wood[c];
       if (cov[c] == 255) continue;
-      const int x = std::clamp(static_cast<int>(from[c][0] * factor) + 8, 0, lid.shade.cols - 1);
-      const int y = std::clamp(static_cast<int>(from[c][1] * factor) + 8, 0, lid.shade.rows - 1);
-      const float seen = 1 - 0.22F * static_cast<float>(lid.shade.at<unsigned char>(y, x)) / 255.0F;
+      const float seen = 1 - 0.22F * lid.at(from[c], sheet.px_per_mm);
       out[c] += kLid * (seen * (1 - static_cast<float>(cov[c]) / 255.0F));
     }
   }

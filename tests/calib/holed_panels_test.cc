@@ -9,8 +9,9 @@ namespace veneer {
 namespace {
 
 TEST(HoledPanels, NoScrewHoleIsTakenForWood) {
-  const workshop::HoledPanelOrder orders[] = {{1, 0, "bench"},  {1, 1, "workshop"}, {1, 2, "bench"}, {1, 3, "workshop"},
-                                              {5, 10, "bench"}, {5, 50, "bench"},   {5, 54, "bench"}};
+  const workshop::HoledPanelOrder orders[] = {{1, 0, "bench"},    {1, 1, "workshop"}, {1, 2, "bench"},
+                                              {1, 3, "workshop"}, {5, 10, "bench"},   {5, 50, "bench"},
+                                              {5, 54, "bench"},   {217, 0, "bench"}};
   workshop::HoleFigures all;
   for (const auto& order : orders) {
     const workshop::HoledPanelVerdict verdict = workshop::judge_holes(order);

@@ -215,6 +215,25 @@ TEST_F(WoodFaults, FindsASunkHoleInDarkFigureOnAnyBoard) {
     }
 }
 
+// Drilled twice, with a worn rim: no circle runs along it, and what lies in both is darker than what lies in one, so
+// that it fades inwards as a knot does. A knot has its wood's hue.
+TEST_F(WoodFaults, FindsSunkHolesThatOverlapInDarkWood) {
+  for (const auto& wood : {drawn::kWenge, drawn::kPadauk, drawn::kWalnut})
+    for (const double apart : {2.1, 2.7, 3.3}) {
+      lay(wood, 0.2);
+      const cv::Point2d first(40, 28), second = first + cv::Point2d(0.1, apart);
+      put_disc(map_, first, 4.4, {17, 21, 27}), put_disc(map_, second, 4.8, {17, 21, 27});
+      const cv::Rect around(30 * 6, 18 * 6, 20 * 6, 24 * 6);
+      cv::Mat part = map_.bgr(around).clone();
+      cv::GaussianBlur(part, part, {}, 0.4 * drawn::kPxPerMm);
+      part.copyTo(map_.bgr(around));
+      const Seen seen = look();
+      EXPECT_GT(taken_out(seen, first, 3.8), 0.98) << wood << apart;
+      EXPECT_GT(taken_out(seen, second, 4.2), 0.98) << wood << apart;
+      EXPECT_LT(lost(seen), 0.05) << wood << apart;
+    }
+}
+
 // Nothing is seen in it, and its worn or charred rim fades as a knot's does: a knot is never that black.
 TEST_F(WoodFaults, FindsABlackHoleWhoseRimFades) {
   for (const auto& wood : {kOak, kSilver})

@@ -118,6 +118,19 @@ TEST(Scanner, SoftOpticsLeaveTheLightOfASlitAsItIs) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(soft[k], sharp[k], 0.4) << "channel " << k;
 }
 
+// The lid lies in the sheet's shade, which no lamp draws in steps.
+TEST(Scanner, ShadesTheLidSmoothly) {
+  const auto sheet = dotted_sheet(90, 65, {}, {}, 20);
+  const ScanTruth truth = lying(SheetFace::kShow, 0, {12, 14}, 90);
+  const cv::Mat scan = render_scan(truth, sheet.get(), 1);
+  const Vec2 edge = truth.scan_pixel({0, 32});
+  const auto green = [&](int beside) {
+    return cv::mean(scan(cv::Rect(static_cast<int>(edge.x) - beside, static_cast<int>(edge.y) - 50, 1, 100)))[1];
+  };
+  for (int beside = 4; beside < 35; ++beside) EXPECT_LT(std::abs(green(beside + 1) - green(beside)), 3) << beside;
+  EXPECT_GT(green(35) - green(4), 10);
+}
+
 TEST(Scanner, ShowsOnlyItsLidWhenNothingLiesOnIt) {
   const cv::Mat scan = render_scan(lying(SheetFace::kShow, 0, {0, 0}, 90), nullptr, 1);
   EXPECT_GT(cv::mean(scan)[1], 225);
