@@ -54,7 +54,8 @@ int open_pieces(SQLite::Database& connection, JobId job) {
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
   SQLite::Statement row(connection, "SELECT state, mark, job FROM piece_states WHERE piece = ?");
   row.bind(1, piece.value);
-  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
+  if (!row.executeStep())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}: see `veneerctl job pieces`", piece.value)};
   return Error{ErrorCode::kConflict,
                fmt::format("piece {} of job {} is {} and cannot become {}", text(row.getColumn(1)),
                            row.getColumn(2).getInt64(), text(row.getColumn(0)), to_string(to))};

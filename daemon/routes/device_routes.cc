@@ -378,7 +378,8 @@ void choose_device(const DeviceServices& s, const std::shared_ptr<std::mutex>& o
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   if (const Status rests = s.unit.at_rest(); !rests) return reply(ApiReply::error(rests.error()));
   if (s.config.file.empty())
-    return reply(ApiReply::error({ErrorCode::kConflict, "this cell has no configuration file to choose beside"}));
+    return reply(ApiReply::error(
+        {ErrorCode::kConflict, "this cell has no configuration file to choose beside: start veneerd with --config"}));
   s.pictures.ask(request, reply,
                  [s, asked, one_at_a_time, who = request.caller.who, scanners = scanners_found(s.tasks),
                   restart = may_restart(s)](Repositories&) {
