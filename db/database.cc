@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <exception>
 #include <system_error>
 #include <utility>
@@ -54,7 +55,7 @@ void Database::close() noexcept {
     // Then the next start checks everything.
   }
   // What nobody has checked is checked by the next one.
-  const bool known = checkpointed && !needs_check_ && !distrusted_ && !doubted_ && !was_replaced();
+  const bool known = checkpointed && !needs_check_ && !distrusted_ && doubts_ == 0 && !was_replaced();
   connection_ = nullptr;
   if (known) write_clean_mark(file_);
 }
@@ -87,8 +88,19 @@ Status Database::may_write() {
 }
 
 void Database::doubt(std::string why) {
-  doubted_ = true;
+  ++doubts_;
   doubt_ = std::move(why);
+}
+
+void Database::dispel(int doubts) { dispelled_ = std::max(dispelled_, doubts); }
+
+Status Database::may_book() const {
+  if (dispelled_ == doubts_) return Ok();
+  return Error{
+      ErrorCode::kUnavailable,
+      fmt::format("no wood is booked and no job begins before the database {} has been checked, because another "
+                  "program wrote to it or a row of it is damaged: try again in a minute",
+                  file_.string())};
 }
 
 std::optional<std::string> Database::take_doubt() { return std::exchange(doubt_, std::nullopt); }
@@ -146,7 +158,8 @@ Database& Database::operator=(Database&& other) noexcept {
   guard_ = std::move(other.guard_);
   needs_check_ = other.needs_check_;
   distrusted_ = std::move(other.distrusted_);
-  doubted_ = other.doubted_;
+  doubts_ = other.doubts_;
+  dispelled_ = other.dispelled_;
   doubt_ = std::move(other.doubt_);
   data_version_ = other.data_version_;
   return *this;
@@ -238,7 +251,9 @@ Status Database::check_integrity(const std::stop_token& stop) {
   Status sound = guarded(*this, [this](SQLite::Database& connection) { return check_all(connection, file_.string()); });
   sqlite3_progress_handler(handle, 0, nullptr, nullptr);
   if (!sound.ok() && stop.stop_requested()) return cancelled;
-  if (sound.ok()) needs_check_ = false;
+  if (!sound.ok()) return sound;
+  needs_check_ = false;
+  dispel(doubts_);  // all of them are of this thread, before the check
   return sound;
 }
 

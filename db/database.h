@@ -9,10 +9,11 @@
 // Rows are written only by the stores of this folder, inside their transactions: any other statement that would write
 // is refused, on this connection (db/guard.h) and, for rows, on every other (the schema calls functions that only this
 // program has). What another program can still change, the schema and the index of wood, is not refused but found: the
-// next transaction here notices that somebody wrote, and check_integrity() what. Errors: exceptions of SQLiteCpp stop
-// in db's .cc files. kStorage is the file or the disk, kUnavailable is another writer, kInvalidArgument a file that is
-// not ours or newer than this program. Timestamps are ISO 8601 UTC strings with a trailing Z, passed in by the caller
-// (base/clock.h), and compare as text.
+// next transaction here notices that somebody wrote, and check_integrity() what. Until then no wood is booked and no
+// job begins, since the rule that no wood is held twice looks in that index; what is under way goes on. Errors:
+// exceptions of SQLiteCpp stop in db's .cc files. kStorage is the file or the disk, kUnavailable is another writer,
+// kInvalidArgument a file that is not ours or newer than this program. Timestamps are ISO 8601 UTC strings with a
+// trailing Z, passed in by the caller (base/clock.h), and compare as text.
 #pragma once
 
 #include <filesystem>
@@ -62,6 +63,10 @@ class Database {
   // Why it has to be checked now, if anything happened since this was asked last: another program wrote to it, or a
   // row was found damaged. The next start checks it whole in any case.
   std::optional<std::string> take_doubt();
+  // How often that has happened.
+  int doubts() const { return doubts_; }
+  // A check of the whole file that began after so many doubts has found nothing. Later ones stand.
+  void dispel(int doubts);
 
   int schema_version() const;
   const std::filesystem::path& file() const { return file_; }
@@ -81,6 +86,9 @@ class Database {
   Guard& guard() { return *guard_; }
   void end_leftover();     // of a transaction that could not even be rolled back; throws SQLite::Exception
   void look_for_others();  // inside a transaction, where nobody else can write; throws SQLite::Exception
+  // Inside a transaction that takes wood which nobody had before, or begins a job: kUnavailable while a doubt stands.
+  // What happens to wood that a job has already, and to a job that runs, is written all the same.
+  Status may_book() const;
   void failed(const SQLite::Exception& thrown) noexcept;  // what SQLite threw at a store, once all is rolled back
 
  private:
@@ -96,7 +104,7 @@ class Database {
   std::unique_ptr<SQLite::Database> connection_;
   bool needs_check_ = false;
   std::optional<Error> distrusted_;
-  bool doubted_ = false;  // ever
+  int doubts_ = 0, dispelled_ = 0;  // how many came up, ever, and how many of these a check has dispelled
   std::optional<std::string> doubt_;
   int data_version_ = 0;  // SQLite's, of this connection: it changes with what others commit
 };

@@ -159,7 +159,7 @@ Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece) {
   SQLite::Statement row(connection, piece_columns() + "WHERE s.piece = ?");
   row.bind(1, piece.value);
   if (row.executeStep()) return read_piece_row(row);
-  return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
+  return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}: see `veneerctl job pieces`", piece.value)};
 }
 
 Result<JobRecord> JobStore::find(JobId job) {

@@ -54,7 +54,8 @@ int open_pieces(SQLite::Database& connection, JobId job) {
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
   SQLite::Statement row(connection, "SELECT state, mark, job FROM piece_states WHERE piece = ?");
   row.bind(1, piece.value);
-  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
+  if (!row.executeStep())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}: see `veneerctl job pieces`", piece.value)};
   return Error{ErrorCode::kConflict,
                fmt::format("piece {} of job {} is {} and cannot become {}", text(row.getColumn(1)),
                            row.getColumn(2).getInt64(), text(row.getColumn(0)), to_string(to))};
@@ -300,12 +301,15 @@ std::string describe(const Recovery& found) {
 
 Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request,
                                const std::string& who) {
-  return in_transaction(*database_,
-                        [&](SQLite::Database& connection) { return make_job(connection, plan, at, request, who); });
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
+    if (Status may = database_->may_book(); !may.ok()) return may.error();
+    return make_job(connection, plan, at, request, who);
+  });
 }
 
 Result<JobId> JobStore::create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request) {
   auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
+    if (Status may = database_->may_book(); !may.ok()) return may.error();
     const auto stored = insert_plan(connection, plan, at);
     if (!stored.ok()) return stored.error();
     return make_job(connection, *stored, at, request, plan.who);
@@ -333,9 +337,11 @@ Result<RunId> JobStore::start_run(JobId job, const PanelId& panel,
                    fmt::format("run {} of job {} is on: end it first", on.run.value, on.job.value)};
     const auto state = state_of(connection, job);
     if (!state.ok()) return state.error();
-    if (*state != JobState::kRunning)
+    if (*state != JobState::kRunning) {
+      if (Status may = database_->may_book(); !may.ok()) return may.error();
       if (Status moved = move_job(connection, job, JobState::kRunning, at, facts.who); !moved.ok())
         return moved.error();
+    }
     SQLite::Statement left(connection,
                            "SELECT 1 FROM allocations WHERE job = ? AND panel = ? AND state = 'reserved' LIMIT 1");
     SQLite::bind(left, job.value, panel.value);
@@ -434,6 +440,7 @@ Status JobStore::stop_job_and_rest(JobId job, const std::string& at, const std::
 
 Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string& at) {
   auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanId> {
+    if (Status may = database_->may_book(); !may.ok()) return may.error();
     const auto state = state_of(connection, job);
     if (!state.ok()) return state.error();
     if (*state == JobState::kRunning)

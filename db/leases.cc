@@ -124,6 +124,7 @@ Result<PlanLease> Leases::take(PlanId plan, const std::string& who, const std::s
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("a lease until {} would be over already: give a later time", until)};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanLease> {
+    if (Status may = database_->may_book(); !may.ok()) return may.error();
     if (!plan_exists(connection, plan)) return no_such_plan(plan);
     end_expired(connection, at);
     const PlanLease wanted{who, at, until};

@@ -174,14 +174,14 @@ inline Status LaserDriver::check(const LaserJob&) {
                "this laser's controller cannot read a job without burning it: run it dry instead (--dry)"};
 }
 inline Status LaserDriver::jog(Millimetres, Millimetres, MmPerSecond) {
-  return Error{ErrorCode::kRefused, "this laser cannot be jogged"};
+  return Error{ErrorCode::kRefused, "this laser cannot be jogged: move its head by its own controls"};
 }
 inline void LaserDriver::stop_jog() {}
 inline Status LaserDriver::corner_is_here() {
   return Error{ErrorCode::kRefused, "this laser finds its corner itself: Reset homes it"};
 }
 inline Status LaserDriver::set_overrides(const LaserOverrides&) {
-  return Error{ErrorCode::kRefused, "this laser has no overrides"};
+  return Error{ErrorCode::kRefused, "this laser has no overrides: change power and speed where they are set"};
 }
 
 }  // namespace veneer

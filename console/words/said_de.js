@@ -215,6 +215,8 @@ export const said = {
   "see that the program that takes the camera's pictures runs, then look at the bed again": "sehen Sie nach, dass das Programm läuft, das die Bilder der Kamera macht, dann sehen Sie das Bett noch einmal an",
   "the disk has not said how much room is left": "wie viel Platz auf dem Datenträger ist, ist noch nicht bekannt",
   "the database was not closed in order and is being checked: nothing begins before that is done, try again in a minute": "die Datenbank wurde nicht ordentlich geschlossen und wird geprüft: Vorher beginnt nichts; versuchen Sie es in einer Minute noch einmal",
+  "the database is being checked, because another program wrote to it or a row of it is damaged: nothing begins before that is done, try again in a minute": "die Datenbank wird geprüft, weil ein anderes Programm hineingeschrieben hat oder eine Zeile beschädigt ist: Vorher beginnt nichts; versuchen Sie es in einer Minute noch einmal",
+  "the database was not checked to its end, although another program wrote to it or a row of it is damaged, and nothing begins before that: check it with `veneerctl db check`": "die Datenbank wurde nicht zu Ende geprüft, obwohl ein anderes Programm hineingeschrieben hat oder eine Zeile beschädigt ist, und vorher beginnt nichts: Prüfen Sie sie mit `veneerctl db check`",
   "not told before the laser is connected": "wird erst mit verbundenem Laser gemeldet",
   "the laser's controller has told of no lid switch": "die Steuerung des Lasers hat keinen Deckelschalter gemeldet",
   "the lid is open": "der Deckel ist offen",

@@ -209,19 +209,22 @@ void HttpConnection::parse_header() {
 void HttpConnection::on_parse_fault(error_code fault) {
   upload_share_ = {};
   if (fault == http::error::header_limit) {
-    return answer(ApiReply::error(431, "too_large", "the request's header is too large"), true);
+    return answer(ApiReply::error(431, "too_large", "the request's header is too large: send fewer or shorter fields"),
+                  true);
   }
   if (fault == http::error::body_limit) {
-    return answer(ApiReply::error(413, "too_large", "the request's body is too large"), true);
+    return answer(ApiReply::error(413, "too_large", "the request's body is too large: send less"), true);
   }
   if (fault == http::error::buffer_overflow) {
-    return answer(
-        ApiReply::error(413, "too_large", "what stands between the pieces of the request's body is too large"), true);
+    return answer(ApiReply::error(413, "too_large",
+                                  "what stands between the pieces of the request's body is too large: leave it out"),
+                  true);
   }
   const bool malformed = fault.category() == http::make_error_code(http::error::bad_method).category() &&
                          fault != http::error::end_of_stream && fault != http::error::partial_message;
   if (malformed)
-    return answer(ApiReply::error(400, "invalid_argument", "this is not HTTP (" + fault.message() + ")"), true);
+    return answer(ApiReply::error(400, "invalid_argument", "this is not HTTP (" + fault.message() + "): send HTTP/1.1"),
+                  true);
   gone();
 }
 
@@ -310,8 +313,9 @@ void HttpConnection::route() {
   const std::size_t max_body = match_.route->max_body;
   const auto length = parser_->content_length();
   if (length && *length > max_body) {
-    return answer(
-        ApiReply::error(413, "too_large", "the body is larger than " + std::to_string(max_body / 1024) + " KiB"), true);
+    return answer(ApiReply::error(413, "too_large",
+                                  "the body is larger than " + std::to_string(max_body / 1024) + " KiB: send less"),
+                  true);
   }
   parser_->body_limit(max_body);
   if (max_body > kSmallBody && (length ? *length > kSmallBody : !parser_->is_done())) {

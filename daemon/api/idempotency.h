@@ -1,9 +1,11 @@
 // A request that is sent twice is done once: whoever sends something that begins work gives it a key of its own
 // (Idempotency-Key), and a repetition with the same key gets the reply of the first.
 //
-// What was refused is forgotten, because nothing was done; what is still being done answers both when it is done. Keys
-// belong to who sent them. They live in memory; what must hold beyond a restart is written in the transaction that does
-// it (db/request_keys.h). Thread-safe, since replies come from any thread.
+// What was refused is forgotten, because nothing was done; an error about a change that holds (ApiReply::changed) is
+// told again. What is still being done answers both when it is done, and is never forgotten before that. Of a reply
+// that is too large to keep, a repetition hears that it was done. Keys belong to who sent them. They live in memory;
+// what must hold beyond a restart is written in the transaction that does it (db/request_keys.h). Thread-safe, since
+// replies come from any thread.
 #pragma once
 
 #include <deque>
@@ -22,7 +24,7 @@ class IdempotencyKeys {
  public:
   static constexpr std::chrono::hours kLife{24};
   static constexpr std::size_t kMost = 256;            // the oldest of whoever has most of them goes first
-  static constexpr std::size_t kLargestReply = 16384;  // a larger one is not kept
+  static constexpr std::size_t kLargestReply = 16384;  // of a larger one only that there was one
 
   // `clock` outlives this.
   explicit IdempotencyKeys(const Clock& clock) : state_(std::make_shared<State>(clock)) {}
@@ -45,7 +47,7 @@ class IdempotencyKeys {
     std::deque<std::shared_ptr<Record>> records;  // guarded by mutex, as are they
   };
   class Pending;
-  static void make_room(std::deque<std::shared_ptr<Record>>& records);
+  static bool make_room(std::deque<std::shared_ptr<Record>>& records, const std::string& who);
   std::shared_ptr<State> state_;
 };
 

@@ -1,6 +1,7 @@
 #include "daemon/api/router.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -25,6 +26,8 @@ std::vector<std::string> split_pattern(std::string_view pattern) {
   return segments;
 }
 
+constexpr std::size_t kLongestMethod = 20;  // that is said back
+
 // How many literal segments agree; -1 when the path is another one.
 int agreement(const Router::Route& route, const std::vector<std::string>& path) {
   if (route.segments.size() != path.size()) return -1;
@@ -37,10 +40,11 @@ int agreement(const Router::Route& route, const std::vector<std::string>& path) 
   return literals;
 }
 
-ApiReply not_allowed(const std::vector<std::string>& methods) {
-  std::string allowed;
-  for (const std::string& method : methods) allowed += (allowed.empty() ? "" : ", ") + method;
-  ApiReply reply = ApiReply::error(405, "method_not_allowed", "this path answers " + allowed + " only");
+ApiReply not_allowed(std::string_view method, const std::vector<std::string>& methods) {
+  const std::string allowed = fmt::format("{}", fmt::join(methods, ", "));
+  ApiReply reply = ApiReply::error(405, "method_not_allowed",
+                                   fmt::format("this path does not take {}: send {}",
+                                               beginning_of(method, kLongestMethod), fmt::join(methods, " or ")));
   reply.headers.emplace_back("Allow", allowed);
   return reply;
 }
@@ -150,7 +154,9 @@ Router::Match Router::match(std::string_view method, std::string_view target) co
   Match match;
   std::optional<Target> parsed = parse_target(target);
   if (!parsed) {
-    match.refusal = ApiReply::error(400, "invalid_argument", "the request's path or query cannot be read");
+    match.refusal = ApiReply::error(
+        400, "invalid_argument",
+        "the request's path or query cannot be read: write it as in a link, with %-codes of two digits");
     return match;
   }
   int best = -1;
@@ -166,8 +172,10 @@ Router::Match Router::match(std::string_view method, std::string_view target) co
     }
   }
   if (!match.route) {
-    match.refusal = other_methods.empty() ? ApiReply::error(404, "not_found", "nothing answers at this path")
-                                          : not_allowed(other_methods);
+    match.refusal =
+        other_methods.empty()
+            ? ApiReply::error(404, "not_found", "nothing answers at this path: docs/openapi.json lists what there is")
+            : not_allowed(method, other_methods);
     return match;
   }
   for (std::size_t i = 0; i < parsed->segments.size(); ++i) {

@@ -135,7 +135,8 @@ void change_password(const AccountServices& s, const ApiRequest& request, const 
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   const std::string name = request.caller.user;
   if (name.empty())
-    return reply(ApiReply::error(403, "forbidden", "only who has signed in with a password may change it so"));
+    return reply(
+        ApiReply::error(403, "forbidden", "only who has signed in with a password may change it so: sign in with it"));
   try_password(s, name, request, *old, reply,
                [s, name, password = *password, reply](bool right, const std::string& verified) {
                  if (!right)

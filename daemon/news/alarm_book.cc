@@ -107,7 +107,8 @@ Alarm AlarmBook::happened(AlarmCondition what, const std::string& now) {
 
 Status AlarmBook::acknowledge(std::int64_t id, const std::string& who, const std::string& now) {
   const auto found = std::ranges::find(alarms_, id, &Alarm::id);
-  if (found == alarms_.end()) return Error{ErrorCode::kNotFound, fmt::format("there is no alarm {}", id)};
+  if (found == alarms_.end())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no alarm {}: see `veneerctl alarm list`", id)};
   if (is_seen(*found))
     return Error{ErrorCode::kConflict, fmt::format("alarm {} was acknowledged by {} already", id, found->seen_by)};
   found->seen_by = who;

@@ -54,7 +54,16 @@ void read_planner_options(RequestReader& query, planner::PlanOptions& options) {
   for (const planner::NamedOption& option : planner::kNamedOptions) {
     const auto text = query.text(option.name);
     if (!text) continue;
-    if (const Status set = planner::set_option(options, option.name, *text); !set) query.refuse(set.error());
+    if (const Status set = planner::set_option(options, option.name, *text); !set) {
+      query.refuse(unusable(set.error().message + ": correct it"));
+      continue;
+    }
+    // The planner names an option in words, and checks all of them together at last. Beside the usual ones this one
+    // alone can be out of its range.
+    planner::PlanOptions alone;
+    static_cast<void>(planner::set_option(alone, option.name, *text));
+    if (const Status in_range = planner::check_options(alone); !in_range)
+      query.refuse(unusable(fmt::format("{} is {}: {}", option.name, *text, in_range.error().message)));
   }
 }
 

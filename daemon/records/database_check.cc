@@ -45,15 +45,17 @@ void DatabaseCheck::take(const Status& sound) {
 }
 
 void DatabaseCheck::after_unclean_end(std::function<void(Done)> recover) {
-  unrecovered_ = true;
+  unrecovered_ = at_start_ = true;
   state_ = State::kChecking;
   sentence_ =
       "the database was not closed in order and is being checked: nothing begins before that is done, try again in a "
       "minute";
   const Done done = while_alive([this](const Status& sound) {
     if (sound) unrecovered_ = false;
+    at_start_ = false;
     take(sound);
     on_change_();
+    if (TaskRegistry* tasks = std::exchange(due_, nullptr)) is_due(*tasks);
   });
   database_.check(
       while_alive([done, recover = std::move(recover)](const Status& sound) { sound ? recover(done) : done(sound); }));
@@ -66,7 +68,7 @@ DatabaseCheck::Done DatabaseCheck::while_alive(Done then) const {
 }
 
 Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
-  if (on_demand_ || state_ == State::kChecking)
+  if (on_demand_ || at_start_)
     return Error{ErrorCode::kConflict, "the database is being checked already: wait until that is done"};
   on_demand_ = true;
   const TaskReporter task = tasks.start("integrity check", "reading the whole database");
@@ -75,12 +77,14 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
     const std::stop_callback by_task(task.stop_token(), [&stop] { stop.request_stop(); });
     const std::stop_callback by_end(giving_up, [&stop] { stop.request_stop(); });
     const auto begun = SteadyClock().now();
+    const int doubts = database_.call([](Repositories& r) { return r.connection.doubts(); });
     const Status sound = caught([&] { return check_rows(stop.get_token()); });
     // A plan that is lost is no reason to write nothing any more: the wood is known without it.
     const Status plans = sound ? caught([&] { return check_plans(stop.get_token()); }) : Ok();
     const double seconds = std::chrono::duration<double>(SteadyClock().now() - begun).count();
     // At once, so that it holds although the daemon ends before its reactor hears of it.
     if (!sound && proves_damage(sound.error())) database_.distrust(sound.error());
+    if (sound) database_.dispel(doubts);
     // Whoever writes may have another file open than the one that was read.
     database_.ask_may_write([this, alive, task, sound, plans, seconds](const Status& may_write) {
       if (alive.expired()) return;
@@ -104,7 +108,12 @@ Status DatabaseCheck::check_plans(const std::stop_token& stop) const {
 void DatabaseCheck::end_on_demand(const TaskReporter& task, const Status& sound, const Status& plans, double seconds) {
   on_demand_ = false;
   // That the file is sound does not bring the recovery that failed: the next start does.
-  if (sound ? !unrecovered_ : proves_damage(sound.error())) take(sound);
+  if (sound ? !unrecovered_ : proves_damage(sound.error()))
+    take(sound);
+  else if (!sound && state_ == State::kChecking)
+    sentence_ =
+        "the database was not checked to its end, although another program wrote to it or a row of it is damaged, and "
+        "nothing begins before that: check it with `veneerctl db check`";
   if (sound && !plans)
     task.fail(plans.error());
   else if (sound)
@@ -117,10 +126,17 @@ void DatabaseCheck::end_on_demand(const TaskReporter& task, const Status& sound,
 
 void DatabaseCheck::is_due(TaskRegistry& tasks) {
   if (state_ == State::kDamaged) return;
-  if (on_demand_)
+  if (!at_start_) {
+    state_ = State::kChecking;
+    sentence_ =
+        "the database is being checked, because another program wrote to it or a row of it is damaged: nothing begins "
+        "before that is done, try again in a minute";
+    on_change_();
+  }
+  if (on_demand_ || at_start_)
     due_ = &tasks;
   else
-    static_cast<void>(on_demand(tasks));  // refused while all is read after an unclean end
+    static_cast<void>(on_demand(tasks));
 }
 
 json DatabaseCheck::to_json() const {
@@ -139,8 +155,21 @@ bool DatabaseCheck::is_always_taken(std::string_view operation, const ApiRequest
          (operation == "command" && std::ranges::count(kEnding, request.path_param("command")) > 0);
 }
 
+namespace {
+
+// What a job that runs needs to go on: its wood is its own.
+bool goes_on(std::string_view operation, const ApiRequest& request) {
+  if (operation == "laserOverrides") return true;
+  if (operation != "command") return false;
+  const std::string& word = request.path_param("command");
+  return word == "unhold" || word == "unsuspend";
+}
+
+}  // namespace
+
 Status DatabaseCheck::may_begin(std::string_view operation, const ApiRequest& request) const {
   if (state_ == State::kGood || is_always_taken(operation, request)) return Ok();
+  if (state_ == State::kChecking && !at_start_ && goes_on(operation, request)) return Ok();
   return Error{state_ == State::kChecking ? ErrorCode::kUnavailable : ErrorCode::kStorage, sentence_};
 }
 

@@ -1,7 +1,8 @@
 // Whether the database is as it was written. It is checked whole after an unclean end, before anything is written to
 // it, and whenever somebody asks, while the cell works. Reading the whole file takes seconds of a large one, so neither
-// happens on the reactor: until a check after an unclean end has passed, and after any that found damage, nothing is
-// begun that the database must keep. STOP, Hold, Stop and whatever only looks are never refused. Damage is for good in
+// happens on the reactor: until a check after an unclean end has passed, or one that is due because another program
+// wrote, and after any that found damage, nothing is begun that the database must keep. STOP, Hold, Stop and whatever
+// only looks are never refused, and what another program did holds up no job that runs. Damage is for good in
 // this life of the daemon, which has the damaged file open whatever is put in its place; nothing is written to it.
 //
 // Bound to the reactor.
@@ -41,7 +42,8 @@ class DatabaseCheck {
   void after_unclean_end(std::function<void(Done)> recover);
   // A task, on a connection and a thread of its own. kConflict while a check is under way.
   Result<std::int64_t> on_demand(TaskRegistry& tasks);
-  // The same now, or once the check that is under way is done: something was seen that makes it necessary.
+  // The same now, or once the check that is under way is done: something was seen that makes it necessary, and until
+  // it has passed nothing begins.
   void is_due(TaskRegistry& tasks);
   void cancel();
 
@@ -69,8 +71,9 @@ class DatabaseCheck {
   State state_ = State::kGood;
   std::string sentence_, checked_at_;
   bool unrecovered_ = false;     // what an unclean end left behind was not seen to
-  bool on_demand_ = false;       // a check that somebody asked for is under way
-  TaskRegistry* due_ = nullptr;  // another one is due after that
+  bool at_start_ = false;        // the check after an unclean end is under way
+  bool on_demand_ = false;       // another one is
+  TaskRegistry* due_ = nullptr;  // one is due after that
   std::stop_source giving_up_;
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // what comes back to the reactor holds it weakly
   Worker worker_{"integrity", 10};

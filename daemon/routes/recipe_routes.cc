@@ -138,7 +138,8 @@ void draw_zone(const RecipeServices& s, const ApiRequest& request, const Reply& 
   Ring<PanelFrame> corners;
   if (numbers && (numbers->size() < 6 || numbers->size() % 2 != 0 || numbers->size() > 2 * ranges::kMostCorners))
     body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y", ranges::kMostCorners)});
+                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y: draw it so",
+                             ranges::kMostCorners)});
   else if (numbers)
     for (std::size_t i = 0; i + 1 < numbers->size(); i += 2)
       corners.push_back(point<PanelFrame>((*numbers)[i], (*numbers)[i + 1]));

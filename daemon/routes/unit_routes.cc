@@ -100,7 +100,7 @@ void bind_unit_routes(Router& router, const UnitServices& s) {
   router.bind("getBedPicture", [s](const ApiRequest& request, const Reply& reply) {
     reply_large(
         s, request, reply, [&bed = s.bed] { return bed.picture(); }, "image/jpeg",
-        "the bed has not been photographed since the daemon started");
+        "the bed has not been photographed since the daemon started: look at it with `veneerctl bed look`");
   });
   router.bind("getBedGlance", [s](const ApiRequest& request, const Reply& reply) { glance(s, request, reply); });
   router.bind("getBedToolpath", [s](const ApiRequest& request, const Reply& reply) {

@@ -53,6 +53,10 @@ void DatabaseThread::distrust(const Error& why) {
   worker_.post([this, why] { database_->distrust(why); });
 }
 
+void DatabaseThread::dispel(int doubts) {
+  worker_.post([this, doubts] { database_->dispel(doubts); });
+}
+
 void DatabaseThread::ask_may_write(std::function<void(const Status&)> then) {
   worker_.post([this, then = std::move(then)]() mutable {
     boost::asio::post(reactor_, [may = database_->may_write(), then = std::move(then)] { then(may); });

@@ -122,6 +122,8 @@ class DatabaseThread {
   // The file was found damaged: writes end for good, and it is not marked as clean. From any thread; it holds for
   // whatever is asked of the database later.
   void distrust(const Error& why);
+  // A check on another connection that began after so many doubts (db::Database::doubts) has found nothing.
+  void dispel(int doubts);
   // Whether rows may be written, as db::Database::may_write says, on the reactor.
   void ask_may_write(std::function<void(const Status&)> then);
   // On the reactor, why the file has to be checked now (db::Database::take_doubt). Before any work is asked for.

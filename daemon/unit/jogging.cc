@@ -12,8 +12,12 @@ namespace veneer::daemon {
 Status Jogging::may_jog(Millimetres dx, Millimetres dy) const {
   const CellState state = unit_.view.state;
   if (state != CellState::kIdle && state != CellState::kComplete)
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(state))};
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format(
+            "the laser is jogged while the cell is Idle or Complete, now it is {}: bring it there first, by Reset "
+            "where it is Stopped",
+            to_string(state))};
   const LaserStatus laser = unit_.laser.status();
   if (Status free = check_jog(unit_.keep_out, unit_.limits.travel, laser.position, dx, dy); laser.homed && !free)
     return free;

@@ -7,7 +7,8 @@ namespace veneer::daemon {
 Result<std::vector<PieceBurn>> RecutMemory::find(const std::vector<std::string>& marks) const {
   if (cuts_.empty())
     return Error{ErrorCode::kConflict,
-                 "nothing can be cut again but pieces of the panel that was cut last, while it lies as it did"};
+                 "nothing can be cut again but pieces of the panel that was cut last, while it lies as it did: make "
+                 "others again with `veneerctl job redo`"};
   std::vector<PieceBurn> found;
   for (const std::string& mark : marks) {
     const PieceBurn* cut = cuts_.find(mark);

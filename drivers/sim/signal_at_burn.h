@@ -1,11 +1,12 @@
-// Sends a signal to a process, or a text to a Unix socket, in the middle of a stroke: the first time the beam is on and
-// has burnt so much. How tests kill or stop a daemon, or act, at the same place of a cut however fast their machine is.
-// Happens once.
+// Sends a signal to a process or a text to a Unix socket, or fills a process's disk, in the middle of a stroke: the
+// first time the beam is on and has burnt so much. How tests kill or stop a daemon, or act, at the same place of a cut
+// however fast their machine is. Happens once.
 //
 // Threading: called on the reactor.
 #pragma once
 
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -24,6 +25,7 @@ class SignalAtBurn {
     double burnt_mm = 0;      // as the machine's watchdog counts it
     std::string socket = {};  // gets `text`, instead of a signal to a process
     std::string text = {};
+    bool fills_disk = false;  // instead of the signal: no file that the process writes may grow any more
   };
   SignalAtBurn() = default;
   SignalAtBurn(const SignalAtBurn&) = delete;
@@ -33,7 +35,9 @@ class SignalAtBurn {
   void arm(const Order& order) { order_ = order; }
   void look(bool beam_on, double burnt_mm) {
     if (!order_ || !beam_on || burnt_mm < order_->burnt_mm) return;
-    if (order_->socket.empty())
+    if (order_->fills_disk)
+      fill_disk(order_->pid);
+    else if (order_->socket.empty())
       kill(order_->pid, order_->number);
     else
       send(order_->socket, order_->text);
@@ -41,6 +45,13 @@ class SignalAtBurn {
   }
 
  private:
+  // Whoever may do this to it may take it back as well: the hard limit stays.
+  static void fill_disk(pid_t pid) {
+    rlimit limit{};
+    if (::prlimit(pid, RLIMIT_FSIZE, nullptr, &limit) != 0) return;
+    limit.rlim_cur = 0;
+    ::prlimit(pid, RLIMIT_FSIZE, &limit, nullptr);
+  }
   void send(const std::string& path, const std::string& text) {
     hang_up();
     socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

@@ -108,6 +108,10 @@ const TwinService::Command* TwinService::find(const json& request) {
        true,
        &TwinService::signal_at_burn,
        {{"pid", Type::kNumber}, {"signal", Type::kNumber}, {"burnt_mm", Type::kNumber}}},
+      {"fill-disk-at-burn",
+       true,
+       &TwinService::fill_disk_at_burn,
+       {{"pid", Type::kNumber}, {"burnt_mm", Type::kNumber}}},
       {"send-at-burn", true, &TwinService::send_at_burn, {{"socket"}, {"text"}, {"burnt_mm", Type::kNumber}}},
       {"burn-log", true, &TwinService::burn_log, {}},
       {"new-panel",
@@ -358,6 +362,13 @@ TwinService::Reply TwinService::consent(const json& r) {
 
 TwinService::Reply TwinService::signal_at_burn(const json& r) {
   laser_.signal_at_burn({r.at("pid"), r.at("signal"), r.at("burnt_mm")});
+  return json::object();
+}
+
+TwinService::Reply TwinService::fill_disk_at_burn(const json& r) {
+  SignalAtBurn::Order order;
+  order.pid = r.at("pid"), order.burnt_mm = r.at("burnt_mm"), order.fills_disk = true;
+  laser_.signal_at_burn(order);
   return json::object();
 }
 

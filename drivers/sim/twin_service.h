@@ -51,6 +51,7 @@ class TwinService {
   Reply power(const nlohmann::json& request);
   Reply consent(const nlohmann::json& request);
   Reply signal_at_burn(const nlohmann::json& request);
+  Reply fill_disk_at_burn(const nlohmann::json& request);
   Reply send_at_burn(const nlohmann::json& request);
   Reply burn_log(const nlohmann::json& request);
   void forget_old(const std::string& kind, int newest, int kept) const;

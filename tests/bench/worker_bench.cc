@@ -230,6 +230,10 @@ const bool kGridGoals = bench::Goals::all().add({{"worker_grid/17/0", "median_ms
                                                  {"worker_grid/45/1", "median_ms", 5000, "ms"}});
 
 BENCHMARK(worker_overhead)->Iterations(21)->Unit(benchmark::kMillisecond)->UseRealTime();
+// Planning in a worker may cost 0.1 s. By the clock (overhead_s) that holds on a machine of one's own only: beside
+// others the two plans of a pair wait for different things. What the processors did for it is what a shared machine can
+// hold.
+const bool kOverheadGoal = bench::Goals::all().add({{"worker_overhead", "overhead_processor_s", 0.1, "s"}});
 
 }  // namespace
 }  // namespace veneer::daemon

@@ -3,7 +3,10 @@
 
 #include <map>
 
+#include "db/leases.h"
+#include "db/plans.h"
 #include "tests/db/filled_cell.h"
+#include "tests/db/planned_job.h"
 #include "tests/db/stray_sql.h"
 
 namespace veneer::db {
@@ -132,6 +135,54 @@ TEST_F(GuardTest, WhatTheShellDoesToTheIndexOfWoodIsFound) {
     ASSERT_FALSE(opened.ok()) << statement;
     EXPECT_THAT(opened.error().message, HasSubstr("index of wood"));
   }
+}
+
+// The rule that no wood is held twice looks in the index: what is missing there, it does not see.
+class AfterTheShellWrote : public PlannedJob {
+ protected:
+  // Where the job's first piece is, and where nothing is.
+  NewPlan over_a1() { return job_of({square_piece("B1", panel, 12, 12, 14)}); }
+  NewPlan elsewhere() { return job_of({square_piece("B1", panel, 200, 100, 14)}); }
+  template <class Answer>
+  static void expect_put_off(const Answer& answer) {
+    ASSERT_FALSE(answer.ok());
+    EXPECT_EQ(answer.error().code, ErrorCode::kUnavailable);
+    EXPECT_THAT(answer.error().message, HasSubstr("has been checked, because another program wrote to it"));
+    EXPECT_THAT(answer.error().message, HasSubstr(": try again in a minute"));
+  }
+};
+
+TEST_F(AfterTheShellWrote, NothingIsBookedBeforeTheCheckAndARunningJobGoesOn) {
+  const JobId waiting = must(jobs.create(job_of({square_piece("C1", other, 100, 100, 14)}), kNow));
+  const PlanId kept = must(Plans(cell.database()).add(over_a1(), kNow));
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  ASSERT_EQ(stray(cell.file(), "DELETE FROM allocation_boxes"), "");
+
+  expect_put_off(jobs.create(over_a1(), kLater));
+  expect_put_off(jobs.create(elsewhere(), kLater));
+  expect_put_off(jobs.create(kept, kLater));
+  expect_put_off(Leases(cell.database()).take(kept, "local:1000", kNow, kLater));
+  EXPECT_EQ(must(cell.ledger().live_allocations(panel)).size(), 3U) << "and nothing of them was booked";
+
+  VENEER_EXPECT_OK(jobs.book_piece(pieces[1].id, kLater));
+  VENEER_EXPECT_OK(jobs.mark_cutting(pieces[0].id, kLater));
+  VENEER_EXPECT_OK(jobs.book_piece(pieces[0].id, kLater));
+  VENEER_EXPECT_OK(jobs.make_suspect(std::vector{pieces[0].id}, kLater));
+  VENEER_EXPECT_OK(jobs.finish_run(run, true, kLater));
+  const RunId second = start(other);
+  VENEER_EXPECT_OK(jobs.abort_run(second, {}, "the lid", kLater));
+  expect_put_off(jobs.start_run(waiting, other, kPose, 0.04_mm, kLater));
+  expect_put_off(jobs.redo(job, made_again({square_piece("A1", panel, 200, 100, 14)}), kLater));
+  EXPECT_THAT(cell.database().check_integrity().error().message, HasSubstr("index of wood"));
+  expect_put_off(jobs.create(elsewhere(), kLater));
+}
+
+TEST_F(AfterTheShellWrote, AllGoesOnOnceACheckHasFoundNothing) {
+  ASSERT_EQ(stray(cell.file(), "CREATE TABLE notes (line TEXT); DROP TABLE notes"), "");
+  expect_put_off(jobs.create(elsewhere(), kLater));
+  VENEER_ASSERT_OK(cell.database().check_integrity());
+  VENEER_EXPECT_OK(jobs.create(elsewhere(), kLater));
 }
 
 TEST_F(GuardTest, WhatTheShellDoesToTheSchemaIsFound) {

@@ -172,6 +172,24 @@ TEST_F(JobStoreTest, RefusesAPlanOfAPanelThatWasScannedAgain) {
   VENEER_EXPECT_OK(jobs.create(planned, kLater));
 }
 
+TEST_F(JobStoreTest, MakesNoPieceAgainOnAPanelThatWasScannedAgain) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}, 1));
+  NewPlan again = job_of({square_piece("A1", other, 100, 10, 14)});
+  const auto refused = jobs.redo(job, again, kLater);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(refused.error().message,
+            "panel P-0002 was scanned again after this was planned, or a scan was taken back: plan again");
+  EXPECT_EQ(states()[0], PieceState::kCut) << "nothing of it was done";
+  EXPECT_THAT(must(jobs.redos(job)), ::testing::IsEmpty());
+  again.planned_on = {{other, 2}};
+  VENEER_EXPECT_OK(jobs.redo(job, again, kLater));
+  EXPECT_EQ(states()[0], PieceState::kReserved);
+}
+
 TEST_F(JobStoreTest, RefusesAPlanThatDoesNotSayWhatItWasMadeOn) {
   NewPlan planned = job_of({square_piece("B1", panel, 200, 10, 14)});
   planned.planned_on.clear();

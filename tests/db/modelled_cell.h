@@ -5,8 +5,11 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include <array>
+
 #include "db/backup.h"
 #include "tests/db/modelled_people.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 
@@ -77,6 +80,7 @@ class ModelledCell : public ModelledPeople {
         {"take_request", 4, &ModelledCell::take_request},
         {"certify", 1, &ModelledCell::certify},
         {"note", 1, &ModelledCell::note},
+        {"doubt_and_check", 2, &ModelledCell::doubt_and_check},
         {"enter_mask", 1, &ModelledCell::enter_mask},
         {"enter_zones", 1, &ModelledCell::enter_zones},
         {"back_up", 1, &ModelledCell::back_up},
@@ -223,6 +227,17 @@ class ModelledCell : public ModelledPeople {
     settle_as_seen();
   }
   void scan_or_stray() { *in_range(0, 4) == 0 ? scan_again() : stray(); }
+  // Another program writes: before the check nothing is booked and no job begins, and what runs goes on.
+  void doubt_and_check() {
+    RC_ASSERT(db::stray(cell_.file(), "CREATE TABLE notes (line TEXT); DROP TABLE notes").empty());
+    doubted_ = true;
+    constexpr std::array<void (ModelledCell::*)(), 7> kTried = {
+        &ModelledCell::create,    &ModelledCell::create_from_plan, &ModelledCell::lease, &ModelledCell::redo,
+        &ModelledCell::start_run, &ModelledCell::mark_cutting,     &ModelledCell::book};
+    for (int i = 0; i < 6; ++i) (this->*kTried[*in_range<std::size_t>(0, kTried.size())])();
+    RC_ASSERT(sound());
+    doubted_ = false;
+  }
   void archive_some() { *in_range(0, 4) == 0 ? archive_what_is_done() : archive(); }
   void restoration_or_scan() { *in_range(0, 6) == 0 ? note_restoration() : scan_again(); }
   // What was cut at this point of this panel.

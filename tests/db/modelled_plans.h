@@ -31,6 +31,7 @@ class ModelledPlans : public ModelledWood {
     return out;
   }
   bool can_be_made(const ModelPlan& plan, const std::string& at) const {
+    if (doubted_) return false;
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
       if (plan.masks[piece.panel] != known_[piece.panel].mask() || known_[piece.panel].retired ||
@@ -58,7 +59,7 @@ class ModelledPlans : public ModelledWood {
     ModelPlan& plan = *mostly(plans_, [&](const ModelPlan& one) { return can_be_made(one, kNow); });
     const std::string at = *rc::gen::element(kNow, kLater), until = *rc::gen::element(kBetween, kMuchLater);
     const bool renewed = plan.lease && *plan.lease > at;
-    const bool allowed = until > at && (renewed || can_be_made(plan, at));
+    const bool allowed = until > at && ((renewed && !doubted_) || can_be_made(plan, at));
     const auto leased = Leases(cell_.database()).take(plan.id, "local:1000", at, until);
     RC_ASSERT(leased.ok() == allowed);
     if (!allowed) {
@@ -128,7 +129,7 @@ class ModelledPlans : public ModelledWood {
     ModelPlan plan;
     plan.masks = masks();
     ModelJob placed;
-    bool allowed = job.state != JobState::kRunning;
+    bool allowed = job.state != JobState::kRunning && !doubted_;
     for (const std::size_t index : indices) {
       const AllocationState state = job.pieces[index].state;
       ModelPiece& wanted = plan.pieces.emplace_back(job.pieces[index]);

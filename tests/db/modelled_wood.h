@@ -255,6 +255,7 @@ class ModelledWood : protected ModelledKnowledge {
   }
   // Why wood could not be had for these pieces.
   bool says_why(const Error& error, const std::vector<ModelPiece>& pieces) const {
+    if (doubted_) return error.code == ErrorCode::kUnavailable;
     const bool any_is_to_scan =
         std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) { return is_to_scan(piece.panel); });
     return error.code == ErrorCode::kConflict || (any_is_to_scan && error.code == ErrorCode::kRefused);
@@ -350,6 +351,7 @@ class ModelledWood : protected ModelledKnowledge {
 
   CellDatabase cell_;
   std::function<void(Database&)> opened_;
+  bool doubted_ = false;  // another program has written, and nobody has checked what
 };
 
 }  // namespace veneer::db

@@ -27,7 +27,7 @@ class ModelledWork : public ModelledPlans {
     facts.recipes_json = fmt::format(R"([{{"speed":{}}}])", *in_range(1, 100));
     facts.looks_again = *rc::gen::arbitrary<bool>();
     const auto run = cell_.jobs().start_run(job.id, panels_[panel], {}, 0.05_mm, kNow, facts);
-    RC_ASSERT(run.ok() == (!run_ && startable && wood));
+    RC_ASSERT(run.ok() == (!run_ && startable && wood && (!doubted_ || job.state == JobState::kRunning)));
     if (!run.ok()) return;
     run_ = ModelRun{*run, index, panel, facts, facts.looks_again};
     runs_.push_back(*run_);

@@ -74,10 +74,10 @@ class UsbPortTest : public ::testing::Test {
       if (const auto* found = std::get_if<Event>(&event)) return found;
     return nullptr;
   }
-  // Whether `so` was true within the time; asked again and again, since a beam goes on and off.
+  // Whether `so` was true before patience ended.
   template <class So>
-  bool wait_until(So so, double seconds = 20) {
-    const TimePoint until = clock.now() + Duration(static_cast<Duration::rep>(seconds * 1e9));
+  bool wait_until(So so) {
+    const TimePoint until = clock.now() + std::chrono::minutes(2);
     while (clock.now() < until) {
       if (so()) return true;
       io.restart();
@@ -87,12 +87,22 @@ class UsbPortTest : public ::testing::Test {
   }
   template <class Event>
   bool wait_for() {
-    wait_until([this] { return find<Event>() != nullptr || find<laser_event::Failed>() != nullptr; });
+    wait_until([this] {
+      return find<Event>() != nullptr || find<laser_event::Failed>() != nullptr ||
+             find<laser_event::Aborted>() != nullptr;
+    });
     return find<Event>() != nullptr;
   }
+  // A job, begun, whose board stands still in the midst of its first stroke.
+  void start_and_stand_still() {
+    file.stand_still_at([](const sim::LihuiyuBoard& board) { return board.beam_commanded(); });
+    laser->start(tests::odd_job(2, 1, 30, 20));
+    ASSERT_TRUE(wait_until([this] { return file.stands_still(); }));
+  }
   std::string failure() const {
-    const auto* failed = find<laser_event::Failed>();
-    return failed == nullptr ? "" : failed->error.message;
+    if (const auto* failed = find<laser_event::Failed>()) return failed->error.message;
+    const auto* aborted = find<laser_event::Aborted>();
+    return aborted == nullptr ? "" : aborted->error.message;
   }
   void connect_and_home() {
     laser->connect([this](const LaserEvent& event) { events.push_back(event); });
@@ -113,20 +123,22 @@ TEST_F(UsbPortTest, BurnsAPieceOnTheSimulatedBoard) {
   EXPECT_TRUE(file.set_up_in_order());
   const LaserJob job = tests::odd_job(1, 1, 4, 60);
   laser->start(job);
-  ASSERT_TRUE(wait_for<laser_event::Done>());
+  ASSERT_TRUE(wait_for<laser_event::Done>()) << failure();
   EXPECT_EQ(tests::wrong_piece(job, PieceId{1}, file.burns()), "");
   EXPECT_THAT(file.with_board([](auto& board) { return board.complaints(); }), ::testing::IsEmpty());
 }
 
 TEST_F(UsbPortTest, AbortReachesTheBoardInTheMiddleOfAJob) {
   connect_and_home();
-  laser->start(tests::odd_job(2, 1, 30, 20));
-  ASSERT_TRUE(wait_until([this] { return file.with_board([](auto& board) { return board.beam_commanded(); }); }));
+  start_and_stand_still();
+  const std::size_t before = file.resets().size();
   laser->abort();
+  ASSERT_TRUE(wait_until([&] { return file.resets().size() > before; }));
+  file.go_on();
   ASSERT_TRUE(wait_for<laser_event::Aborted>());
   EXPECT_THAT(find<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
-  EXPECT_TRUE(wait_until(
-      [this] { return file.with_board([](auto& board) { return !board.beam_commanded() && !board.moving(); }); }, 2));
+  file.let_pass(std::chrono::seconds(2));
+  EXPECT_TRUE(file.with_board([](auto& board) { return !board.beam_commanded() && !board.moving(); }));
   const std::size_t burnt = file.burns().size();
   file.let_pass(std::chrono::seconds(10));
   EXPECT_EQ(file.burns().size(), burnt);
@@ -134,12 +146,12 @@ TEST_F(UsbPortTest, AbortReachesTheBoardInTheMiddleOfAJob) {
 
 TEST_F(UsbPortTest, AnUnpluggedBoardEndsTheJob) {
   connect_and_home();
-  laser->start(tests::odd_job(2, 1, 30, 20));
-  ASSERT_TRUE(wait_until([this] { return !file.burns().empty(); }));
+  start_and_stand_still();
   file.with_board([](auto& board) {
     board.unplug();
     return 0;
   });
+  file.go_on();
   ASSERT_TRUE(wait_for<laser_event::Aborted>());
   EXPECT_EQ(find<laser_event::Aborted>()->error.code, ErrorCode::kDisconnected);
   EXPECT_THAT(find<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));

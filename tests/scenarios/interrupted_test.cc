@@ -127,16 +127,12 @@ TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
     EXPECT_THAT(noted, Contains(what));
 }
 
-// Slow enough that most of the job is still to come when the disk has become full.
-class SlowlyInterrupted : public Interrupted {
- protected:
-  double time_scale() const override { return 10; }
-};
-
-TEST_F(SlowlyInterrupted, AFullDiskEndsTheJobInOneSentenceAndForgetsNothing) {
-  cut_some();
-  cell_->set_disk_full(true);
-  const json aborted = wait_state("Aborted");
+TEST_F(Interrupted, AFullDiskEndsTheJobInOneSentenceAndForgetsNothing) {
+  begin();
+  fill_disk_at_burn(240);  // three of sixteen pieces are cut, and the fourth burns
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  const json aborted = wait([](const json& s) { return s["state"] == "Aborted" || s["state"] == "Complete"; });
+  ASSERT_EQ(aborted["state"], "Aborted");
   EXPECT_THAT(aborted.value("reason", ""), HasSubstr("make room on the disk"));
   EXPECT_FALSE(aborted["laser"]["beam_on"].get<bool>());
   EXPECT_THAT(post("/commands/clear"), HasSubstr("make room on the disk"));

@@ -109,25 +109,27 @@ void PreparedCell::SetUp() {
   story_->resume({{kPanel, kSheet}}, {kJob});
 }
 
-void PreparedCell::stop_at_burn(double more_mm) const {
+void PreparedCell::at_burn(nlohmann::json command, double more_mm) const {
   const auto status = cell_->twin({{"cmd", "status"}});
   ASSERT_TRUE(status.ok()) << status.error().message;
-  const double burnt_mm = (*status)["laser"]["watchdog"]["burnt_mm"];
-  const auto armed =
-      cell_->twin({{"cmd", "send-at-burn"},
-                   {"socket", cell_->api_socket().string()},
-                   {"text", "POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"},
-                   {"burnt_mm", burnt_mm + more_mm}});
+  command["burnt_mm"] = (*status)["laser"]["watchdog"]["burnt_mm"].get<double>() + more_mm;
+  const auto armed = cell_->twin(command);
   ASSERT_TRUE(armed.ok()) << armed.error().message;
 }
 
+void PreparedCell::stop_at_burn(double more_mm) const {
+  at_burn({{"cmd", "send-at-burn"},
+           {"socket", cell_->api_socket().string()},
+           {"text", "POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"}},
+          more_mm);
+}
+
 void PreparedCell::signal_at_burn(pid_t pid, int number, double more_mm) const {
-  const auto status = cell_->twin({{"cmd", "status"}});
-  ASSERT_TRUE(status.ok()) << status.error().message;
-  const double burnt_mm = (*status)["laser"]["watchdog"]["burnt_mm"];
-  const auto armed =
-      cell_->twin({{"cmd", "signal-at-burn"}, {"pid", pid}, {"signal", number}, {"burnt_mm", burnt_mm + more_mm}});
-  ASSERT_TRUE(armed.ok()) << armed.error().message;
+  at_burn({{"cmd", "signal-at-burn"}, {"pid", pid}, {"signal", number}}, more_mm);
+}
+
+void PreparedCell::fill_disk_at_burn(double more_mm) const {
+  at_burn({{"cmd", "fill-disk-at-burn"}, {"pid", cell_->daemon_pid()}}, more_mm);
 }
 
 void PreparedCell::unsuspend_and_hear_of(double more_mm) const {

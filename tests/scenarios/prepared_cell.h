@@ -30,6 +30,8 @@ class PreparedCell : public ::testing::Test {
 
   // The twin signals `pid` in the middle of a stroke, once so much more was burnt. A piece burns 48 mm and its mark.
   void signal_at_burn(pid_t pid, int number, double more_mm) const;
+  // The daemon's disk is full there, until set_disk_full(false).
+  void fill_disk_at_burn(double more_mm) const;
   // The twin presses STOP there, at the daemon's socket.
   void stop_at_burn(double more_mm) const;
   // Unsuspend, and on in the middle of the stroke with which so much more is burnt: what a test does then, it does
@@ -59,6 +61,8 @@ class PreparedCell : public ::testing::Test {
   std::unique_ptr<Story> story_;
 
  private:
+  void at_burn(nlohmann::json command, double more_mm) const;
+
   static std::filesystem::path base_;                    // the cell that is copied
   static std::optional<testing::TempDirectory> folder_;  // of the copies
 };

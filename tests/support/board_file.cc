@@ -4,6 +4,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
@@ -63,9 +64,26 @@ BoardFile::~BoardFile() {
   g_object_unref(handler_);
 }
 
+// Where a place is looked for, in small steps, and so few at once that the board's time waits for a busy machine: else
+// there would be ever more of them.
+void BoardFile::advance() {
+  constexpr Duration kStep = std::chrono::microseconds(100), kAtOnce = std::chrono::milliseconds(2);
+  if (place_) {
+    const TimePoint until = std::min(now(), looked_at_ + kAtOnce);
+    while (!stood_ && looked_at_ < until) {
+      looked_at_ = std::min(looked_at_ + kStep, until);
+      host_.advance_to(looked_at_);
+      if (place_(board_)) stood_ = looked_at_;
+    }
+    ahead_ = looked_at_ - SteadyClock().now();
+    if (stood_) place_ = nullptr;
+  }
+  host_.advance_to(now());
+}
+
 std::vector<sim::BurnSegment> BoardFile::burns() {
   const std::lock_guard lock(mutex_);
-  host_.advance_to(now());
+  advance();
   return burns_;
 }
 
@@ -120,7 +138,7 @@ bool BoardFile::answer(UMockdevIoctlClient* client) {
 }
 
 bool BoardFile::submit(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
-  host_.advance_to(now());
+  advance();
   if (host_.gone()) return complete(client, ENODEV);
   UMockdevIoctlData* data = part_of(arg, 0, sizeof(usbdevfs_urb));
   if (data == nullptr) return complete(client, EFAULT);
@@ -153,7 +171,7 @@ bool BoardFile::submit(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
 }
 
 bool BoardFile::reap(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
-  host_.advance_to(now());
+  advance();
   for (const sim::HostReply& reply : host_.take_replies()) {
     const auto found = flying_.find(reply.id);
     if (found == flying_.end()) continue;

@@ -6,9 +6,12 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/sim/lihuiyu_board/usb_host.h"
@@ -29,15 +32,34 @@ class BoardFile : private sim::BurnSink {
   template <class Use>
   auto with_board(Use use) {
     const std::lock_guard lock(mutex_);
-    host_.advance_to(now());
+    advance();
     return use(board_);
   }
   std::vector<sim::BurnSegment> burns();
   // The board's time runs ahead: what it does by itself within this, it has done.
   void let_pass(Duration time) {
     const std::lock_guard lock(mutex_);
+    if (stood_) *stood_ += time;
     ahead_ += time;
-    host_.advance_to(now());
+    advance();
+  }
+  // The first time that the board is so, its time stands still until go_on(): what a test does then it does in the
+  // midst of that, however late it comes. Transfers that are asked for meanwhile wait.
+  void stand_still_at(std::function<bool(const sim::LihuiyuBoard&)> place) {
+    const std::lock_guard lock(mutex_);
+    advance();
+    looked_at_ = now();
+    place_ = std::move(place);
+  }
+  bool stands_still() {
+    const std::lock_guard lock(mutex_);
+    advance();
+    return stood_.has_value();
+  }
+  void go_on() {
+    const std::lock_guard lock(mutex_);
+    if (stood_) ahead_ = *stood_ - SteadyClock().now();
+    stood_.reset();
   }
   // What was asked of the kernel since the device was opened last: a letter a transfer, (w)rite, (r)ead, (c)ontrol, or
   // (d)iscard.
@@ -59,7 +81,8 @@ class BoardFile : private sim::BurnSink {
     UMockdevIoctlData* buffer;
   };
 
-  TimePoint now() const { return SteadyClock().now() + ahead_; }
+  TimePoint now() const { return stood_ ? *stood_ : SteadyClock().now() + ahead_; }
+  void advance();
   void burn(const sim::BurnSegment& segment) override { burns_.push_back(segment); }
 
   bool answer(UMockdevIoctlClient* client);
@@ -70,6 +93,9 @@ class BoardFile : private sim::BurnSink {
 
   std::mutex mutex_;  // guards all below
   Duration ahead_{0};
+  std::function<bool(const sim::LihuiyuBoard&)> place_;  // where its time is to stand still; looked for since then
+  TimePoint looked_at_;
+  std::optional<TimePoint> stood_;
   std::vector<sim::BurnSegment> burns_;
   std::string asked_;
   std::vector<std::chrono::steady_clock::time_point> resets_;

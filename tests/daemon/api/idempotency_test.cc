@@ -20,6 +20,7 @@ class Idempotency : public ::testing::Test {
     router.bind("scan", [this](const ApiRequest&, Reply reply) {
       ++scans;
       if (hold) return held.push_back(std::move(reply));
+      if (answer) return reply(*answer);
       reply(refuse ? ApiReply::error(Error{ErrorCode::kConflict, "the scanner is busy: wait"}) : ApiReply::task(scans));
     });
     router.bind("getStatus", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({{"state", "Idle"}})); });
@@ -48,6 +49,7 @@ class Idempotency : public ::testing::Test {
   std::vector<Reply> held;
   int scans = 0;
   bool hold = false, refuse = false;
+  std::optional<ApiReply> answer;  // instead of a task's
 };
 
 TEST_F(Idempotency, ARepetitionGetsTheFirstReplyAndDoesNothing) {
@@ -129,6 +131,50 @@ TEST_F(Idempotency, WhatWasRefusedOrDroppedMayBeTriedAgain) {
   EXPECT_EQ(last()["task"], 4);
 }
 
+// It was done: a repetition is told so, and how to see what came of it.
+TEST_F(Idempotency, WhatWasDoneIsNotDoneAgainWhereTheReplyIsTooLargeToKeep) {
+  answer = ApiReply::json({{"pieces", std::string(IdempotencyKeys::kLargestReply + 1, 'x')}});
+  send("a");
+  EXPECT_EQ(replies.back().body, answer->body);
+  send("a");
+  EXPECT_EQ(scans, 1);
+  EXPECT_EQ(replies.back().status, 409);
+  EXPECT_EQ(last()["error"]["code"], "conflict");
+  EXPECT_EQ(last()["error"]["sentence"], "this was done already (200), and its reply was too large to be kept");
+  EXPECT_EQ(last()["error"]["remedy"], "look at what it changed");
+  answer = ApiReply::json({{"pieces", std::string(IdempotencyKeys::kLargestReply - 100, 'x')}});
+  send("b");
+  send("b");
+  EXPECT_EQ(replies.back().body, answer->body) << "one that fits is sent again";
+}
+
+TEST_F(Idempotency, AnErrorAboutAChangeThatHoldsIsToldAgainAndNothingIsDone) {
+  answer = ApiReply::error(Error{ErrorCode::kStorage, "the disk is full: make room"});
+  answer->changed = true;
+  send("a");
+  answer = ApiReply::task(2);
+  send("a");
+  EXPECT_EQ(scans, 1);
+  EXPECT_EQ(replies.back().status, 500);
+  EXPECT_EQ(last()["error"]["remedy"], "make room");
+  ASSERT_FALSE(replies.back().headers.empty());
+  EXPECT_EQ(replies.back().headers.back().first, "Idempotency-Replayed");
+}
+
+TEST_F(Idempotency, WhatIsStillBeingDoneIsForgottenForNobodysKeys) {
+  hold = true;
+  for (std::size_t i = 0; i < IdempotencyKeys::kMost; ++i) send("held-" + std::to_string(i));
+  hold = false;
+  send("more");
+  EXPECT_EQ(replies.back().status, 429) << "there is no room for its key";
+  for (const Reply& reply : held) reply(ApiReply::task(7));
+  const int before = scans;
+  send("held-0");
+  EXPECT_EQ(scans, before);
+  send("more");
+  EXPECT_EQ(scans, before + 1);
+}
+
 TEST_F(Idempotency, KeysGrowOldAndTheirNumberIsBounded) {
   send("a");
   clock.advance(IdempotencyKeys::kLife + std::chrono::seconds(1));
@@ -174,6 +220,56 @@ TEST_F(Idempotency, ARepetitionIsNotNotedTwiceAndASecretNotAtAll) {
   send("", R"({"token":"very-secret"})", "anonymous", "POST", "/api/v1/session");
   ASSERT_EQ(notes.size(), 3U);
   EXPECT_EQ(notes[2].find("very-secret"), std::string::npos) << notes[2];
+}
+
+// Every operation of the table that changes something goes through one door.
+TEST(EveryChange, IsNotedWithWhoAskedAndDoneOnceWithAKey) {
+  int changing = 0;
+  for (const ApiOperation& operation : api_operations()) {
+    if (operation.method == "GET" || operation.asks || operation.id == "stop") continue;
+    SCOPED_TRACE(operation.id);
+    ManualClock clock;
+    IdempotencyKeys keys(clock);
+    Router router;
+    router.remember_in(keys);
+    std::vector<std::string> notes;
+    router.on_change([&](const Router::Change& change) {
+      notes.push_back(change.caller.who + " " + std::string(change.operation));
+    });
+    int done = 0;
+    router.bind(operation.id, [&](const ApiRequest&, const Reply& reply) {
+      ++done;
+      reply(ApiReply::json({{"done", done}}));
+    });
+    std::string path(operation.pattern);
+    for (auto at = path.find('{'); at != std::string::npos; at = path.find('{'))
+      path.replace(at, path.find('}', at) - at + 1, "1");
+    const auto match = router.match(operation.method, path);
+    ASSERT_NE(match.route, nullptr);
+    ApiRequest request;
+    request.method = operation.method;
+    request.path = path;
+    request.path_params = match.path_params;
+    request.caller.who = "user anna";
+    std::vector<ApiReply> replies;
+    const auto send = [&](const char* key) {
+      request.idempotency_key = key;
+      match.route->handler(request, [&](ApiReply reply) { replies.push_back(std::move(reply)); });
+    };
+    send("a");
+    send("a");
+    ASSERT_EQ(replies.size(), 2U);
+    // Who sends a password twice is told anew whether it is right: nothing of it is kept.
+    const bool secret = operation.takes == Takes::kSecrets;
+    EXPECT_EQ(done, secret ? 2 : 1);
+    EXPECT_EQ(replies[0].body == replies[1].body, !secret);
+    EXPECT_EQ(notes, std::vector<std::string>(secret ? 2 : 1, "user anna " + std::string(operation.id)));
+    send("has spaces");
+    EXPECT_EQ(replies.back().status, secret ? 200 : 400);
+    EXPECT_EQ(done, secret ? 3 : 1);
+    ++changing;
+  }
+  EXPECT_GT(changing, 60);
 }
 
 }  // namespace

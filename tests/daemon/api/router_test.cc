@@ -119,6 +119,23 @@ TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
   EXPECT_EQ(body["schema_version"], 1);
 }
 
+// What nothing answers is refused like all else, with what to do about it.
+TEST(ApiMessage, WhatNoRouteTakesSaysWhatToDoToo) {
+  Router router;
+  router.bind("getStatus", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({})); });
+  const auto refused = [&](const char* method, const char* target) {
+    const auto match = router.match(method, target);
+    EXPECT_EQ(match.route, nullptr);
+    return nlohmann::json::parse(match.refusal.body)["error"];
+  };
+  EXPECT_EQ(refused("GET", "/api/v1/stats")["sentence"], "nothing answers at this path");
+  EXPECT_EQ(refused("GET", "/api/v1/stats")["remedy"], "docs/openapi.json lists what there is");
+  EXPECT_EQ(refused("POST", "/api/v1/status")["sentence"], "this path does not take POST");
+  EXPECT_EQ(refused("POST", "/api/v1/status")["remedy"], "send GET");
+  EXPECT_EQ(refused("GET", "/a/../b")["sentence"], "the request's path or query cannot be read");
+  EXPECT_EQ(refused("GET", "/a/../b")["remedy"], "write it as in a link, with %-codes of two digits");
+}
+
 // Clients show the remedy as what to do.
 TEST(ApiMessage, WhatFollowsAColonIsARemedyAndNeverACauseOrForeignText) {
   const auto remedy = [](std::string_view message) {

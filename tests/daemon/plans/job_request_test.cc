@@ -253,7 +253,7 @@ TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));
   EXPECT_THAT(refusal_of("optimize", "best"), HasSubstr("optimize must be greedy or global"));
-  EXPECT_EQ(refusal_of("rotations", "0"), "the number of rotations must lie between 1 and 360");
+  EXPECT_EQ(refusal_of("rotations", "0"), "rotations is 0: the number of rotations must lie between 1 and 360");
 }
 
 // It is read on the loop that answers STOP: 48 MB would keep it for 20 ms with each copy.

@@ -58,6 +58,24 @@ class Checked : public testing::RoutedCell {
       reactor.run_one_for(std::chrono::seconds(10));
     }
   }
+  // Until the cell has heard that somebody else wrote to its database.
+  void until_doubted() {
+    for (int i = 0; i < 100 && cell->integrity->state() == DatabaseCheck::State::kGood; ++i) {
+      reactor.restart();
+      reactor.run_one_for(std::chrono::seconds(1));
+    }
+  }
+  void write_a_row() {
+    const Status written = cell->database->call([](Repositories& r) {
+      return r.audit.append({0, kThen, "test", "write", ""});
+    });
+    EXPECT_TRUE(written.ok()) << written.error().message;
+  }
+  // May wood be booked? There is none here.
+  bool booked() {
+    const auto refused = cell->database->call([](Repositories& r) { return r.jobs.create(db::PlanId{7}, kThen); });
+    return refused.error().code == ErrorCode::kNotFound;
+  }
   // The task of a check that was asked for, at its end.
   TaskView checked_on_demand() { return ended(ask("POST", "/api/v1/integrity-check")); }
 };
@@ -254,14 +272,59 @@ TEST_F(AfterACleanEnd, WhatAnotherProgramWritesIsCheckedAtOnceAndAtTheNextStart)
     return r.audit.append({0, kThen, "test", "write", ""});
   });
   EXPECT_TRUE(written.ok()) << written.error().message;
-  for (int i = 0; i < 100 && status()["database"]["state"] == "good"; ++i) {
-    reactor.restart();
-    reactor.run_one_for(std::chrono::milliseconds(100));
-  }
+  until_doubted();
+  until_checked();
   EXPECT_EQ(status()["database"]["state"], "damaged");
   EXPECT_THAT(status()["database"]["sentence"].get<std::string>(), HasSubstr("notes is not this program's"));
   cell.reset();
   EXPECT_FALSE(db::Database::open(file).ok());
+}
+
+// What begins might cut wood that another holds. What is cut already goes on.
+TEST_F(AfterACleanEnd, NothingBeginsWhileWhatAnotherProgramWroteIsChecked) {
+  const auto file = config.store.data_dir / "veneerd.db";
+  ASSERT_EQ(db::stray(file, "CREATE TABLE notes (line TEXT); DROP TABLE notes"), "");
+  write_a_row();
+  until_doubted();
+  EXPECT_EQ(cell->status(Role::kOperator)["database"]["state"], "checking");
+  EXPECT_THAT(cell->status(Role::kOperator)["reason"].get<std::string>(), HasSubstr("another program wrote to it"));
+  for (const auto& operation : {"newJob", "newPlan", "leasePlan", "startJob", "redo", "scan", "laserTestPattern"})
+    EXPECT_EQ(cell->integrity->may_begin(operation, {}).error().code, ErrorCode::kUnavailable) << operation;
+  const auto commands = [&](const char* word) {
+    ApiRequest request;
+    request.path_params = {{"command", word}};
+    return cell->integrity->may_begin("command", request);
+  };
+  EXPECT_FALSE(commands("reset"));
+  for (const char* word : {"unhold", "unsuspend", "hold", "stop", "abort"}) EXPECT_TRUE(commands(word)) << word;
+  EXPECT_TRUE(cell->integrity->may_begin("laserOverrides", {}));
+  until_checked();
+  EXPECT_EQ(status()["database"]["state"], "good");
+  EXPECT_TRUE(cell->integrity->may_begin("newJob", {}));
+  EXPECT_TRUE(booked()) << "the database has heard of it, too";
+}
+
+TEST_F(AfterACleanEnd, WhatNobodyCheckedToItsEndBeginsNothing) {
+  const auto file = config.store.data_dir / "veneerd.db";
+  ASSERT_EQ(db::stray(file, "CREATE TABLE notes (line TEXT); DROP TABLE notes"), "");
+  write_a_row();
+  // The check begins with a question to the database's thread, and is cancelled before it is answered.
+  std::promise<void> go;
+  cell->database->async([wait = go.get_future().share()](Repositories&) { return wait.wait(), 0; }, [](int) {});
+  until_doubted();
+  for (const auto* task : cell->tasks.running()) static_cast<void>(cell->tasks.cancel(task->id));
+  go.set_value();
+  while (!cell->tasks.running().empty()) {
+    reactor.restart();
+    reactor.run_one_for(std::chrono::seconds(10));
+  }
+  EXPECT_EQ(status()["database"]["state"], "checking");
+  EXPECT_THAT(status()["database"]["sentence"].get<std::string>(), HasSubstr("`veneerctl db check`"));
+  EXPECT_EQ(ask("POST", "/api/v1/commands/reset").status, 503);
+  EXPECT_FALSE(booked());
+  EXPECT_EQ(checked_on_demand().state, TaskState::kDone);
+  EXPECT_EQ(status()["database"]["state"], "good");
+  EXPECT_TRUE(booked());
 }
 
 // That the file could not be read this time says nothing of what it holds.

@@ -130,6 +130,11 @@ class StrictRequests : public testing::RoutedCell {
     const ApiReply reply = ask_raw(operation.method, operation.path + query, body);
     EXPECT_EQ(reply.status, 400) << operation.id << query << " " << body << " -> " << reply.body;
     EXPECT_THAT(reply.body, HasSubstr(named)) << operation.id << query << " " << body;
+    EXPECT_TRUE(says_what_to_do(reply)) << operation.id << query << " " << body << " -> " << reply.body;
+  }
+  static bool says_what_to_do(const ApiReply& refusal) {
+    const json error = body_of(refusal).value("error", json::object());
+    return error.value("remedy", json()).is_string() && !error["remedy"].get<std::string>().empty();
   }
 
   json document;
@@ -168,9 +173,7 @@ TEST_F(StrictRequests, AValueOfAnotherTypeOrBeyondItsLimitsIsAnErrorThatNamesIt)
   for (const Operation& operation : operations) {
     for (const Property& p : operation.query)
       for (const json& value : unusable(p.schema, true)) {
-        // The planner names its options in words.
-        const bool job = takes_a_picture(operation);
-        refused(operation, "?" + in_query(p.name, value), job ? "a picture" : "", job ? "error" : p.name);
+        refused(operation, "?" + in_query(p.name, value), takes_a_picture(operation) ? "a picture" : "", p.name);
         ++values;
       }
     for (const Property& p : operation.body)
@@ -191,6 +194,45 @@ TEST_F(StrictRequests, WhatMustBeThereIsAskedForByName) {
     for (const Property& p : operation.body)
       if (p.required) refused(operation, "", needed(operation, p.name).dump(), p.name + " is missing");
   }
+}
+
+// Of a cell in which nothing is: what is asked for is not there, or cannot be done yet.
+TEST_F(StrictRequests, EveryRefusalSaysWhatToDo) {
+  int refusals = 0;
+  for (const Operation& operation : operations) {
+    // What would look for devices, or takes a picture, is asked above.
+    if (takes_a_picture(operation) || operation.id == "findScanners" || operation.id == "findCameras") continue;
+    const ApiReply reply = ask_raw(operation.method, operation.path + others_in_query(operation, ""),
+                                   operation.takes_json ? needed(operation, "").dump() : "");
+    if (reply.status < 400) continue;
+    ++refusals;
+    EXPECT_TRUE(says_what_to_do(reply)) << operation.id << " -> " << reply.status << " " << reply.body;
+  }
+  EXPECT_GT(refusals, 40);
+}
+
+// Through the server's own door none goes past it; what has no key may be sent again.
+TEST_F(StrictRequests, EveryChangeReadsItsKeyAndIsNotedWithWhoAsked) {
+  idempotency_key = "has spaces";
+  int changes = 0;
+  for (const Router::Route& route : router.routes()) {
+    if (!route.changes) continue;
+    const auto* const listed = [&]() -> const ApiOperation* {
+      for (const ApiOperation& one : api_operations())
+        if (one.method == route.method && one.pattern == route.pattern) return &one;
+      return nullptr;
+    }();
+    ASSERT_NE(listed, nullptr) << route.method << " " << route.pattern << " is bound beside the table";
+    if (listed->takes == Takes::kSecrets) continue;
+    std::string path = route.pattern;
+    for (auto at = path.find('{'); at != std::string::npos; at = path.find('{'))
+      path.replace(at, path.find('}', at) - at + 1, "1");
+    const ApiReply reply = ask_raw(route.method, path, "");
+    EXPECT_EQ(reply.status, 400) << path << " -> " << reply.body;
+    EXPECT_THAT(reply.body, HasSubstr("Idempotency-Key must be")) << path;
+    ++changes;
+  }
+  EXPECT_GT(changes, 60);
 }
 
 TEST_F(StrictRequests, ABodyThatIsNoObjectIsRefused) {
