@@ -137,14 +137,24 @@ void GuardianLink::take(const std::string& line) {
     if (on_change_) on_change_();
     return;
   }
+  constexpr std::string_view kLeft = "left ", kReadyBut = "ready ";
+  if (line.starts_with(kLeft)) {
+    left_behind_ = true;
+    log_->error("what the last run left behind is not dark yet, and nothing moves before it is: {}",
+                line.substr(kLeft.size()));
+    if (on_change_) on_change_();
+    return;
+  }
   if (!line.starts_with("ready")) return;
   watches_ = true;
   if (watched_before_) log_->info("the guardian is back");
   ready_ = watched_before_ = true;
-  if (line.size() > 6) {
-    left_behind_ = line.substr(6);
-    log_->warn("what the last run left behind could not be darkened: {}", left_behind_);
-  }
+  if (line.starts_with(kReadyBut))
+    log_->error("what the last run left behind, at another port than the laser's of now, could not be darkened: {}",
+                line.substr(kReadyBut.size()));
+  else if (left_behind_)
+    log_->info("what the last run left behind is dark");
+  left_behind_ = false;
   if (on_change_) on_change_();
 }
 
@@ -152,7 +162,7 @@ void GuardianLink::lost() {
   error_code ignored;
   socket_.close(ignored);
   incoming_.clear();
-  watches_ = false;
+  watches_ = left_behind_ = false;
   asked_.reset();
   if (std::exchange(ready_, false)) {
     log_->error("the guardian is gone: no beam begins until it is back");
@@ -193,6 +203,11 @@ void GuardianLink::ask_whether_there() {
 
 Status GuardianLink::ready() const {
   if (ready_) return Ok();
+  if (left_behind_)
+    return Error{
+        ErrorCode::kRefused,
+        "the laser that the last run left behind is not known to be dark, and nothing moves before it is: look "
+        "at it, and see that its cable is in and that it has power; the guardian tries again by itself"};
   if (watches_ && !options_.socket.empty())
     return Error{ErrorCode::kRefused,
                  "the guardian, which darkens the laser should the daemon die, hangs: restart veneer-guardian.service"};

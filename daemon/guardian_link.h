@@ -46,10 +46,8 @@ class GuardianLink {
   // Waits until the guardian watches, having darkened what an earlier daemon left behind; `patience` at most, then goes
   // on trying in the background. To be called once, before the reactor runs.
   void begin(std::chrono::milliseconds patience);
-  // kRefused while nobody watches: no beam may begin.
+  // kRefused while nobody watches, or while what an earlier daemon left behind is not dark: no beam may begin.
   Status ready() const;
-  // What an earlier daemon left behind and could not be reached; "" when there is no such thing.
-  const std::string& left_behind() const { return left_behind_; }
   // The machine is dark and its port is closed.
   void done();
 
@@ -75,8 +73,8 @@ class GuardianLink {
   bool ready_ = false, watched_before_ = false;
   bool watches_ = false;                                        // has said "ready" on this connection
   std::optional<std::chrono::steady_clock::time_point> asked_;  // not answered yet
-  std::string left_behind_;
-  std::shared_ptr<int> alive_;  // handlers hold it weakly
+  bool left_behind_ = false;                                    // by an earlier daemon, and not dark yet
+  std::shared_ptr<int> alive_;                                  // handlers hold it weakly
 };
 
 }  // namespace veneer::daemon

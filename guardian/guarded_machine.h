@@ -3,8 +3,9 @@
 // One line each, ended by '\n':
 //   watch FAMILY PORT   daemon -> guardian: from now on; what an earlier daemon left behind is darkened first
 //   again FAMILY PORT   daemon -> guardian: the same daemon as before, after the guardian was away; nothing is touched
+//   left SENTENCE       guardian -> daemon: that could not be reached yet; it is tried again, and "ready" follows
 //   ready               guardian -> daemon: the machine is watched
-//   ready SENTENCE      the same, but what was left behind could not be reached
+//   ready SENTENCE      the same, but what was left behind, at another port, could not be reached
 //   ping                daemon -> guardian: is anybody there?
 //   pong                guardian -> daemon: yes
 //   done                daemon -> guardian: the machine is dark and its port closed; nothing more is to be done

@@ -125,8 +125,17 @@ void Watch::serve(int connection) {
   while (!lock.take(false))
     if (hung_up(connection, std::chrono::milliseconds(50))) return;
 
+  // What stands in the record is darkened before the daemon may touch it. One that is in another place than the machine
+  // of now may be gone for good: that keeps nobody for ever.
   Status dark = Ok();
-  if (word == "watch") dark = darken_left_behind(true);
+  if (word == "watch") {
+    const auto left = kept(options_.record);
+    const bool same = left && left->machine == *machine;
+    for (int i = 0; !(dark = darken_left_behind(true)) && (same || i + 1 < options_.tries); ++i) {
+      if (i == 0) tell(connection, "left " + dark.error().message);
+      if (hung_up(connection, options_.pause)) return;  // the record stays for the next
+    }
+  }
   record(to_text(*machine));
   tell(connection, dark ? "ready" : "ready " + dark.error().message);
 

@@ -3,7 +3,9 @@
 //
 // What is watched stands in a file (the record): so a guardian, or a computer, that dies as well leaves word for the
 // next one. Once darkened it stays there as such until the next daemon: it is darkened once more before that may use
-// it, for nobody knows who had hands on it in between. A lock beside it is held by whoever watches or darkens; two
+// it, for nobody knows who had hands on it in between. While what a daemon left cannot be darkened, the next one is
+// told so and waits, and it is tried again; a machine at another port than the one to be watched is given up after some
+// tries. A lock beside it is held by whoever watches or darkens; two
 // never do at once.
 //
 // Blocking; one thread.
@@ -27,7 +29,7 @@ namespace veneer::guardian {
 struct WatchOptions {
   std::filesystem::path record;  // beside it: its name with ".lock"
   std::function<Status(const GuardedMachine&)> darken;
-  int tries = 20;  // after a death, half a second apart; then the record stays for the next start
+  int tries = 20;  // half a second apart: after a death, then the record stays for the next start
   std::chrono::milliseconds pause{500};
   uid_t daemon = ::geteuid();  // whoever else connects is shown the door, and so is who says nothing for so long
   std::chrono::milliseconds first_line{2000};

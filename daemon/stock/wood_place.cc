@@ -54,8 +54,8 @@ Result<Raster<PanelFrame>> wood_of_place(const PanelLibrary& library, const std:
     for (int column = columns.first; column <= columns.last; ++column) {
       const auto jpeg = library.load_tile(map_file, level, column, row, missing);
       if (!jpeg) return jpeg.error();
-      const auto tile = planner::decode_jpeg(*jpeg);
-      if (!tile || tile->size() != cv::Size(kSide, kSide) || tile->type() != CV_8UC3)
+      const auto tile = planner::decode_jpeg(*jpeg, cv::Size(kSide, kSide));
+      if (!tile || tile->type() != CV_8UC3)
         return Error{ErrorCode::kStorage, "a tile of the panel's picture cannot be read: look at its map once more"};
       tile->copyTo(out.pixels(cv::Rect((column - columns.first) * kSide, (row - rows.first) * kSide, kSide, kSide)));
     }

@@ -125,8 +125,9 @@ void JobRunner::on_done(const std::string& remark) {
 }
 
 void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
-  // A jog that ended in a reset has lost the position.
-  if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
+  // A jog that ended in a reset has lost the position. Aborted, it was sought by hand, and nothing more is broken off.
+  if (jog.error && !parts().laser.status().homed && after(view_.state, CellCommand::kAbort))
+    return break_off(jog.error->message, nullptr);
   jogging_.ended();
   if (proof_.jog_ended()) return;
   if (view_.state != CellState::kHolding || at_laser_) return;

@@ -9,16 +9,24 @@
 
 namespace veneer::daemon {
 
+namespace {
+
+bool is_ready(CellState state) { return state == CellState::kIdle || state == CellState::kComplete; }
+bool is_stopped(CellState state) { return state == CellState::kStopped || state == CellState::kAborted; }
+
+}  // namespace
+
 Status Jogging::may_jog(Millimetres dx, Millimetres dy) const {
   const CellState state = unit_.view.state;
-  if (state != CellState::kIdle && state != CellState::kComplete)
+  const LaserStatus laser = unit_.laser.status();
+  const bool seeks_corner = laser.connected && !laser.homed && !unit_.limits.finds_home;
+  if (!is_ready(state) && !(is_stopped(state) && seeks_corner))
     return Error{
         ErrorCode::kConflict,
         fmt::format(
             "the laser is jogged while the cell is Idle or Complete, now it is {}: bring it there first, by Reset "
             "where it is Stopped",
             to_string(state))};
-  const LaserStatus laser = unit_.laser.status();
   if (Status free = check_jog(unit_.keep_out, unit_.limits.travel, laser.position, dx, dy); laser.homed && !free)
     return free;
   return Ok();
@@ -47,6 +55,16 @@ void Jogging::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::
                        note_end();
                        reply(taken);
                      });
+}
+
+Status Jogging::corner_is_here() {
+  const CellState state = unit_.view.state;
+  if (!is_ready(state) && !is_stopped(state))
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the corner of the bed is told while the cell is at rest, now it is {}: wait until it is "
+                             "Idle, Complete, Stopped or Aborted",
+                             to_string(state))};
+  return unit_.laser.corner_is_here();
 }
 
 void Jogging::stop() {

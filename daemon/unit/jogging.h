@@ -1,4 +1,8 @@
-// The head sent by hand, dark, over a machine that is at rest: Idle or Complete.
+// The head sent by hand, dark, over a machine that is at rest: Idle or Complete. One that cannot find its corner itself
+// and does not know it is sent in Stopped and Aborted too: no Reset goes on before the head stands in that corner.
+//
+// Where the corner is may be said in these four states only: strokes that are looked at, or burnt, were held against
+// the travel and the zones from the corner that was.
 //
 // A jog is on record before the head moves (work_record.h), and the way to the disk takes its time: once it is there
 // everything is asked again. A stop, an abort, an activity's end or an opened lid that came meanwhile calls the jog
@@ -45,7 +49,7 @@ class Jogging final : public JogCommands {
 
   void jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who, Reply reply) override;
   void stop() override;
-  Status corner_is_here() override { return unit_.laser.corner_is_here(); }
+  Status corner_is_here() override;
 
   // The laser has taken a jog that no activity waits for, and has not told its end.
   bool under_way() const { return under_way_; }

@@ -59,6 +59,13 @@ MmPerSecond JobRun::fastest_under_way() const {
   return fastest;
 }
 
+MmPerSecond JobRun::fastest_in_flight() const {
+  MmPerSecond fastest{0};
+  if (const auto strokes = motion_.strokes_in_flight())
+    for (std::size_t i = strokes->first; i <= strokes->second; ++i) fastest = std::max(fastest, job_.strokes[i].speed);
+  return fastest;
+}
+
 std::vector<PieceId> JobRun::suspect() const {
   if (!burning_begun_ || piece() == PieceId{}) return {};
   return {piece()};

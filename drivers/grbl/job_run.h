@@ -42,10 +42,13 @@ class JobRun {
   void doubt(const StatusReport::Xy& at) { doubt_at_ = at; }
   const std::optional<StatusReport::Xy>& doubt_at() const { return doubt_at_; }
   PieceId piece() const { return job_.strokes[group_.begin].piece; }  // under way
+  bool burning_begun() const { return burning_begun_; }               // of the piece under way
   bool nothing_sent() const { return group_.begin == 0 && next_ == 0; }
   // Of the piece under way: its strokes one after the other, and the fastest of them.
   Polyline<MachineFrame> path_under_way() const;
   MmPerSecond fastest_under_way() const;
+  // Of the strokes that are sent and not surely executed.
+  MmPerSecond fastest_in_flight() const;
   // Begun to burn and not verified.
   std::vector<PieceId> suspect() const;
 

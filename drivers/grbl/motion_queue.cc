@@ -47,7 +47,8 @@ bool MotionQueue::fits(const GcodeLine& line) const {
 }
 
 void MotionQueue::sent(const GcodeLine& line, TimePoint now) {
-  moves_.push_back({line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.lit(), now, {}});
+  moves_.push_back(
+      {line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.lit(), line.stroke, now, {}});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;
@@ -121,6 +122,13 @@ bool MotionQueue::may_have_burnt(double x_mm, double y_mm) const {
   const auto last =
       std::find_if(moves_.rbegin(), moves_.rend(), [&](const Move& move) { return lies_on(move, x_mm, y_mm); });
   return std::any_of(last, moves_.rend(), [](const Move& move) { return move.burns; });
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> MotionQueue::strokes_in_flight() const {
+  const auto burns = [](const Move& move) { return move.burns; };
+  const auto first = std::find_if(moves_.begin(), moves_.end(), burns);
+  if (first == moves_.end()) return std::nullopt;
+  return std::pair(first->stroke, std::find_if(moves_.rbegin(), moves_.rend(), burns)->stroke);
 }
 
 std::vector<std::size_t> MotionQueue::take_executed() { return std::exchange(executed_, {}); }

@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -63,6 +64,8 @@ class MotionQueue {
   // From now on motion runs at this fraction of its programmed speed, by an override; at most 1 is counted on.
   void set_slowest(double fraction, TimePoint now);
   double queued_s() const { return queued_s_ / slowest_; }
+  // Of the strokes that are sent and not surely executed: the first and the last.
+  std::optional<std::pair<std::size_t, std::size_t>> strokes_in_flight() const;
   WirePoint end() const { return end_; }  // where the last motion sent leads to
   bool empty() const { return moves_.empty(); }
   // Strokes executed since the last call, in order.
@@ -76,6 +79,7 @@ class MotionQueue {
     std::optional<std::size_t> ends_stroke;
     bool released = false;  // no longer counted in queued_s_
     bool burns = false;
+    std::size_t stroke = 0;  // of one that burns
     TimePoint sent{}, accepted{};
   };
   bool lies_on(const Move& move, double x_mm, double y_mm) const;

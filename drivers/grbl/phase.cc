@@ -130,25 +130,16 @@ Status Ready::check(const LaserJob& job) {
 }
 
 Status Ready::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
+  const JogWay way{dx, dy, speed};
   if (!m_.report() || !m_.position()) return busy_for_jogs();
-  if (m_.report()->state != "Idle")
+  const bool waits_after_lid = m_.report()->state == "Door:0";
+  if (m_.report()->state != "Idle" && !waits_after_lid)
     return Error{ErrorCode::kRefused,
                  fmt::format("the laser is not idle but says \"{}\": {}", m_.report()->state,
                              m_.lid_open() ? "close the lid, then Stop and Reset" : "Stop, then Reset")};
-  const double fastest = std::min(m_.settings.x.max_rate_mm_s, m_.settings.y.max_rate_mm_s);
-  if (!(speed.count() > 0 && speed.count() <= fastest))
-    return Error{ErrorCode::kInvalidArgument, fmt::format("the laser is jogged at up to {:.0f} mm/s", fastest)};
-  const Box<MachineFrame> travel = m_.settings.travel();
-  if (!(std::abs(dx.count()) <= travel.width().count() && std::abs(dy.count()) <= travel.height().count()))
-    return Error{ErrorCode::kInvalidArgument, "the jog is longer than the laser's travel"};
-  const auto here = m_.settings.from_wire((*m_.position())[0], (*m_.position())[1]);
-  if (m_.homed && !travel.contains({here.x + dx, here.y + dy}))
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the jog leaves the travel (x {:.1f} to {:.1f} mm, y {:.1f} to {:.1f} mm): jog less far",
-                             travel.min.x.count(), travel.max.x.count(), travel.min.y.count(), travel.max.y.count())};
-  const WirePoint from = *m_.place();
-  const WirePoint to{from.x_um + std::llround(dx.count() * 1000), from.y_um + std::llround(dy.count() * 1000)};
-  host_.enter(jogging(m_, host_, write_jog(from, to, speed, m_.settings, m_.options.longest_move_s)));
+  auto lines = jog_lines(m_, way);
+  if (!lines) return lines.error();
+  host_.enter(waits_after_lid ? waking(m_, host_, way) : jogging(m_, host_, *std::move(lines)));
   return Ok();
 }
 
@@ -183,27 +174,18 @@ void Ready::reported(const StatusReport& report, const Heard&) {
   host_.enter(resetting(m_, host_));
 }
 
-class Waking final : public Ready {
+// Comes out of the wait after a closed lid, and then does what it was told to.
+class Waking : public Ready {
  public:
-  Waking(Machine& machine, PhaseHost& host, LaserJob job) : Ready(machine, host), job_(std::move(job)) {}
+  using Ready::Ready;
 
   void entered() override { wake(); }
   void home() override { fail(busy_for_homing()); }
   void start(LaserJob&&) override { fail(busy()); }
   Status check(const LaserJob&) override { return busy(); }
   Status jog(Millimetres, Millimetres, MmPerSecond) override { return busy_for_jogs(); }
-  void hold() override {
-    if (std::exchange(held_, true)) return;
-    deadline_.reset();
-    host_.tell(laser_event::Held{});
-  }
-  void resume() override {
-    if (!std::exchange(held_, false)) return;
-    host_.tell(laser_event::Resumed{});
-    wake();
-  }
   void abort() override {
-    fail(stopped_by_command());
+    not_begun(stopped_by_command());
     reset();
   }
   Status corner_is_here() override { return no_corner_now(); }
@@ -212,13 +194,12 @@ class Waking final : public Ready {
     host_.enter(ready(m_, host_));
   }
   void reported(const StatusReport& report, const Heard& heard) override {
-    if (held_ || !report.is("Idle")) return Ready::reported(report, heard);
+    if (is_held() || !report.is("Idle")) return Ready::reported(report, heard);
     m_.step_overrides();
-    if (const Status allowed = job_allowed(m_, job_); !allowed.ok()) return give_up(allowed.error());
-    host_.enter(burning(m_, host_, std::move(job_)));
+    begin();
   }
   void link_lost(const Error& error) override {
-    fail(error);
+    not_begun(error);
     Ready::link_lost(error);
   }
   void deadline() override {
@@ -229,7 +210,10 @@ class Waking final : public Ready {
   }
   Duration poll_period() const override { return m_.options.fast_poll_period; }
 
- private:
+ protected:
+  virtual void begin() = 0;  // the controller is idle
+  virtual void not_begun(const Error& error) = 0;
+  virtual bool is_held() const { return false; }
   void wake() {
     m_.realtime('~');
     deadline_ = m_.now + m_.options.resume_timeout;
@@ -238,11 +222,60 @@ class Waking final : public Ready {
   }
   void give_up(const Error& error) {
     host_.enter(ready(m_, host_));
-    fail(error);
+    not_begun(error);
   }
+};
+
+class WakingForJob final : public Waking {
+ public:
+  WakingForJob(Machine& machine, PhaseHost& host, LaserJob job) : Waking(machine, host), job_(std::move(job)) {}
+
+  void hold() override {
+    if (std::exchange(held_, true)) return;
+    deadline_.reset();
+    host_.tell(laser_event::Held{});
+  }
+  void resume() override {
+    if (!std::exchange(held_, false)) return;
+    host_.tell(laser_event::Resumed{});
+    wake();
+  }
+
+ private:
+  void begin() override {
+    if (const Status allowed = job_allowed(m_, job_); !allowed.ok()) return give_up(allowed.error());
+    host_.enter(burning(m_, host_, std::move(job_)));
+  }
+  void not_begun(const Error& error) override { fail(error); }
+  bool is_held() const override { return held_; }
 
   LaserJob job_;
   bool held_ = false;
+};
+
+class WakingForJog final : public Waking {
+ public:
+  WakingForJog(Machine& machine, PhaseHost& host, JogWay way) : Waking(machine, host), way_(way) {}
+
+  void hold() override {}
+  void stop_jog() override {
+    host_.enter(ready(m_, host_));
+    host_.tell(laser_event::JogEnded{});
+  }
+  void reported(const StatusReport& report, const Heard& heard) override {
+    if (lid_is_open(report)) return give_up({ErrorCode::kRefused, "the lid was opened before the jog began: close it"});
+    Waking::reported(report, heard);
+  }
+
+ private:
+  void begin() override {
+    auto lines = jog_lines(m_, way_);
+    if (!lines) return give_up(lines.error());
+    host_.enter(jogging(m_, host_, *std::move(lines)));
+  }
+  void not_begun(const Error& error) override { host_.tell(laser_event::JogEnded{error}); }
+
+  JogWay way_;
 };
 
 // The banner that ends the reset is awaited. If it is lost, home() asks for another.
@@ -294,10 +327,31 @@ class Resetting final : public Phase {
 std::unique_ptr<Phase> closed(Machine& machine, PhaseHost& host) { return std::make_unique<Closed>(machine, host); }
 std::unique_ptr<Phase> ready(Machine& machine, PhaseHost& host) { return std::make_unique<Ready>(machine, host); }
 std::unique_ptr<Phase> waking(Machine& machine, PhaseHost& host, LaserJob job) {
-  return std::make_unique<Waking>(machine, host, std::move(job));
+  return std::make_unique<WakingForJob>(machine, host, std::move(job));
+}
+std::unique_ptr<Phase> waking(Machine& machine, PhaseHost& host, JogWay way) {
+  return std::make_unique<WakingForJog>(machine, host, way);
 }
 std::unique_ptr<Phase> resetting(Machine& machine, PhaseHost& host, bool then_home) {
   return std::make_unique<Resetting>(machine, host, then_home);
+}
+
+Result<std::vector<GcodeLine>> jog_lines(const Machine& machine, const JogWay& way) {
+  const MachineSettings& settings = machine.settings;
+  const double fastest = std::min(settings.x.max_rate_mm_s, settings.y.max_rate_mm_s);
+  if (!(way.speed.count() > 0 && way.speed.count() <= fastest))
+    return Error{ErrorCode::kInvalidArgument, fmt::format("the laser is jogged at up to {:.0f} mm/s", fastest)};
+  const Box<MachineFrame> travel = settings.travel();
+  if (!(std::abs(way.dx.count()) <= travel.width().count() && std::abs(way.dy.count()) <= travel.height().count()))
+    return Error{ErrorCode::kInvalidArgument, "the jog is longer than the laser's travel"};
+  const auto here = settings.from_wire((*machine.position())[0], (*machine.position())[1]);
+  if (machine.homed && !travel.contains({here.x + way.dx, here.y + way.dy}))
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the jog leaves the travel (x {:.1f} to {:.1f} mm, y {:.1f} to {:.1f} mm): jog less far",
+                             travel.min.x.count(), travel.max.x.count(), travel.min.y.count(), travel.max.y.count())};
+  const WirePoint from = *machine.place();
+  const WirePoint to{from.x_um + std::llround(way.dx.count() * 1000), from.y_um + std::llround(way.dy.count() * 1000)};
+  return write_jog(from, to, way.speed, settings, machine.options.longest_move_s);
 }
 
 Status job_allowed(const Machine& machine, const LaserJob& job) {

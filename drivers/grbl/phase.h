@@ -124,12 +124,20 @@ std::unique_ptr<Phase> ready(Machine& machine, PhaseHost& host);
 std::unique_ptr<Phase> resetting(Machine& machine, PhaseHost& host, bool then_home = false);
 std::unique_ptr<Phase> homing(Machine& machine, PhaseHost& host);
 // A panel is laid through the lid: closed again, the controller waits for a cycle start with nothing left to do. The
-// job begins when it has come out of that.
+// job, or the jog, begins when it has come out of that.
+struct JogWay {
+  Millimetres dx{0}, dy{0};
+  MmPerSecond speed{0};
+};
 std::unique_ptr<Phase> waking(Machine& machine, PhaseHost& host, LaserJob job);
+std::unique_ptr<Phase> waking(Machine& machine, PhaseHost& host, JogWay way);
 // `job` has passed job_allowed().
 std::unique_ptr<Phase> burning(Machine& machine, PhaseHost& host, LaserJob job);
 std::unique_ptr<Phase> jogging(Machine& machine, PhaseHost& host, std::vector<GcodeLine> lines);
 std::unique_ptr<Phase> checking(Machine& machine, PhaseHost& host, LaserJob job);
+
+// The lines of a jog, or why it may not go, whatever the controller says of its state.
+Result<std::vector<GcodeLine>> jog_lines(const Machine& machine, const JogWay& way);
 
 // May this job begin on a machine that is ready?
 Status job_allowed(const Machine& machine, const LaserJob& job);

@@ -16,6 +16,15 @@ namespace {
 struct Burn {
   JobRun run;
   StrayPath stray;
+
+  // The head may be elsewhere than its reports and answers made believe. Before the beam was on that harms no wood.
+  void doubt_place() {
+    if (run.burning_begun()) stray.strayed();
+  }
+  // Of a job that was checked whole: a hard limit was met, or a move would leave the travel.
+  void take_alarm(int number) {
+    if (number == 1 || number == 2) doubt_place();
+  }
 };
 
 // Behind a reset.
@@ -48,7 +57,10 @@ class Stopping final : public Phase {
   }
   void home() override { fail({ErrorCode::kConflict, "a job is running: stop it before homing the laser"}); }
   void abort() override { end(true); }
-  void alarm(int) override { end(true); }
+  void alarm(int number) override {
+    burn_.take_alarm(number);
+    end(true);
+  }
   void banner(const Banner&) override {
     m_.corner.forget();
     end(true);
@@ -104,8 +116,15 @@ class Burning final : public Phase {
   }
   Status set_overrides(const LaserOverrides& overrides) override;
   void answered(const Outstanding& line, std::optional<int> error) override;
-  void count_lost(const Error& error) override { emergency(error); }
-  void alarm(int number) override { emergency({ErrorCode::kDeviceFault, alarm_words(number)}); }
+  // A line that arrived as two, perhaps: moves are relative, and what follows is displaced.
+  void count_lost(const Error& error) override {
+    burn_.doubt_place();
+    emergency(error);
+  }
+  void alarm(int number) override {
+    burn_.take_alarm(number);
+    emergency({ErrorCode::kDeviceFault, alarm_words(number)});
+  }
   void banner(const Banner&) override { emergency(reset_by_others()); }
   void modes_told(const ParserState& state) override;
   void reported(const StatusReport& report, const Heard& heard) override;
@@ -228,12 +247,12 @@ void Burning::answered(const Outstanding& line, std::optional<int> error) {
                                               describe_error(*error, m_.settings.family))});
   }
   run().acknowledged(line.line, m_.now);
-  if (line.line.kind == LineKind::kEcho && !std::exchange(m_.modes_told, false))
-    stop_softly(
-        {ErrorCode::kDeviceFault,
-         fmt::format("the laser controller did not tell how it understood stroke {}, so its answers "
-                     "do not match the lines it was sent: check the cable for disturbance, then Clear and Reset",
-                     line.line.stroke)});
+  if (line.line.kind != LineKind::kEcho || std::exchange(m_.modes_told, false)) return;
+  burn_.doubt_place();
+  stop_softly({ErrorCode::kDeviceFault,
+               fmt::format("the laser controller did not tell how it understood stroke {}, so its answers "
+                           "do not match the lines it was sent: check the cable for disturbance, then Clear and Reset",
+                           line.line.stroke)});
 }
 
 void Burning::modes_told(const ParserState& state) {
@@ -244,10 +263,13 @@ void Burning::modes_told(const ParserState& state) {
   if (asked == lines.end()) return;
   const GcodeLine& line = asked->line;
   const bool burning = line.power != GcodeLine::kAny;
-  const bool modes = state.has("G91") && state.has("G21") && state.has("G94") && state.has("M4");
-  if (modes && std::abs(state.feed - line.feed) < 1 &&
-      (!burning || (state.has(fmt::format("G{}", line.motion)) && std::abs(state.power - line.power) < 1)))
+  const bool inches = !state.has("G21");
+  const bool place = state.has("G91") && !inches && (!burning || state.has(fmt::format("G{}", line.motion)));
+  if (place && state.has("G94") && state.has("M4") && std::abs(state.feed - line.feed) < 1 &&
+      (!burning || std::abs(state.power - line.power) < 1))
     return;
+  if (!place) burn_.doubt_place();
+  if (inches && run().burning_begun()) burn_.stray.strayed_at_any_speed();
   stop_softly(
       {ErrorCode::kDeviceFault,
        fmt::format("the laser controller understood stroke {} as \"{}\", it was sent G91 G21 G94 M4 F{}{}: check the "
@@ -285,12 +307,15 @@ void Burning::reported(const StatusReport& report, const Heard& heard) {
 void Burning::follow_path(const std::optional<Poll>& poll) {
   if (!m_.position()) return;
   const auto [x, y] = *m_.position();
+  const MmPerSecond fastest = run().fastest_in_flight();  // what is executed by now included
   if (!motion().reported(x, y, m_.now)) return off_path();
-  burn_.stray.on_path(*m_.position(), m_.now);
+  burn_.stray.on_path(*m_.position(), m_.now, fastest);
   tell_executed();
   // A feed that lost a digit makes a short motion last for minutes, and the beam stands almost still.
   const double late_s = poll && hold_ == Hold::kNone ? motion().late_s(x, y, poll->at) : 0;
   if (late_s <= std::chrono::duration<double>(m_.options.late_tolerance).count()) return;
+  // Two lines that arrived as one may have led aside and back between two reports.
+  if (run().burning_begun()) burn_.stray.late();
   stop_softly({ErrorCode::kDeviceFault,
                fmt::format("the laser is {:.1f} s later than its settings allow at ({:.3f}, {:.3f}) in its own "
                            "coordinates, because its controller was busy with something else, this computer was too "

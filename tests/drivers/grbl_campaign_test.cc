@@ -20,6 +20,7 @@ TEST_P(GrblCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
     EXPECT_EQ(row.wrong_energy, 0) << ::testing::PrintToString(row.complaints);
   }
   EXPECT_LE(row.hausdorff_mm, 0.02 + 0.0089);
+  EXPECT_EQ(row.unaccused, 0) << ::testing::PrintToString(row.notes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, GrblCampaign, ::testing::Range<std::size_t>(0, kWireFaults), [](const auto& test) {

@@ -1,6 +1,8 @@
 // The core against a script, while a job runs: what it sends, and what it makes of answers no simulator would give.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -82,6 +84,138 @@ TEST_F(GrblCoreTest, AnAbortOffThePathSaysWhereTheBeamMayHaveBeen) {
   EXPECT_NEAR(aborted->stray_path.back().y.count(), 378.5, 1e-9);
   EXPECT_GT(aborted->stray_reach.count(), 0.5) << "at 15 mm/s, some 0.1 s between two reports";
   EXPECT_LT(aborted->stray_reach.count(), 4);
+}
+
+// ---- what else says that the head did something else than it was told
+
+class GrblStrayTest : public GrblCoreTest {
+ protected:
+  // The first burning line is out, and the head was last reported on its way.
+  void burn() {
+    connect_and_home();
+    begin_line();
+    wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
+    EXPECT_FALSE(event<laser_event::Aborted>());
+  }
+  void expect_stray(const std::optional<laser_event::Aborted>& aborted) {
+    ASSERT_TRUE(aborted);
+    ASSERT_FALSE(aborted->stray_path.empty()) << aborted->error.message;
+    EXPECT_NEAR(aborted->stray_path.front().x.count(), 517.5, 1e-9) << "the last place that was on the path";
+    EXPECT_NEAR(aborted->stray_path.front().y.count(), 379, 1e-9);
+    EXPECT_GT(aborted->stray_reach.count(), 0.01);
+  }
+  std::optional<laser_event::Aborted> stop_softly() {
+    wait_in("<Hold:0|MPos:-3.600,-1.500,0.000|FS:0,0>", 2s);
+    return event<laser_event::Aborted>();
+  }
+  void expect_stands_aside(const std::optional<laser_event::Aborted>& aborted) {
+    expect_stray(aborted);
+    ASSERT_TRUE(aborted && !aborted->stray_path.empty());
+    EXPECT_NEAR(aborted->stray_path.back().x.count(), 516.4, 1e-9) << "where it stands";
+    EXPECT_NEAR(aborted->stray_path.back().y.count(), 378.5, 1e-9);
+  }
+};
+
+TEST_F(GrblStrayTest, AnotherWayToCountPlacesMayHaveMovedTheBeamAside) {
+  for (const char* modes : {"G1 G54 G17 G21 G90 G94 M4", "G2 G54 G17 G21 G91 G94 M4"}) {
+    SCOPED_TRACE(modes);
+    make_core({});
+    events.clear();
+    burn();
+    say("ok\r\n");
+    EXPECT_EQ(say(std::string("[GC:") + modes + " M9 T0 F900 S850]\r\n"), "!");
+    expect_stands_aside(stop_softly());
+  }
+}
+
+// In inches its feed is another one too: it may have gone as fast as the machine can.
+TEST_F(GrblStrayTest, InInchesTheBeamMayHaveGoneAsFastAsTheMachineCan) {
+  burn();
+  say("ok\r\n");
+  EXPECT_EQ(say("[GC:G1 G54 G17 G20 G91 G94 M4 M9 T0 F900 S850]\r\n"), "!");
+  const auto aborted = stop_softly();
+  expect_stands_aside(aborted);
+  EXPECT_GT(aborted->stray_reach.count(), 5) << "at 400 mm/s, not at the stroke's 15";
+}
+
+TEST_F(GrblStrayTest, AnotherFeedOrPowerAloneAccusesNobody) {
+  for (const char* words : {"F90 S850", "F900 S50"}) {
+    SCOPED_TRACE(words);
+    make_core({});
+    events.clear();
+    burn();
+    say("ok\r\n");
+    EXPECT_EQ(say(std::string("[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 ") + words + "]\r\n"), "!");
+    const auto aborted = stop_softly();
+    ASSERT_TRUE(aborted);
+    EXPECT_THAT(aborted->stray_path, ::testing::IsEmpty());
+  }
+}
+
+TEST_F(GrblStrayTest, ModesThatAreWrongBeforeAnyMotionAccuseNobody) {
+  connect_and_home();
+  core.start(line_job(), now);
+  out();
+  say("ok\r\nok\r\nok\r\n");
+  EXPECT_EQ(say("[GC:G0 G54 G17 G21 G90 G94 M4 M9 T0 F900 S0]\r\n"), "!");
+  wait_in("<Hold:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms);
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, ::testing::IsEmpty());
+}
+
+TEST_F(GrblStrayTest, ALineThatWasNotToldBackMayBeAnotherThatIsLost) {
+  burn();
+  say("ok\r\n");
+  EXPECT_EQ(say("ok\r\n"), "!") << "the answer to $G came without the modes";
+  expect_stands_aside(stop_softly());
+}
+
+// Two lines that arrived as one lead aside and back between two reports; all that shows is that the machine is late.
+TEST_F(GrblStrayTest, ALateMachineMayHaveBeenAsideBetweenItsLastReports) {
+  burn();
+  say("ok\r\n[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S850]\r\nok\r\nok\r\nok\r\n");
+  wait_in("<Run|MPos:-3.000,-1.000,0.000|FS:900,850>", 4s);
+  const auto aborted = event<laser_event::Aborted>();
+  ASSERT_TRUE(aborted);
+  ASSERT_THAT(aborted->error.message, HasSubstr("later than its settings allow"));
+  const auto passed = [&](double x) {
+    return std::any_of(aborted->stray_path.begin(), aborted->stray_path.end(),
+                       [x](const auto& place) { return std::abs(place.x.count() - x) < 1e-9; });
+  };
+  EXPECT_TRUE(passed(517.5)) << "where it was before";
+  EXPECT_TRUE(passed(517)) << "where it stands";
+  EXPECT_GT(aborted->stray_reach.count(), 0.5) << "15 mm/s for up to 0.2 s between two reports, there and back";
+  EXPECT_LT(aborted->stray_reach.count(), 4);
+}
+
+// A line that arrived as two.
+TEST_F(GrblStrayTest, AnAnswerTooManyMayBeALineTooMany) {
+  burn();
+  say("ok\r\n[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S850]\r\n");
+  for (int i = 0; i < 40 && !event<laser_event::Aborted>(); ++i) say("ok\r\n");
+  const auto aborted = event<laser_event::Aborted>();
+  expect_stray(aborted);
+  EXPECT_THAT(aborted->error.message, HasSubstr("answered more lines than it was sent"));
+  EXPECT_TRUE(aborted->position_lost);
+}
+
+// In a job that was checked whole the head met a switch, or was sent beyond the travel: it is not where it was counted.
+TEST_F(GrblStrayTest, ALimitInACheckedJobSaysThatTheHeadIsElsewhere) {
+  for (const char* alarm : {"ALARM:1\r\n", "ALARM:2\r\n"}) {
+    SCOPED_TRACE(alarm);
+    make_core({});
+    events.clear();
+    burn();
+    say(alarm);
+    expect_stray(event<laser_event::Aborted>());
+  }
+}
+
+TEST_F(GrblStrayTest, AnAlarmOfAnotherKindAccusesNobody) {
+  burn();
+  say("ALARM:3\r\n");
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, ::testing::IsEmpty());
 }
 
 // Of a machine that did not do in time what it was told.

@@ -277,10 +277,77 @@ TEST_F(GrblHandTest, WhatALidThatIsClosedAgainIsInTheWayOfSaysNothingOfClosingIt
   cell.bench.controller.set_lid(false, cell.now());
   cell.run(2);
   ASSERT_EQ(cell.core.status().state, "Door:0");
-  EXPECT_THAT(jog(-5, 0).error().message,
-              AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr(": Stop, then Reset")));
   EXPECT_THAT(check(square_job(1)).error().message,
               AllOf(HasSubstr("Door:0"), Not(HasSubstr("lid")), HasSubstr(": Stop, then Reset")));
+}
+
+// After its lid was closed a controller waits in Door:0 for a cycle start. Nothing is queued: a jog is an operator's
+// word.
+class JogAfterTheLid : public GrblHandTest {
+ protected:
+  void SetUp() override {
+    home();
+    cell.bench.controller.set_lid(true, cell.now());
+    cell.run(2);
+    cell.bench.controller.set_lid(false, cell.now());
+    cell.run(2);
+    ASSERT_EQ(cell.core.status().state, "Door:0");
+    from = cell.core.status().position;
+  }
+  std::optional<Error> ended() {
+    run_jog();
+    const auto end = cell.first<laser_event::JogEnded>();
+    EXPECT_TRUE(end);
+    return end ? end->error : std::nullopt;
+  }
+  double moved() const { return from.x.count() - cell.core.status().position.x.count(); }
+  Point<MachineFrame> from;
+};
+
+TEST_F(JogAfterTheLid, GoesDarkToWhereItIsSent) {
+  ASSERT_TRUE(jog(-30, 0));
+  const auto error = ended();
+  EXPECT_FALSE(error) << error->message;
+  EXPECT_NEAR(moved(), 30, 0.02);
+  EXPECT_TRUE(cell.bench.burns.empty());
+  cell.start(square_job(1));
+  cell.run_job();
+  EXPECT_TRUE(cell.has<laser_event::Done>()) << "and a job may begin";
+}
+
+TEST_F(JogAfterTheLid, IsRefusedAtOnceWhereItWouldLeaveTheTravel) {
+  EXPECT_THAT(jog(30, 0).error().message, HasSubstr("leaves the travel"));
+  EXPECT_EQ(cell.core.status().state, "Door:0") << "and nothing is woken for it";
+}
+
+TEST_F(JogAfterTheLid, ThatIsStoppedBeforeTheControllerWakesNeverMoves) {
+  ASSERT_TRUE(cell.core.jog(Millimetres(-30), Millimetres(0), MmPerSecond(50), cell.now()));
+  cell.core.stop_jog(cell.now());
+  cell.exchange();
+  EXPECT_FALSE(ended());
+  cell.run(5);
+  EXPECT_NEAR(moved(), 0, 1e-6);
+}
+
+TEST_F(JogAfterTheLid, NeverMovesBehindAStop) {
+  ASSERT_TRUE(cell.core.jog(Millimetres(-30), Millimetres(0), MmPerSecond(50), cell.now()));
+  cell.core.abort(cell.now());
+  cell.exchange();
+  ASSERT_TRUE(ended());
+  cell.run(5);
+  EXPECT_NEAR(moved(), 0, 1e-6);
+}
+
+TEST_F(JogAfterTheLid, EndsWithAWordOnceTheLidIsOpenAgain) {
+  ASSERT_TRUE(cell.core.jog(Millimetres(-30), Millimetres(0), MmPerSecond(50), cell.now()));
+  cell.bench.controller.set_lid(true, cell.now());
+  cell.exchange();
+  const auto error = ended();
+  ASSERT_TRUE(error);
+  EXPECT_THAT(error->message, HasSubstr("lid"));
+  cell.bench.controller.set_lid(false, cell.now());
+  cell.run(5);
+  EXPECT_NEAR(moved(), 0, 1e-6);
 }
 
 // ---- a lid over a pattern, which is nobody's piece
@@ -403,6 +470,34 @@ TEST_F(NoSwitches, AControllerThatForgotIsAskedAboutAndTheOperatorsWordCounts) {
   EXPECT_THAT(cell.first<laser_event::Failed>()->error.message,
               HasSubstr("say veneerctl laser here, then Clear and Reset"));
   EXPECT_EQ(cell.bench.controller.beam_log().moved_without_consent_mm, 0);
+  ASSERT_TRUE(cell.core.corner_is_here(cell.now()));
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Homed>());
+  expect_at_corner();
+}
+
+// The head stands to the right of the corner and behind it, which a corner that were taken here would forbid to leave.
+TEST_F(NoSwitches, AForgottenCornerIsReachedByAJogToAnySide) {
+  cell.connect();
+  home();
+  ASSERT_TRUE(cell.core.jog(Millimetres(30), Millimetres(20), MmPerSecond(50), cell.now()));
+  cell.exchange();
+  cell.run(20, [&] { return cell.has<laser_event::JogEnded>(); });
+  cell.bench.controller.inject({sim::FaultKind::kBanner, 1});
+  ASSERT_TRUE(cell.core.jog(Millimetres(1), Millimetres(0), MmPerSecond(50), cell.now()));
+  cell.exchange();
+  cell.run(5);
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Failed>());
+  cell.events.clear();
+  const auto before = cell.core.status().position;
+  ASSERT_TRUE(cell.core.jog(Millimetres(-30), Millimetres(-20), MmPerSecond(50), cell.now()));
+  cell.exchange();
+  cell.run(20, [&] { return cell.has<laser_event::JogEnded>(); });
+  ASSERT_TRUE(cell.has<laser_event::JogEnded>());
+  EXPECT_FALSE(cell.first<laser_event::JogEnded>()->error);
+  EXPECT_NEAR(before.x.count() - cell.core.status().position.x.count(), 30, 0.02);
+  EXPECT_NEAR(before.y.count() - cell.core.status().position.y.count(), 20, 0.02);
   ASSERT_TRUE(cell.core.corner_is_here(cell.now()));
   home();
   ASSERT_TRUE(cell.has<laser_event::Homed>());

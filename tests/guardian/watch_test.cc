@@ -189,13 +189,38 @@ TEST_F(WatchTest, WhatItCouldNotReachIsDarkenedBeforeTheNextDaemonIsServed) {
   next.say("done");
 }
 
-TEST_F(WatchTest, SaysWhatWasLeftBehindAndCannotBeReached) {
+// The daemon waits, so that nobody can say Reset before it is dark.
+TEST_F(WatchTest, TellsWhatWasLeftBehindAndCannotBeReachedAndTriesUntilItCan) {
   leave_behind(kMachine);
-  fails_ = 1;
+  fails_ = 7;  // more than it tries after a death
   Daemon daemon(options());
   daemon.say("watch " + to_text(kMachine));
-  EXPECT_EQ(daemon.hear(), "ready it is unplugged");
+  EXPECT_EQ(daemon.hear(), "left it is unplugged");
+  EXPECT_EQ(daemon.hear(), "ready");
+  EXPECT_EQ(darkened().size(), 8U);
   daemon.say("done");
+}
+
+TEST_F(WatchTest, GivesUpWhatWasLeftBehindAtAnotherPortAndSaysSo) {
+  leave_behind(kMachine);
+  fails_ = 100;
+  Daemon daemon(options());
+  daemon.say("watch grbl tcp:192.0.2.1:23");
+  EXPECT_EQ(daemon.hear(), "left it is unplugged");
+  EXPECT_EQ(daemon.hear(), "ready it is unplugged");
+  EXPECT_EQ(darkened().size(), 3U);
+  daemon.say("done");
+}
+
+TEST_F(WatchTest, ADaemonThatEndsWhileItWaitsLeavesTheRecordToTheNext) {
+  leave_behind(kMachine);
+  fails_ = 1000000000;
+  Daemon daemon(options());
+  daemon.say("watch " + to_text(kMachine));
+  EXPECT_EQ(daemon.hear(), "left it is unplugged");
+  daemon.dies();
+  daemon.await_guardian();
+  EXPECT_EQ(record(), to_text(kMachine));
 }
 
 TEST_F(WatchTest, TouchesNothingWhenItComesBackToADaemonThatLives) {

@@ -105,6 +105,7 @@ class Judge {
       const bool named = end.suspect.size() == 1 && end.suspect.front().value == verified_ + 1;
       if (!end.suspect.empty() && !named) complain("the wrong piece is suspect");
       if (link_.bench.burns.size() > counted_ && !named) run_.wrong = "burnt, but not suspect";
+      look_for_stray_wood(end);
     }
     if (link_.bench.controller.beam_on()) complain("the beam is on");
     const sim::BeamLog& log = link_.bench.controller.beam_log();
@@ -138,6 +139,24 @@ class Judge {
       const bool fits = fits_at(burn.ax, burn.ay) && fits_at(burn.bx, burn.by) &&
                         fits_at((burn.ax + burn.bx) / 2, (burn.ay + burn.by) / 2);
       if (!fits) run_.wrong_energy = fmt::format("piece {} was burnt with another feed or power", piece.value);
+    }
+  }
+
+  // Burnt off the way of the piece under way, and not where the driver says that the beam may have been.
+  void look_for_stray_wood(const laser_event::Aborted& end) {
+    const auto planned = tests::legs_of(job_, PieceId{verified_ + 1});
+    std::vector<Leg> doubted;
+    for (std::size_t i = 0; i < end.stray_path.size(); ++i) {
+      const auto &a = end.stray_path[i > 0 ? i - 1 : 0], &b = end.stray_path[i];
+      doubted.push_back({a.x.count(), a.y.count(), b.x.count(), b.y.count(), 0});
+    }
+    for (const Leg& burn : legs_of(std::span(link_.bench.burns).subspan(counted_))) {
+      const double off = one_way({&burn, 1}, planned);
+      if (off <= kHausdorff + kResolution) continue;
+      const double beyond = doubted.empty() ? off : one_way({&burn, 1}, doubted) - end.stray_reach.count();
+      if (beyond <= kHausdorff + kResolution) continue;
+      run_.unaccused_mm = std::max(run_.unaccused_mm, std::min(off, beyond));
+      run_.unaccused = end.error.message;
     }
   }
 
@@ -279,6 +298,12 @@ FaultRow run_campaign(WireFault kind, int runs, std::uint64_t first_seed) {
     row.hausdorff_mm = std::max(row.hausdorff_mm, run.hausdorff_mm);
     row.longest_queue_s = std::max(row.longest_queue_s, run.longest_queue_s);
     row.without_consent_mm += run.without_consent_mm;
+    if (run.unaccused_mm > 0) {
+      ++row.unaccused;
+      row.unaccused_mm = std::max(row.unaccused_mm, run.unaccused_mm);
+      row.notes.push_back(fmt::format("{}, seed {}: {:.2f} mm off the path and told to nobody: {}", name_of(kind), seed,
+                                      run.unaccused_mm, run.unaccused));
+    }
     for (const std::string* what : {&run.wrong, &run.wrong_energy, &run.broken})
       if (!what->empty()) row.complaints.push_back(fmt::format("{}, seed {}: {}", name_of(kind), seed, *what));
     if (run.without_consent_mm > 0)

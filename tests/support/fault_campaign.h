@@ -46,6 +46,8 @@ struct FaultRun {
   double hausdorff_mm = 0;     // the worst of the pieces reported verified
   double longest_queue_s = 0;  // by the controller's own watchdog
   double beam_at_rest_s = 0;
+  double unaccused_mm = 0;        // how far off its path the beam burnt beyond where the driver says that it may have
+  std::string unaccused;          // the driver's sentence then
   double without_consent_mm = 0;  // motion later than what was queued when the run ended, also after a reconnect
 };
 
@@ -58,7 +60,8 @@ struct FaultRow {
   // Where an X or Y arrived as a Z: the beam stands while the controller moves an axis the machine may not have.
   int standing = 0;
   int lengthened = 0;  // more than 1.0 s of motion in the controller, because a line was changed on its way
-  double hausdorff_mm = 0, longest_queue_s = 0, without_consent_mm = 0;
+  int unaccused = 0;
+  double hausdorff_mm = 0, longest_queue_s = 0, without_consent_mm = 0, unaccused_mm = 0;
   std::vector<std::string> complaints;  // with the seed that shows it again
   std::vector<std::string> notes;       // of what nobody can prevent, likewise
   bool clean() const { return wrong == 0 && broken == 0 && without_consent_mm == 0; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +34,7 @@ struct GrblFamily {
     return cell.core.jog(dx, dy, speed, cell.now());
   }
   static void stop_jog(Cell& cell) { cell.core.stop_jog(cell.now()); }
+  static bool between_pieces(const Cell& cell) { return !cell.core.job_running(); }
 };
 
 struct LihuiyuFamily {
@@ -47,6 +49,7 @@ struct LihuiyuFamily {
     return Error{ErrorCode::kRefused, "this laser cannot be jogged"};
   }
   static void stop_jog(Cell&) {}
+  static bool between_pieces(const Cell&) { return false; }  // it moves in programs only
 };
 
 // The driver's core as the unit sees it: events come in a turn of their own, as ReactorLaser tells them.
@@ -96,6 +99,25 @@ class CoreLaser final : public LaserDriver {
   std::size_t told_ = 0;
 };
 
+// The bed, and who asks when the camera looks at it.
+class WatchedBed final : public daemon::BedView {
+ public:
+  WatchedBed(LaidBed& bed, std::function<void()> on_look) : bed_(bed), on_look_(std::move(on_look)) {}
+  void look(std::function<void(Result<daemon::ProvenPose>)> reply) override {
+    on_look_();
+    bed_.look(std::move(reply));
+  }
+  void hands_were_in() override { bed_.hands_were_in(); }
+  void was_cut() override { bed_.was_cut(); }
+  void stock_in_sight(std::function<void(Result<daemon::StockSight>)> reply) override {
+    bed_.stock_in_sight(std::move(reply));
+  }
+
+ private:
+  LaidBed& bed_;
+  std::function<void()> on_look_;
+};
+
 template <class Family>
 class HeldRun {
  public:
@@ -112,8 +134,8 @@ class HeldRun {
     }
     bed_.speed = MmPerSecond(20);
     options_.look_every = 2;
-    runner_ = std::make_unique<daemon::JobRunner>(io_, daemon::UnitParts{laser_, *database_, bed_, bed_}, options_,
-                                                  make_null_logger(), [this] { changed(); });
+    runner_ = std::make_unique<daemon::JobRunner>(io_, daemon::UnitParts{laser_, *database_, watched_bed_, bed_},
+                                                  options_, make_null_logger(), [this] { changed(); });
     laser_.on_start = [this](PieceId piece) {
       ++begun_[piece];
       out_.begun_after += announced_ ? 1 : 0;
@@ -139,6 +161,11 @@ class HeldRun {
   bool over() const {
     return state() == CellState::kSuspended || state() == CellState::kComplete || state() == CellState::kAborted ||
            state() == CellState::kStopped;
+  }
+  void count_look() {
+    const auto at = laser_.status().position;
+    const double away = std::max(std::abs((at.x - home_.x).count()), std::abs((at.y - home_.y).count()));
+    out_.looks_past_head += away > 1 && Family::between_pieces(cell_) ? 1 : 0;
   }
   void complain(const std::string& what) {
     if (out_.broken.empty()) out_.broken = what;
@@ -192,6 +219,7 @@ class HeldRun {
 
   bool load() {
     if (!command(CellCommand::kReset)) return false;
+    home_ = laser_.status().position;
     std::optional<Status> started;
     runner_->start_job(JobId{1}, "operator", [&](Status s) { started = std::move(s); });
     wait(1, [&] { return started.has_value(); });
@@ -296,10 +324,12 @@ class HeldRun {
   typename Family::Cell cell_;
   CoreLaser<Family> laser_{cell_, io_};
   LaidBed bed_{io_};
+  WatchedBed watched_bed_{bed_, [this] { count_look(); }};
   daemon::RunnerOptions options_;
   std::unique_ptr<daemon::DatabaseThread> database_;
   std::unique_ptr<daemon::JobRunner> runner_;
   std::map<PieceId, int> begun_;
+  Point<MachineFrame> home_;
   TimePoint began_{}, moment_{}, lid_at_{};
   int at_done_ = 0, turns_ = 0;
   bool armed_ = false, pressed_ = false, announced_ = false, nudge_ = false, lid_while_held_ = false;
@@ -324,6 +354,7 @@ HoldRow run_hold_campaign(std::string_view kind, int runs, std::uint64_t first_s
     row.nudged += run.nudged ? 1 : 0;
     row.begun_after += run.begun_after;
     row.begun_askew += run.begun_askew;
+    row.looks_past_head += run.looks_past_head;
     row.burnt_held_mm += run.burnt_held_mm;
     row.broken += run.broken.empty() ? 0 : 1;
     if (run.begun_after > 0) row.complaints.push_back(fmt::format("{}, seed {}: begun after Holding", kind, seed));

@@ -21,6 +21,7 @@ struct HoldRun {
   int begun_after = 0;       // pieces begun after Holding was announced and before Unhold: never
   int begun_askew = 0;       // pieces begun after the panel was moved: never
   double burnt_held_mm = 0;  // burnt between Held and Unhold: never
+  int looks_past_head = 0;   // between two pieces, the head in the picture: never on a machine that can be jogged
   std::string broken;        // any other promise: a piece burnt twice or not at all, a wrong end
 };
 
@@ -30,7 +31,7 @@ HoldRun run_with_hold(std::string_view kind, std::uint64_t seed);
 struct HoldRow {
   std::string_view kind;
   int runs = 0, held = 0, refused = 0, aborted = 0, nudged = 0;
-  int begun_after = 0, begun_askew = 0, broken = 0;
+  int begun_after = 0, begun_askew = 0, looks_past_head = 0, broken = 0;
   double burnt_held_mm = 0;
   std::vector<std::string> complaints;  // with the seed that shows it again
   bool clean() const { return begun_after == 0 && begun_askew == 0 && broken == 0 && burnt_held_mm == 0; }

@@ -11,6 +11,7 @@ class Holds : public ::testing::TestWithParam<std::string_view> {};
 TEST_P(Holds, BeginNoPieceOnceTheyAreAnnounced) {
   const HoldRow row = run_hold_campaign(GetParam(), 25, 20261122);
   EXPECT_TRUE(row.clean()) << ::testing::PrintToString(row.complaints);
+  EXPECT_EQ(row.looks_past_head, 0) << "the head leaves the picture between two pieces, after an opened lid too";
   EXPECT_GT(row.held, 10) << "hardly any was taken: this proves nothing";
   if (GetParam().ends_with("lid")) {
     EXPECT_GT(row.nudged, 5);

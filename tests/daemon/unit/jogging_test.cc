@@ -4,7 +4,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "tests/support/sim_laser.h"
 #include "tests/support/temp_directory.h"
@@ -17,6 +19,36 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
+// A simulated laser without switches, which may not know where its corner is.
+class CornerLaser final : public LaserDriver {
+ public:
+  explicit CornerLaser(tests::SimLaser& laser) : laser_(laser) {}
+  void connect(OnEvent on_event) override { laser_.connect(std::move(on_event)); }
+  void home() override { laser_.home(); }
+  void start(LaserJob job) override { laser_.start(std::move(job)); }
+  void hold() override { laser_.hold(); }
+  void resume() override { laser_.resume(); }
+  void stop_after_piece() override { laser_.stop_after_piece(); }
+  void abort() noexcept override { laser_.abort(); }
+  LaserStatus status() const override {
+    LaserStatus status = laser_.status();
+    status.homed = status.homed && knows_corner;
+    return status;
+  }
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override { return laser_.jog(dx, dy, speed); }
+  void stop_jog() override { laser_.stop_jog(); }
+  Status corner_is_here() override {
+    ++corners;
+    return Ok();
+  }
+
+  bool knows_corner = true;
+  int corners = 0;  // told
+
+ private:
+  tests::SimLaser& laser_;
+};
+
 class JoggingTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -25,7 +57,7 @@ class JoggingTest : public ::testing::Test {
     database_ = std::move(*opened);
     record_.emplace(*database_);
     audit_.emplace(*database_, make_null_logger());
-    jogging_.emplace(Jogging::Unit{laser_, limits_, view_, keep_out_, activities_, *record_, *audit_,
+    jogging_.emplace(Jogging::Unit{corner_laser_, limits_, view_, keep_out_, activities_, *record_, *audit_,
                                    [this] { ++times_head_moves_; }});
     laser_.connect([this](const LaserEvent& event) {
       if (std::holds_alternative<laser_event::JogEnded>(event) && jogging_) jogging_->ended();
@@ -79,6 +111,7 @@ class JoggingTest : public ::testing::Test {
   veneer::testing::TempDirectory dir_;
   std::unique_ptr<DatabaseThread> database_;
   tests::SimLaser laser_{io_};
+  CornerLaser corner_laser_{laser_};
   LaserLimits limits_;
   CellView view_;
   std::vector<KeepOut> keep_out_;
@@ -109,6 +142,57 @@ TEST_F(JoggingTest, IsTakenWhileTheCellIsIdleOrCompleteAndElsewhereLeavesNoTrace
     view_.state = state;
     EXPECT_TRUE(jog(20).ok()) << to_string(state);
   }
+}
+
+constexpr CellState kInMotion[] = {CellState::kResetting,  CellState::kStarting,  CellState::kExecute,
+                                   CellState::kHolding,    CellState::kHeld,      CellState::kUnholding,
+                                   CellState::kSuspending, CellState::kSuspended, CellState::kUnsuspending,
+                                   CellState::kCompleting, CellState::kStopping,  CellState::kAborting,
+                                   CellState::kClearing};
+
+// A machine without switches whose controller has forgotten its corner: Reset only asks for it, and leaves Aborted.
+TEST_F(JoggingTest, ALaserThatLostItsCornerIsBroughtThereWhileStoppedOrAborted) {
+  limits_.finds_home = false;
+  corner_laser_.knows_corner = false;
+  for (const CellState state : {CellState::kStopped, CellState::kAborted, CellState::kIdle}) {
+    view_.state = state;
+    EXPECT_TRUE(jog(-30).ok()) << to_string(state);
+    laser_.end_jog();
+    settle();
+    EXPECT_FALSE(record_->any());
+    EXPECT_TRUE(jogging_->corner_is_here().ok()) << to_string(state);
+  }
+  laser_.calls.clear();
+  for (const CellState state : kInMotion) {
+    view_.state = state;
+    EXPECT_FALSE(jog(-30).ok()) << to_string(state);
+  }
+  view_.state = CellState::kAborted;
+  corner_laser_.knows_corner = true;
+  EXPECT_FALSE(jog(-30).ok()) << "it knows its corner: Reset brings it back";
+  corner_laser_.knows_corner = false, limits_.finds_home = true;
+  EXPECT_FALSE(jog(-30).ok()) << "Reset finds its corner";
+  limits_.finds_home = laser_.present = false;
+  laser_.connect([](const LaserEvent&) {});
+  EXPECT_FALSE(jog(-30).ok()) << "it is not connected";
+  EXPECT_THAT(laser_.calls, Not(Contains("jog")));
+}
+
+// A pattern is looked at in Starting: it was held against travel and zones from the corner that was.
+TEST_F(JoggingTest, TheCornerIsToldAtRestOnly) {
+  for (const CellState state : kInMotion) {
+    view_.state = state;
+    const Status refused = jogging_->corner_is_here();
+    ASSERT_FALSE(refused.ok()) << to_string(state);
+    EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+    EXPECT_THAT(refused.error().message, HasSubstr(std::string("now it is ") + std::string(to_string(state))));
+  }
+  EXPECT_EQ(corner_laser_.corners, 0);
+  for (const CellState state : {CellState::kIdle, CellState::kComplete, CellState::kStopped, CellState::kAborted}) {
+    view_.state = state;
+    EXPECT_TRUE(jogging_->corner_is_here().ok()) << to_string(state);
+  }
+  EXPECT_EQ(corner_laser_.corners, 4);
 }
 
 TEST_F(JoggingTest, IsOnRecordBeforeTheHeadMovesAndUntilTheLaserTellsItsEnd) {
