@@ -44,7 +44,7 @@ MicroBox box_of(const MicroArea& a);
 bool boxes_overlap(const MicroArea& a, const MicroArea& b);
 std::size_t corners_of(const MicroArea& a);
 bool contains(const MicroArea& a, MicroPoint p);  // boundary counts as inside
-// Whether no part of the path leaves the area, between its points either.
+// Whether the path stays inside, between its points too. What runs along the border may count as outside.
 bool contains_path(const MicroArea& a, const std::vector<MicroPoint>& path);
 }  // namespace micro
 

@@ -229,12 +229,15 @@ void keep_better_plan(const Plan& plan, const std::string& settings, const fs::p
   const fs::path file = out / "plan.json", report = out / "report.json";
   const auto there = planner::read_report(report);
   std::error_code ignored;
-  if (!there || !planner::stays(*there, planner::figures_of(plan), settings) || !fs::exists(file, ignored)) return;
-  if (!planner::is_of(*there, file)) {
-    std::cerr << fmt::format("veneerctl: {} is of another plan than {}, so both are written anew\n", report.string(),
-                             file.string());
-    return;
-  }
+  if (!there || !plan.stopped || there->hashes.inputs != settings || !fs::exists(file, ignored)) return;
+  // Changed by hand, say, or of a run that was killed before its report: nobody knows whether it is the better one.
+  if (!planner::is_of(*there, file))
+    end({ErrorCode::kCancelled,
+         fmt::format(
+             "planning was cancelled, no result was written, and {0} stays: {1} is of another plan, so it is "
+             "not known which of the two is better; move {0} elsewhere, or let the same command go on to its end",
+             file.string(), report.string())});
+  if (!planner::stays(*there, planner::figures_of(plan), settings)) return;
   end({ErrorCode::kCancelled,
        fmt::format("planning was cancelled, no result was written, and {} stays, {} of the same pictures, wood and "
                    "options: the same command goes on where it stopped",

@@ -66,8 +66,8 @@ inline constexpr std::array kNamedOptions = {
                 "all, to 1"},
     NamedOption{"w_detail", OptionKind::kNumber,
                 "How strongly features a patch or two wide, an eye or a mouth, are set off from what surrounds them: "
-                "from 0, not "
-                "at all, to 1"},
+                "from 0, "
+                "not at all, to 1"},
     NamedOption{
         "w_gamut", OptionKind::kNumber,
         "With a colour weight: how far the picture's colours are mapped to the wood's, so that faces are made of "

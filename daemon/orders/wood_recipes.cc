@@ -123,9 +123,10 @@ Status check_booked(const db::PieceRecord& piece, const std::string& material, c
   if (subtract(burnt, booked).area().count() < 1e-3) return Ok();
   return Error{
       ErrorCode::kRefused,
-      fmt::format("{}piece {} would be cut with a kerf of {:.2f} mm, wider than what is booked around it, or an older "
-                  "version of the program planned where its cut begins: plan the job again, or correct the recipe",
-                  material.empty() ? "" : material + " ", piece.mark, kerf.count())};
+      fmt::format(
+          "{}piece {} would be cut with a kerf of {:.2f} mm, wider than what is booked around it, or by another "
+          "lead-in than is booked for it: plan the job again, or correct the recipe",
+          material.empty() ? "" : material + " ", piece.mark, kerf.count())};
 }
 
 }  // namespace veneer::daemon

@@ -277,12 +277,13 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
     auto leads = leads_on_bed(piece, *p.recipe, order.options.fit_clearance, pose.bed_from_panel);
     if (!leads) return leads.error();
     p.leads = std::move(*leads);
-    for (const auto& wood : stock->live)
-      if (wood.id == piece.allocation) {
-        if (const Status fits = check_booked(piece, material, *p.recipe, order.options.fit_clearance, wood.area); !fits)
-          return fits.error();
-        booked[piece.id] = for_beam(wood.area, *p.recipe);
-      }
+    const auto wood = std::ranges::find(stock->live, piece.allocation, [](const auto& row) { return row.id; });
+    if (wood == stock->live.end())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("no wood is booked for piece {} any more: start the job again", piece.mark)};
+    if (const Status fits = check_booked(piece, material, *p.recipe, order.options.fit_clearance, wood->area); !fits)
+      return fits.error();
+    booked[piece.id] = for_beam(wood->area, *p.recipe);
     marks[piece.id] = piece.mark;
     in_wood[material].push_back(piece.mark);
   }
@@ -290,8 +291,7 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
   if (!path) return path.error();
   const auto panel_from_bed = pose.bed_from_panel.inverse();
   for (const auto& stroke : path->strokes)
-    if (const auto area = booked.find(stroke.piece);
-        area != booked.end() && !area->second.contains(panel_from_bed * stroke.path))
+    if (!booked[stroke.piece].contains(panel_from_bed * stroke.path))
       return Error{ErrorCode::kInternal,
                    fmt::format("the beam's way around piece {} leaves the wood that is booked for it: start the job "
                                "again, and report it when it comes back",

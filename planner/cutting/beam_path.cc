@@ -218,7 +218,7 @@ std::size_t nearest_vertex(const Ring<BedFrame>& ring, const Point<BedFrame>& p)
 }
 
 void give_vertex(Ring<BedFrame>& ring, const Point<BedFrame>& p) {
-  if (distance(ring[nearest_vertex(ring, p)], p) <= kMoved) return;
+  if (distance(ring[nearest_vertex(ring, p)], p) <= 2 * kMoved) return;  // no specks (without_specks)
   const auto on_edge = [&](std::size_t i) { return nearest_on_segment(p, ring[i], ring[(i + 1) % ring.size()]); };
   std::size_t edge = 0;
   for (std::size_t i = 1; i < ring.size(); ++i)

@@ -35,8 +35,8 @@ bool apart(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres by = 
   return a.min.x > b.max.x + by || b.min.x > a.max.x + by || a.min.y > b.max.y + by || b.min.y > a.max.y + by;
 }
 
-// Whether what was kept of the lead-in, its beginning, tells the vertex by more than the kerf of another day may move
-// any (lead_of).
+// Whether what is kept of the lead-in, its beginning, tells the vertex (lead_of). With the kerf of another day the ring
+// may have another one that is nearer: check_booked() refuses the piece then.
 bool tells_vertex(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& begin) {
   constexpr Millimetres kSurely{0.005};
   const Millimetres away = distance(ring[vertex], begin) + kSurely;

@@ -450,13 +450,15 @@ TEST_F(PlanCommand, ARunAnewThatIsInterruptedLeavesABetterPlanOfTheSameSettings)
                                                               "options: the same command goes on where it stopped\n"));
   EXPECT_TRUE(files() == better);
 
-  // A report knows its own plan only.
+  // A report knows its own plan only. One that was changed by hand is not written over by one that was stopped.
   fs::remove(path("out/plan.journal"));
   std::ofstream(path("out/plan.json"), std::ios::app) << " ";
+  const auto touched = files();
   const Outcome unknown = interrupted(others);
-  EXPECT_EQ(unknown.status, 0) << unknown.errors;
-  EXPECT_THAT(unknown.errors, HasSubstr("veneerctl: " + path("out/report.json") + " is of another plan than " +
-                                        path("out/plan.json") + ", so both are written anew\n"));
+  EXPECT_EQ(unknown.status, 1) << unknown.errors;
+  EXPECT_THAT(unknown.errors,
+              HasSubstr(path("out/plan.json") + " stays: " + path("out/report.json") + " is of another plan"));
+  EXPECT_TRUE(files() == touched);
 
   // Nothing is known of a plan without its report.
   fs::remove(path("out/report.json")), fs::remove(path("out/plan.journal"));

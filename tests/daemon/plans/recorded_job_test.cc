@@ -49,15 +49,18 @@ class RecordedJob : public ::testing::Test {
   }
   // All strokes of the job, as a panel that lies there would be cut.
   Result<LaserJob> draw() {
+    const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
+    if (!pieces) return pieces.error();
+    return draw(*pieces);
+  }
+  Result<LaserJob> draw(const std::vector<db::PieceRecord>& pieces) {
     const ProvenPose pose{
         PanelId{"P-0001"}, true,
         Isometry2<BedFrame, PanelFrame>(Radians(0.02), point<BedFrame>(280, 40), Handedness::kImproper),
         Millimetres(0.02)};
-    auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
-    if (!pieces) return pieces.error();
     std::optional<Result<PreparedRun>> drawn;
     CutPlanner planner(io_, worker_, workers_, *database_, config_, make_null_logger());
-    planner.prepare(pose, *pieces, {}, [&](Result<PreparedRun> run) { drawn = std::move(run); });
+    planner.prepare(pose, pieces, {}, [&](Result<PreparedRun> run) { drawn = std::move(run); });
     auto run = wait_for(drawn);
     if (!run) return run.error();
     LaserJob all;
@@ -110,7 +113,7 @@ std::string as_stock_grbl(const std::string& line) {
 }
 
 // Fed as a sender feeds a controller that it waits for.
-// What a worker process says is not believed: every point of every stroke lies in its piece's own wood.
+// What a worker process says is not believed: the whole way of every stroke lies in its piece's own wood.
 TEST_F(RecordedJob, IsRefusedWhereABeamWouldLeaveTheWoodThatIsBooked) {
   ASSERT_TRUE(draw().ok());
   workers_.spoil = [](const std::string&, nlohmann::json& answer) {
@@ -136,6 +139,14 @@ TEST_F(RecordedJob, IsRefusedWhereABeamWouldBurnBesideTheWoodThatIsBooked) {
     ++refused;
   }
   EXPECT_EQ(refused, 1) << "to the other side lies the piece's own wood";
+}
+
+TEST_F(RecordedJob, IsRefusedWhereNoWoodIsBooked) {
+  Result<std::vector<db::PieceRecord>> pieces =
+      database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
+  ASSERT_TRUE(pieces.ok());
+  pieces->front().allocation = db::AllocationId{4711};
+  EXPECT_THAT(draw(*pieces).error().message, HasSubstr("no wood is booked for piece " + pieces->front().mark));
 }
 
 TEST_F(RecordedJob, OfAGrblLaserBurnsWholeOnASimulatedController) {
