@@ -115,6 +115,7 @@ bool contains(const MicroArea& a, MicroPoint p) {
 }
 
 bool contains_path(const MicroArea& a, const std::vector<MicroPoint>& path) {
+  if (a.empty()) return path.empty();  // Clipper gives nothing of an open path where nothing is taken away
   ClipperLib::Path open;
   open.reserve(path.size());
   for (const MicroPoint& p : path) open.emplace_back(p.x_um, p.y_um);

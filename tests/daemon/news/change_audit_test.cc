@@ -238,7 +238,7 @@ TEST_F(ChangeAuditTest, WhoAsksFasterThanTheDiskTakesRowsIsToAskAgain) {
     const Status more = audit_->may_be_noted(anna_);
     ASSERT_FALSE(more.ok());
     EXPECT_EQ(more.error().code, ErrorCode::kUnavailable);
-    EXPECT_THAT(more.error().message, HasSubstr("ask again"));
+    EXPECT_THAT(more.error().message, HasSubstr("try again"));
     EXPECT_TRUE(audit_->may_be_noted(berta_).ok()) << "one is not held up by the other";
   }
   EXPECT_EQ(rows().size(), AuditLog::kMostOfOne);

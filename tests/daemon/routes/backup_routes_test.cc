@@ -120,11 +120,10 @@ TEST_F(BackupRoutes, ADamagedDatabaseGetsNoBackupAndIsFoundOut) {
   EXPECT_THAT(failed.error->message, HasSubstr("did not pass its check"));
   EXPECT_THAT(failed.error->message, HasSubstr("audit"));
   EXPECT_THAT(body_of(ask("GET", "/api/v1/backups"))["backups"], IsEmpty());
-  while (cell->integrity->state() == DatabaseCheck::State::kGood) {
+  while (cell->integrity->state() != DatabaseCheck::State::kDamaged) {
     reactor.restart();
-    ASSERT_GT(reactor.run_one_for(std::chrono::seconds(10)), 0U);
+    ASSERT_GT(reactor.run_one_for(std::chrono::seconds(10)), 0U) << cell->integrity->to_json();
   }
-  EXPECT_EQ(cell->integrity->state(), DatabaseCheck::State::kDamaged);
 }
 
 // The disk of the backups hangs when the cell looks for the newest one.
