@@ -18,8 +18,7 @@ void add_override(CLI::App& command, std::vector<std::string>& overruled) {
   command
       .add_option("--override", overruled,
                   "Overrule this warning, after you looked into it: its name, as in --override strip-1 (repeatable). "
-                  "Where that "
-                  "would take doubtful wood into use, it needs a maintainer")
+                  "Where that would take doubtful wood into use, it needs a maintainer")
       ->allow_extra_args(false);
 }
 

@@ -71,7 +71,7 @@ Result<std::size_t> add_leads(const MakePlan& order, Millimetres kerf, const std
     if (!leads) return leads.error();
     for (std::size_t i = 0; i < on_panel.size(); ++i) {
       if (const auto& lead = (*leads)[i]) {
-        on_panel[i]->lead_in = lead->lead.begin;
+        on_panel[i]->lead_in = lead->way.begin;
         on_panel[i]->allocation = unite(on_panel[i]->allocation, lead->burnt);
       } else {
         ++without;

@@ -290,7 +290,7 @@ Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::v
   const auto path = have_toolpath_laid(workers_, config_.store.data_dir, order, ending_.get_token());
   if (!path) return path.error();
   const auto panel_from_bed = pose.bed_from_panel.inverse();
-  for (const auto& stroke : path->strokes)
+  for (const auto& stroke : path->strokes)  // of a piece that was not asked for, too: it has no wood
     if (!booked[stroke.piece].contains(panel_from_bed * stroke.path))
       return Error{ErrorCode::kInternal,
                    fmt::format("the beam's way around piece {} leaves the wood that is booked for it: start the job "

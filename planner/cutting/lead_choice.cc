@@ -36,7 +36,7 @@ bool apart(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres by = 
 }
 
 // Whether what is kept of the lead-in, its beginning, tells the vertex (lead_of). With the kerf of another day the ring
-// may have another one that is nearer: check_booked() refuses the piece then.
+// may have another one that is nearer: who cuts it has to hold what it burns against what was booked.
 bool tells_vertex(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& begin) {
   constexpr Millimetres kSurely{0.005};
   const Millimetres away = distance(ring[vertex], begin) + kSurely;

@@ -32,7 +32,7 @@ struct LeadPiece {
 };
 
 struct LeadIn {
-  Lead<PanelFrame> lead;
+  Lead<PanelFrame> way;
   Region<PanelFrame> burnt;  // to be booked as well; it overlaps the piece's own allocation
 };
 

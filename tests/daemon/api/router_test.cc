@@ -120,7 +120,7 @@ TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
 }
 
 // What nothing answers is refused like all else, with what to do about it.
-TEST(ApiMessage, WhatNoRouteTakesSaysWhatToDoToo) {
+TEST(ApiMessage, WhatNoRouteTakesHasARemedyAsWell) {
   Router router;
   router.bind("getStatus", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({})); });
   const auto refused = [&](const char* method, const char* target) {

@@ -197,7 +197,7 @@ TEST_F(StrictRequests, WhatMustBeThereIsAskedForByName) {
 }
 
 // Of a cell in which nothing is: what is asked for is not there, or cannot be done yet.
-TEST_F(StrictRequests, EveryRefusalSaysWhatToDo) {
+TEST_F(StrictRequests, EveryRefusalHasARemedy) {
   int refusals = 0;
   for (const Operation& operation : operations) {
     // What would look for devices, or takes a picture, is asked above.

@@ -131,7 +131,7 @@ RC_GTEST_PROP(Web, IsLeftAloneByTheBeam, ()) {
     piece.outline = bed_from_panel * booked.pieces[i].outline;
     piece.recipe = booked.pieces[i].recipe;
     if (booked.leads[i])
-      piece.leads = {{bed_from_panel * booked.leads[i]->lead.begin, bed_from_panel * booked.leads[i]->lead.end}};
+      piece.leads = {{bed_from_panel * booked.leads[i]->way.begin, bed_from_panel * booked.leads[i]->way.end}};
   }
   const auto path = make_toolpath(laid, cutting());
   RC_ASSERT(path.ok());

@@ -180,7 +180,7 @@ std::vector<ToolpathPiece> led(std::vector<ToolpathPiece> pieces) {
   if (!leads.ok()) throw std::runtime_error(leads.error().message);
   for (std::size_t i = 0; i < pieces.size(); ++i)
     if (const auto& in = (*leads)[i])
-      pieces[i].leads = {{panel_from_bed.inverse() * in->lead.begin, panel_from_bed.inverse() * in->lead.end}};
+      pieces[i].leads = {{panel_from_bed.inverse() * in->way.begin, panel_from_bed.inverse() * in->way.end}};
   return pieces;
 }
 

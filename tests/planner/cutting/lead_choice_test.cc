@@ -77,7 +77,7 @@ void expect_burnt_where_booked(const std::vector<LeadPiece>& pieces, const std::
     ToolpathPiece& piece = laid.emplace_back();
     piece.piece = PieceId{static_cast<std::int64_t>(i)};
     piece.outline = bed_from_panel * pieces[i].outline;
-    if (leads[i]) piece.leads = {{bed_from_panel * leads[i]->lead.begin, bed_from_panel * leads[i]->lead.end}};
+    if (leads[i]) piece.leads = {{bed_from_panel * leads[i]->way.begin, bed_from_panel * leads[i]->way.end}};
   }
   const auto path = make_toolpath(laid, options());
   ASSERT_TRUE(path.ok());
@@ -113,7 +113,7 @@ TEST(LeadChoice, WasteThatNothingFitsIntoComesFirst) {
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
   ASSERT_TRUE((*leads)[0].has_value());
-  EXPECT_GT((*leads)[0]->lead.begin.x.count(), 54);
+  EXPECT_GT((*leads)[0]->way.begin.x.count(), 54);
   expect_good(pieces, room, *leads);
   expect_burnt_where_booked(pieces, *leads);
 }
@@ -142,8 +142,8 @@ TEST(LeadChoice, NothingOutsideTheUsableWoodIsBurntAndNoFiducial) {
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
   ASSERT_TRUE((*leads)[0].has_value());
-  EXPECT_LT((*leads)[0]->lead.begin.x.count(), 47);
-  EXPECT_GT((*leads)[0]->lead.begin.y.count(), 54);
+  EXPECT_LT((*leads)[0]->way.begin.x.count(), 47);
+  EXPECT_GT((*leads)[0]->way.begin.y.count(), 54);
   expect_good(pieces, room, *leads);
   // Nothing but what is booked for the piece itself.
   room.free.pixels.setTo(0);
