@@ -76,7 +76,7 @@ class ClassSurvey {
 
   // Once. kCancelled: a stop was requested.
   Status run(Survey& survey, const std::function<void(double)>& progress) {
-    if (const Status prepared = prepare(); !prepared.ok()) return prepared;
+    if (Status prepared = prepare(); !prepared.ok()) return prepared;
     const std::size_t sharing = groups_with_wood();
     const Best none(2 * ((options_.candidates + sharing - 1) / sharing));
     std::vector<Best> best(patches_.size() * groups(), none);
@@ -85,7 +85,7 @@ class ClassSurvey {
         rows_, options_.threads, stop_,
         [&](std::size_t row) -> Status {
           std::vector<Best> mine(best.size(), none);
-          if (const Status done = survey_row(row, mine); !done.ok()) return done;
+          if (Status done = survey_row(row, mine); !done.ok()) return done;
           const std::lock_guard lock(merging);
           for (std::size_t i = 0; i < mine.size(); ++i) {
             if (stop_.stop_requested()) return cancelled();

@@ -192,7 +192,7 @@ class Packer {
         std::move(regions->begin(), regions->end(), std::back_inserter(found[i]));
       }
       for (std::vector<Pose>& region : found[i])
-        if (const Status settled = settle(region); !settled.ok()) return settled;
+        if (Status settled = settle(region); !settled.ok()) return settled;
       return Ok();
     });
     if (!done.ok()) return done.error();

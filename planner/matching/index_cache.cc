@@ -84,7 +84,7 @@ Result<bool> IndexCache::load(const std::string& name, const std::string& key, c
       found.find(key) == std::string::npos)
     return false;
   for (const auto& part : parts) {
-    const Result<bool> whole =
+    Result<bool> whole =
         in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); });
     if (!whole.ok() || !*whole) return whole;
   }

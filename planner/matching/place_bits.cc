@@ -131,7 +131,7 @@ Status PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& 
     if (stop.stop_requested()) return cancelled();
     spread_up(marks.data() + r * words, words, across);
   }
-  if (const Status spread = spread_down(marks, words, rows, down, stop); !spread.ok()) return spread;
+  if (Status spread = spread_down(marks, words, rows, down, stop); !spread.ok()) return spread;
   for (int y = 0; y < height(); ++y) {
     if (stop.stop_requested()) return cancelled();
     const int first = pad_columns + begin_[static_cast<std::size_t>(y)];

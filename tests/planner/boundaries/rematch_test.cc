@@ -2,6 +2,7 @@
 #include "planner/boundaries/rematch.h"
 
 #include <gtest/gtest.h>
+#include <cmath>
 
 #include <memory>
 #include <stdexcept>
@@ -35,7 +36,7 @@ StockPanel holed_panel(const std::string& id, const cv::Mat& picture, double mas
   panel.picture.resolution = ScanResolution::from_dpi(50.8);
   panel.free.resolution = ScanResolution::from_dpi(mask_dpi);
   const auto px = [&](double mm) {
-    return static_cast<int>(panel.free.resolution.to_px(Millimetres(mm)).count() + 0.5);
+    return static_cast<int>(std::lround(panel.free.resolution.to_px(Millimetres(mm)).count()));
   };
   panel.free.pixels = cv::Mat(px(48), px(64), CV_8UC1, cv::Scalar(255));
   for (int x = 0; x < 64; x += 16)
